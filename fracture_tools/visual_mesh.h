@@ -1,0 +1,51 @@
+// The artist's mesh at run time: skinned to the particles, watertight until it tears (Choi 2014, section 4.1).
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "solver/data/fragment_set.h"
+#include "solver/data/math.h"
+#include "solver/data/result.h"
+#include "solver/data/simulation_mesh.h"
+
+namespace sunder {
+
+/// A frame of one body. Vertices are topological: two faces share a vertex exactly when the surface is joined there,
+/// so edges balance (each directed edge has its opposite) before and after every break.
+struct VisualMesh {
+    std::vector<Vec3f> positions;               // (n_vertices x 3), m, world
+    std::vector<Triangle> triangles;            // (n_triangles x 3), counter-clockwise from outside
+    std::vector<Vec3f> corner_normals;          // (3 n_triangles x 3), unit; smooth outside, sharp at break surfaces
+    std::vector<Vec2f> corner_uvs;              // (3 n_triangles x 2), or empty
+    std::vector<int32_t> triangle_material;     // (n_triangles); FragmentSet::interior_material on break surfaces
+    std::vector<uint32_t> triangle_fragment;    // (n_triangles), whose surface it is
+    std::vector<uint32_t> vertex_fragment;      // (n_vertices), fragment that the vertex follows first (nearest particle)
+};
+
+/// What the skinning reads of one body at one frame; arrays are the body's slice of a FrameState.
+struct BodyFrame {
+    std::span<const Vec3> position;             // (n_fragments x 3), m
+    std::span<const Quat> orientation;          // (n_fragments x 4)
+    std::span<const Mat3> plastic_deformation;  // (n_fragments x 3 x 3), in the rest axes that `rest` has
+    std::span<const uint8_t> edge_intact;       // (n_edges of the body)
+};
+
+/// Keeps the split topology of one body between frames. Frames may be asked for in any order: topology is a function
+/// of `edge_intact` alone, and is rebuilt only where that differs from the frame before.
+class VisualMeshBuilder {
+public:
+    /// `rest` is the body's simulation mesh as placed in the scene (its slice alone, particle i = fragment i);
+    /// `pose` is where the body was placed (fragment coordinates -> `rest` coordinates).
+    VisualMeshBuilder(std::shared_ptr<const FragmentSet> fragments, const SimulationMesh& rest, const Pose& pose);
+    ~VisualMeshBuilder();
+
+    Result<VisualMesh> build(const BodyFrame& frame);
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sunder

@@ -1,0 +1,66 @@
+#include "solver/data/frame_state.h"
+
+#include <xxhash.h>
+
+namespace sunder {
+namespace {
+
+// Hashes the bits of the numbers alone (never padding), array after array with its length first.
+class Hasher {
+public:
+    Hasher() : state_(XXH3_createState()) { XXH3_64bits_reset(state_); }
+    ~Hasher() { XXH3_freeState(state_); }
+    Hasher(const Hasher&) = delete;
+    Hasher& operator=(const Hasher&) = delete;
+
+    void add(const void* data, size_t bytes) { XXH3_64bits_update(state_, data, bytes); }
+    void add(double v) { add(&v, sizeof v); }
+    void add(uint64_t v) { add(&v, sizeof v); }
+    void add(const Vec3& v) { add(v.data(), sizeof(double) * 3); }
+    void add(const Quat& q) { add(q.coeffs().data(), sizeof(double) * 4); }
+    void add(const Mat3& m) { add(m.data(), sizeof(double) * 9); }
+    template <class T>
+    void add(const std::vector<T>& values) {
+        add(uint64_t{values.size()});
+        for (const T& v : values) add(v);
+    }
+    void add(const std::vector<uint8_t>& values) {
+        add(uint64_t{values.size()});
+        add(values.data(), values.size());
+    }
+    void add(const RigidBodyState& r) {
+        add(r.position), add(r.orientation), add(r.velocity), add(r.angular_velocity);
+    }
+    void add(const BrokenEdge& b) { add(uint64_t{b.edge}), add(b.time), add(b.strain); }
+    uint64_t digest() const { return XXH3_64bits_digest(state_); }
+
+private:
+    XXH3_state_t* state_;
+};
+
+}  // namespace
+
+uint64_t state_hash(const FrameState& s) {
+    Hasher h;
+    h.add(s.time);
+    h.add(s.position), h.add(s.orientation), h.add(s.velocity), h.add(s.angular_velocity);
+    h.add(s.plastic_deformation), h.add(s.yield), h.add(s.strain), h.add(s.group_rotation);
+    h.add(s.edge_intact), h.add(s.rigid_bodies), h.add(s.broken);
+    return h.digest();
+}
+
+bool FrameState::operator==(const FrameState& o) const {
+    auto same_rotations = [](const std::vector<Quat>& a, const std::vector<Quat>& b) {
+        if (a.size() != b.size()) return false;
+        for (size_t i = 0; i < a.size(); ++i)
+            if (a[i].coeffs() != b[i].coeffs()) return false;
+        return true;
+    };
+    return time == o.time && position == o.position && same_rotations(orientation, o.orientation) &&
+           velocity == o.velocity && angular_velocity == o.angular_velocity &&
+           plastic_deformation == o.plastic_deformation && yield == o.yield && strain == o.strain &&
+           same_rotations(group_rotation, o.group_rotation) && edge_intact == o.edge_intact &&
+           rigid_bodies == o.rigid_bodies && broken == o.broken;
+}
+
+}  // namespace sunder

@@ -1,0 +1,34 @@
+// Strong ids: an edge cannot index a particle. Arrays are plain std::vector, indexed by id.index().
+#pragma once
+
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+
+namespace sunder {
+
+template <class Tag>
+struct Id {
+    static constexpr uint32_t kNoneValue = 0xffffffffu;
+    uint32_t value = kNoneValue;
+
+    constexpr Id() = default;
+    constexpr explicit Id(size_t index) : value(static_cast<uint32_t>(index)) {}
+    static constexpr Id none() { return Id(); }
+    constexpr bool is_none() const { return value == kNoneValue; }
+    constexpr size_t index() const { return value; }
+    constexpr auto operator<=>(const Id&) const = default;
+};
+
+using ParticleId = Id<struct ParticleTag>;
+using EdgeId = Id<struct EdgeTag>;
+using FragmentId = Id<struct FragmentTag>;
+using InterfaceId = Id<struct InterfaceTag>;
+
+}  // namespace sunder
+
+template <class Tag>
+struct std::hash<sunder::Id<Tag>> {
+    size_t operator()(const sunder::Id<Tag>& id) const noexcept { return std::hash<uint32_t>()(id.value); }
+};

@@ -1,0 +1,60 @@
+#include "solver/data/simulation_mesh.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace sunder {
+
+void build_one_rings(SimulationMesh& m) {
+    const uint32_t n = static_cast<uint32_t>(m.n_particles());
+    m.group_offset.assign(n + 1, 0);
+    for (uint32_t i = 0; i < n; ++i) m.group_offset[i + 1] = 1;  // the centre itself
+    for (const Edge& e : m.edges) ++m.group_offset[e.a + 1], ++m.group_offset[e.b + 1];
+    for (uint32_t i = 0; i < n; ++i) m.group_offset[i + 1] += m.group_offset[i];
+
+    struct Member { uint32_t particle, edge; };
+    std::vector<Member> members(m.group_offset.back());
+    std::vector<uint32_t> next(m.group_offset.begin(), m.group_offset.end() - 1);
+    for (uint32_t i = 0; i < n; ++i) members[next[i]++] = {i, SimulationMesh::kNone};
+    for (uint32_t e = 0; e < m.edges.size(); ++e) {
+        assert(m.edges[e].a < m.edges[e].b && m.edges[e].b < n);
+        members[next[m.edges[e].a]++] = {m.edges[e].b, e};
+        members[next[m.edges[e].b]++] = {m.edges[e].a, e};
+    }
+    m.group_member.resize(members.size());
+    m.member_edge.resize(members.size());
+    m.member_twin.resize(members.size());
+    std::vector<std::array<uint32_t, 2>> edge_slots(m.edges.size());  // slot in ring of a, in ring of b
+    for (uint32_t i = 0; i < n; ++i) {
+        const auto begin = members.begin() + m.group_offset[i], end = members.begin() + m.group_offset[i + 1];
+        std::sort(begin, end, [](const Member& x, const Member& y) { return x.particle < y.particle; });
+        for (uint32_t s = m.group_offset[i]; s < m.group_offset[i + 1]; ++s) {
+            m.group_member[s] = members[s].particle;
+            m.member_edge[s] = members[s].edge;
+            if (members[s].edge == SimulationMesh::kNone)
+                m.member_twin[s] = s;
+            else
+                edge_slots[members[s].edge][m.edges[members[s].edge].a == i ? 0 : 1] = s;
+        }
+    }
+    for (const auto& [in_a, in_b] : edge_slots) m.member_twin[in_a] = in_b, m.member_twin[in_b] = in_a;
+}
+
+void append_body(SimulationMesh& scene, const SimulationMesh& body, const Pose& pose) {
+    const uint32_t particle_base = static_cast<uint32_t>(scene.n_particles());
+    const uint32_t body_index = scene.body.empty() ? 0 : scene.body.back() + 1;
+    for (size_t i = 0; i < body.n_particles(); ++i) {
+        scene.rest_position.push_back(pose.apply(body.rest_position[i]));
+        scene.rest_orientation.push_back((pose.orientation * body.rest_orientation[i]).normalized());
+        scene.body.push_back(body_index);
+    }
+    auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    append(scene.radii, body.radii);
+    append(scene.volume, body.volume);
+    append(scene.mass, body.mass);
+    append(scene.fragment, body.fragment);
+    for (const Edge& e : body.edges) scene.edges.push_back({e.a + particle_base, e.b + particle_base, e.area});
+    build_one_rings(scene);
+}
+
+}  // namespace sunder
