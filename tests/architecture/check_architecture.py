@@ -1,0 +1,70 @@
+"""Reads every #include of the tree and says which break the layers drawn in docs/architecture.md."""
+import re
+from pathlib import Path
+
+# Who may include whom. A folder may always include itself; `solver` and `fracture_tools` do not see one another.
+MAY_INCLUDE = {
+    "solver/data": set(),
+    "solver": {"solver/data"},
+    "fracture_tools": {"solver/data"},
+    "nodes": {"solver", "solver/data", "fracture_tools"},
+    "plugin_src": {"nodes"},
+}
+# Slow to compile, so they stay in few translation units: never in a header, never outside fracture_tools.
+# Tests of fracture_tools may use them as an oracle.
+SLOW_LIBRARIES = ("CGAL/", "openvdb/", "assimp/")
+SLOW_LIBRARY_FOLDERS = ("fracture_tools", "tests/fracture_tools")
+LONGEST_FILE = 500  # lines; a file that wants more wants to be two
+C_FAMILY = {".h", ".hpp", ".c", ".cpp", ".cu", ".ipp"}
+COUNTED = C_FAMILY | {".py", ".sh", ".cmake"}
+INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
+
+
+def layer_of(path):
+    """The layer that a path from the root belongs to, or None for what is not in one (tests, system headers)."""
+    if path.startswith("solver/data/"):
+        return "solver/data"
+    top = path.split("/", 1)[0]
+    return top if "/" in path and top in MAY_INCLUDE else None
+
+
+
+def check_include(source, line_number, target, root):
+    where = f"{source}:{line_number}: includes {target}"
+    if ".." in target.split("/"):
+        yield f"{where}: paths start at the root of the repository"
+        return
+    if target.startswith(SLOW_LIBRARIES) and not (source.endswith(".cpp") and source.startswith(
+            tuple(folder + "/" for folder in SLOW_LIBRARY_FOLDERS))):
+        yield f"{where}: allowed only in .cpp files of fracture_tools"
+    layer, target_layer = layer_of(source), layer_of(target)
+    if layer is None or target_layer is None:
+        return
+    if target_layer != layer and target_layer not in MAY_INCLUDE[layer]:
+        yield f"{where}: {layer} does not see {target_layer}"
+    if not (root / target).is_file():
+        yield f"{where}: there is no such file"
+
+
+def source_files(root):
+    for top in (*dict.fromkeys(name.split("/")[0] for name in MAY_INCLUDE), "tests"):
+        yield from sorted(p for p in (root / top).rglob("*") if p.is_file())
+
+
+def check(root):
+    """Every violation under `root` as one sentence that starts with file:line."""
+    root = Path(root)
+    violations = []
+    for file in source_files(root):
+        source = file.relative_to(root).as_posix()
+        if file.suffix not in COUNTED and file.name != "CMakeLists.txt":
+            continue
+        lines = file.read_text(encoding="utf-8").splitlines()
+        if len(lines) > LONGEST_FILE:
+            violations.append(f"{source}:{len(lines)}: longer than {LONGEST_FILE} lines")
+        if file.suffix not in C_FAMILY:
+            continue
+        for number, line in enumerate(lines, 1):
+            if match := INCLUDE.match(line):
+                violations.extend(check_include(source, number, match.group(1), root))
+    return violations
