@@ -1,0 +1,70 @@
+#include "solver/fracture.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sunder {
+namespace {
+
+// +1 or -1: on which side of the plane the group's centre particle goes.
+int side_of_center(const LiveTopology& live, const GroupShapes& shapes, std::span<const MovingParticle> particles, uint32_t g,
+                   const Vec3& on_plane, const Vec3& normal) {
+    const double distance = normal.dot(particles[g].x - on_plane);
+    const double size = std::sqrt(shapes.group[g].positions_trace / shapes.group[g].mass);
+    if (std::abs(distance) >= 1e-6 * size) return distance > 0 ? 1 : -1;
+    double balance = 0;  // mass on the normal's side less mass on the other
+    for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
+        if (live.member(s) == g) continue;
+        balance += normal.dot(particles[live.member(s)].x - on_plane) > 0 ? shapes.member[s].mass : -shapes.member[s].mass;
+    }
+    return std::abs(balance) > 1e-9 * shapes.group[g].mass ? (balance > 0 ? 1 : -1) : 1;
+}
+
+// Normals have no sign of their own: the first coordinate that is not small points up.
+Vec3 oriented(const Vec3& n) {
+    for (int i = 0; i < 3; ++i)
+        if (std::abs(n(i)) > 1e-3) return n(i) > 0 ? n : Vec3(-n);
+    return n;
+}
+
+}  // namespace
+
+GroupStrain group_strain(const Vec3& e, const Mat3& directions, const Quat& rotation, const Material& material) {
+    int largest, smallest;
+    const double tension = e.maxCoeff(&largest), compression = -e.minCoeff(&smallest);
+    const double tension_load = tension / material.toughness, compression_load = compression / material.compressive_toughness;
+    GroupStrain s;
+    const bool pulled = tension_load >= compression_load;
+    s.load = pulled ? tension_load : compression_load;
+    s.strain = pulled ? tension : -compression;
+    s.normal = rotation * directions.col(pulled ? largest : smallest);
+    return s;
+}
+
+std::vector<BrokenEdge> edges_to_cut(const LiveTopology& live, const GroupShapes& shapes, std::span<const MovingParticle> particles,
+                                     std::span<const GroupStrain> strains, double time) {
+    std::vector<BrokenEdge> cuts;
+    for (uint32_t g = 0; g < strains.size(); ++g) {
+        if (strains[g].load <= 1.0 || live.count(g) == 1) continue;
+        bool most_loaded = true;
+        for (uint32_t s = live.begin(g); s < live.end(g) && most_loaded; ++s) {
+            const uint32_t j = live.member(s);
+            most_loaded = strains[j].load < strains[g].load || (strains[j].load == strains[g].load && j >= g);
+        }
+        if (!most_loaded) continue;
+
+        const Vec3 normal = oriented(strains[g].normal);
+        const Vec3 center = group_moments(live, shapes, particles, g).center;
+        const int own_side = side_of_center(live, shapes, particles, g, center, normal);
+        for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
+            if (live.member(s) == g) continue;
+            const double distance = normal.dot(particles[live.member(s)].x - center);
+            if (distance * own_side < 0) cuts.push_back({live.edge(s), time, strains[g].strain});
+        }
+    }
+    // Two groups may cut the same edge only if neither is in the other's ring: cannot be, but edges come out unordered.
+    std::sort(cuts.begin(), cuts.end(), [](const BrokenEdge& a, const BrokenEdge& b) { return a.edge < b.edge; });
+    return cuts;
+}
+
+}  // namespace sunder

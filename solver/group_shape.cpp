@@ -1,0 +1,71 @@
+#include "solver/group_shape.h"
+
+#include <Eigen/Eigenvalues>
+
+namespace sunder {
+
+void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation) {
+    const size_t n = rest.n_particles();
+    particle_moment.resize(n);
+    for (size_t i = 0; i < n; ++i) {
+        const Mat3 Rbar = rest.rest_orientation[i].toRotationMatrix();
+        const Vec3 a = rest.mass[i] / 5.0 * rest.radii[i].cwiseProduct(rest.radii[i]);
+        particle_moment[i] = to_sym(Rbar * a.asDiagonal() * Rbar.transpose());
+    }
+    group.assign(n, GroupShape());
+    member.assign(live.n_slots(), MemberShape{Vec3::Zero(), 0, {}});
+    for (uint32_t g = 0; g < n; ++g) rebuild(rest, live, plastic_deformation[g], g);
+}
+
+void GroupShapes::rebuild(const SimulationMesh& rest, const LiveTopology& live, const Mat3& F_P, uint32_t g) {
+    GroupShape& shape = group[g];
+    const uint32_t begin = live.begin(g), end = live.end(g);
+    const Vec3& origin = rest.rest_position[g];  // sums relative to the centre: no cancellation far from the world's origin
+
+    shape.mass = 0;
+    Vec3 center = Vec3::Zero();
+    for (uint32_t s = begin; s < end; ++s) {
+        const uint32_t j = live.member(s);
+        shape.mass += rest.mass[j];
+        center += rest.mass[j] * (rest.rest_position[j] - origin);
+    }
+    center /= shape.mass;
+
+    Mat3 A_positions = Mat3::Zero(), A_moments = Mat3::Zero();
+    for (uint32_t s = begin; s < end; ++s) {
+        const uint32_t j = live.member(s);
+        MemberShape& m = member[s];
+        m.mass = rest.mass[j];
+        m.q = F_P * (rest.rest_position[j] - origin - center);
+        // The ellipsoid's moments are carried by F_P as a whole, so that a stress-free group with plastic stretch
+        // has no elastic strain (the paper's A_pq F_P^T leaves some, and flows back).
+        const Mat3 moment = F_P * to_matrix(particle_moment[j]) * F_P.transpose();
+        m.moment = to_sym(moment);
+        A_positions += m.mass * m.q * m.q.transpose();
+        A_moments += moment;
+    }
+    shape.positions_trace = end - begin > 1 ? A_positions.trace() : 0;
+    const Mat3 A_qq = A_positions + kStretchMomentWeight * A_moments;
+    shape.stretch = stretch_basis(A_qq);
+
+    // Volume strain tr(R^T A_pq A_qq^-1) - 3, with the inverse bounded in thin directions: a flat group has no
+    // stiffness of its own across the sheet, and an unbounded inverse would demand vanishing steps.
+    constexpr double kThinnest = 0.25;
+    const Mat3& V = shape.stretch.V;
+    Vec3 inverse;
+    const double a_max = 1.0 / shape.stretch.Lam.diagonal().minCoeff();
+    for (int i = 0; i < 3; ++i) inverse(i) = 1.0 / std::max(1.0 / shape.stretch.Lam(i, i), kThinnest * a_max);
+    shape.volume_gradient = V * inverse.asDiagonal() * V.transpose();
+    shape.volume_rest = (A_qq * shape.volume_gradient).trace();
+}
+
+GroupStiffness group_stiffness(const GroupShape& shape, double rest_volume, const Material& material) {
+    GroupStiffness s;
+    if (shape.positions_trace <= 0) return s;
+    const double nu = material.poisson_ratio, mu = material.youngs_modulus / (2 * (1 + nu));
+    s.k = 6 * mu * rest_volume / shape.positions_trace;
+    s.volume_ratio = nu / (1 - 2 * nu);
+    return s;
+}
+
+}  // namespace sunder

@@ -1,0 +1,44 @@
+// Groups and pieces as they stand: the rest edges less those that broke.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "solver/data/simulation_mesh.h"
+
+namespace sunder {
+
+/// The living members of group g are slots [begin(g), end(g)), a prefix of its rest range, particles ascending.
+class LiveTopology {
+public:
+    void reset(const SimulationMesh& rest, std::span<const uint8_t> edge_intact);
+
+    /// Takes broken edges out of the groups of their ends; `broken` in any order. Returns the groups that changed, ascending.
+    std::vector<uint32_t> remove_edges(const SimulationMesh& rest, std::span<const uint32_t> broken);
+
+    uint32_t begin(size_t g) const { return offset_[g]; }
+    uint32_t end(size_t g) const { return end_[g]; }
+    uint32_t count(size_t g) const { return end_[g] - offset_[g]; }
+    uint32_t member(size_t slot) const { return member_[slot]; }
+    uint32_t edge(size_t slot) const { return edge_[slot]; }        // SimulationMesh::kNone for the centre
+    uint32_t twin(size_t slot) const { return twin_[slot]; }        // slot of the centre in the member's group
+    bool joined(uint32_t i, uint32_t j) const;                      // by an intact edge
+    size_t n_slots() const { return member_.size(); }
+
+    /// Pieces: connected sets of particles, numbered by their first particle; their particles, piece after piece.
+    size_t n_pieces() const { return piece_offset_.size() - 1; }
+    uint32_t piece(size_t particle) const { return piece_[particle]; }
+    std::span<const uint32_t> piece_particles(size_t p) const {
+        return {piece_particle_.data() + piece_offset_[p], piece_offset_[p + 1] - piece_offset_[p]};
+    }
+
+private:
+    void drop_from_group(uint32_t g, std::span<const uint8_t> gone);
+    void find_pieces();
+
+    std::vector<uint32_t> offset_, end_, member_, edge_, twin_;
+    std::vector<uint32_t> piece_, piece_offset_, piece_particle_;
+    std::vector<uint8_t> gone_;     // scratch: edges to drop
+};
+
+}  // namespace sunder

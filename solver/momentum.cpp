@@ -1,0 +1,43 @@
+#include "solver/momentum.h"
+
+#include <Eigen/Eigenvalues>
+
+namespace sunder {
+
+PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia, std::span<const uint32_t> particles,
+                             std::span<const Vec3> position, std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity) {
+    PieceMomentum p;
+    const Vec3 origin = position[particles.front()];  // relative sums: exact far from the world's origin
+    for (uint32_t j : particles) {
+        p.mass += rest.mass[j];
+        p.center += rest.mass[j] * (position[j] - origin);
+        p.velocity += rest.mass[j] * velocity[j];
+    }
+    p.center = origin + p.center / p.mass;
+    p.velocity /= p.mass;
+    for (uint32_t j : particles) {
+        const Vec3 r = position[j] - p.center;
+        p.angular += rest.mass[j] * r.cross(velocity[j] - p.velocity) + inertia[j] * angular_velocity[j];
+        p.inertia += inertia[j] + rest.mass[j] * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
+    }
+    return p;
+}
+
+void set_angular_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia, std::span<const uint32_t> particles, const Vec3& wanted,
+                          std::span<const Vec3> position, std::span<Vec3> io_velocity, std::span<Vec3> io_angular_velocity) {
+    const PieceMomentum p = piece_momentum(rest, inertia, particles, position, io_velocity, io_angular_velocity);
+    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(p.inertia);
+    Vec3 inverse;
+    for (int i = 0; i < 3; ++i) {
+        const double h = eigen.eigenvalues()(i);
+        inverse(i) = h > 1e-12 * eigen.eigenvalues()(2) ? 1.0 / h : 0.0;
+    }
+    const Mat3& V = eigen.eigenvectors();
+    const Vec3 spin = V * inverse.cwiseProduct(V.transpose() * (wanted - p.angular));
+    for (uint32_t j : particles) {
+        io_velocity[j] += spin.cross(position[j] - p.center);
+        io_angular_velocity[j] += spin;
+    }
+}
+
+}  // namespace sunder

@@ -1,0 +1,37 @@
+#include "solver/optimal_stretch.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace sunder {
+
+StretchBasis stretch_basis(const Mat3& A_qq) {
+    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(A_qq);
+    Vec3 a = eigen.eigenvalues();
+    a = a.cwiseMax(1e-9 * std::max(a(2), 1e-300));
+    StretchBasis basis;
+    basis.V = eigen.eigenvectors();
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) basis.Lam(i, j) = 2.0 / (a(i) + a(j));
+    return basis;
+}
+
+Mat3 optimal_stretch(const StretchBasis& basis, const Mat3& R, const Mat3& A_pq) {
+    const Mat3 unsymmetric = R.transpose() * A_pq;
+    const Mat3 S_pq = 0.5 * (unsymmetric + unsymmetric.transpose());
+    return basis.V * (basis.V.transpose() * S_pq * basis.V).cwiseProduct(basis.Lam) * basis.V.transpose();
+}
+
+PrincipalStretch principal_stretch(const Mat3& S) {
+    constexpr double kSmallest = 0.1, kLargest = 10.0;  // beyond these the logarithm is of no use (numerics: inverted groups)
+    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(S);
+    PrincipalStretch p;
+    p.stretch = eigen.eigenvalues();
+    p.directions = eigen.eigenvectors();
+    p.reliable = p.stretch(0) > kSmallest;
+    for (int i = 0; i < 3; ++i) p.log_strain(i) = std::log(std::clamp(p.stretch(i), kSmallest, kLargest));
+    return p;
+}
+
+}  // namespace sunder

@@ -1,0 +1,363 @@
+#include "solver/step.h"
+
+#include <chrono>
+#include <cmath>
+
+#include "solver/gauss_seidel.h"
+#include "solver/motion.h"
+#include "solver/plasticity.h"
+#include "solver/polar_decomposition.h"
+
+namespace sunder {
+namespace {
+
+constexpr double kRunawaySpeed = 1e5;           // m/s; nothing that an artist animates is faster: numbers went bad
+constexpr int kContactPasses = 2;               // Gauss-Seidel passes over the contacts after each sweep
+constexpr size_t kGroupGrain = 128, kParticleGrain = 512;  // fewest a thread is worth waking for
+
+class Stopwatch {
+public:
+    explicit Stopwatch(double& io_seconds) : total_(io_seconds), start_(std::chrono::steady_clock::now()) {}
+    ~Stopwatch() { total_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+    Stopwatch(const Stopwatch&) = delete;
+    Stopwatch& operator=(const Stopwatch&) = delete;
+
+private:
+    double& total_;
+    std::chrono::steady_clock::time_point start_;
+};
+
+// Names for the arrays of one substep.
+struct Substep {
+    const StepContext& context;
+    const double h, begin, end;
+    const bool measure;
+    Workspace& work;
+    FrameState& state;
+    StepReport& report;
+
+    const SimulationMesh& rest() const { return context.scene.rest; }
+    size_t n_particles() const { return rest().n_particles(); }
+    size_t n_movables() const { return n_particles() + state.rigid_bodies.size(); }
+    const Material& material(size_t particle) const { return context.input.materials[rest().body[particle]]; }
+
+    void load();
+    void predict();
+    void hold_pins();
+    void find_contacts();
+    void remember_momentum();
+    void correct();
+    void update_velocities();
+    void restore_momentum();
+    void bounce_and_separate();
+    void flow_and_measure();
+    void break_edges();
+    void store();
+    Status check_finite(const char* stage) const;
+};
+
+// Positions and rotations since rest, into the workspace; inverse masses and inertia there.
+void Substep::load() {
+    const Scene& scene = context.scene;
+    for (size_t i = 0; i < n_particles(); ++i) {
+        MovingParticle& p = work.moving[i];
+        p.x = state.position[i];
+        p.d = (state.orientation[i] * rest().rest_orientation[i].conjugate()).normalized();
+        p.D = p.d.toRotationMatrix();
+        const Mat3 M = to_matrix(work.shapes.particle_moment[i]);
+        work.inertia[i] = p.D * (M.trace() * Mat3::Identity() - M) * p.D.transpose();
+        work.contact_mass[i] = {1.0 / rest().mass[i], work.inertia[i].inverse()};
+        work.velocity[i] = state.velocity[i];
+        work.angular_velocity[i] = state.angular_velocity[i];
+    }
+    for (size_t r = 0; r < state.rigid_bodies.size(); ++r) {
+        const size_t i = n_particles() + r;
+        const RigidBodyState& body = state.rigid_bodies[r];
+        MovingParticle& p = work.moving[i];
+        p.x = body.position, p.d = body.orientation, p.D = p.d.toRotationMatrix();
+        const Vec3 moments = rigid_body_inertia(scene.rigid_bodies[r]);
+        work.contact_mass[i] = {1.0 / scene.rigid_bodies[r].mass, p.D * moments.cwiseInverse().asDiagonal() * p.D.transpose()};
+        work.velocity[i] = body.velocity;
+        work.angular_velocity[i] = body.angular_velocity;
+    }
+    for (size_t i = 0; i < n_movables(); ++i) {
+        work.start_position[i] = work.moving[i].x;
+        work.start_rotation[i] = work.moving[i].d;
+        work.push[i] = ContactPush();
+    }
+}
+
+// Forces act on velocities; held particles take the speed of their pin.
+void Substep::predict() {
+    Vec3 acceleration = context.input.gravity, wind = Vec3::Zero();
+    double drag = 0;
+    for (const Force& f : context.input.forces) acceleration += f.acceleration, wind += f.drag * f.wind, drag += f.drag;
+    for (size_t i = 0; i < n_movables(); ++i) work.velocity[i] = (work.velocity[i] + h * (acceleration + wind)) / (1 + h * drag);  // implicit drag
+
+    hold_pins();
+    for (size_t i = 0; i < n_movables(); ++i) {
+        MovingParticle& p = work.moving[i];
+        if (i < n_particles() && work.held[i]) continue;
+        p.x = p.x_inertial = work.start_position[i] + h * work.velocity[i];
+        p.d = p.d_inertial = (rotation_of(h * work.angular_velocity[i]) * work.start_rotation[i]).normalized();
+        p.D = p.d.toRotationMatrix();
+    }
+}
+
+void Substep::hold_pins() {
+    std::fill(work.held.begin(), work.held.end(), uint8_t{0});
+    std::fill(work.piece_held.begin(), work.piece_held.end(), uint8_t{0});
+    for (size_t k = 0; k < context.scene.pins.size(); ++k) {
+        const DrivenPose& drive = context.input.pins[k];
+        if (!drive.active) continue;
+        const Pose pose = interpolate(drive, end);
+        for (uint32_t i : context.scene.pins[k].particles) {
+            MovingParticle& p = work.moving[i];
+            p.x = p.x_inertial = pose.apply(rest().rest_position[i]);
+            p.d = p.d_inertial = pose.orientation;
+            p.D = p.d.toRotationMatrix();
+            work.velocity[i] = (p.x - work.start_position[i]) / h;
+            work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / h;
+            work.contact_mass[i] = ContactMass();
+            work.held[i] = 1;
+            work.piece_held[work.live.piece(i)] = 1;
+        }
+    }
+}
+
+void Substep::find_contacts() {
+    work.detection.find(context.scene, context.input, context.settings.self_collision, work.live, work.held, work.start_position,
+                        work.start_rotation, work.velocity, h, begin, end, work.contacts);
+    report.contacts = std::max(report.contacts, work.contacts.size());
+    prepare_contacts({work.contact_mass, work.start_position, work.start_rotation, work.moving, work.push}, work.velocity,
+                     work.angular_velocity, h, work.contacts);
+}
+
+void Substep::remember_momentum() {
+    for (size_t piece = 0; piece < work.live.n_pieces(); ++piece) {
+        if (work.piece_held[piece]) continue;
+        work.piece_angular[piece] = piece_momentum(rest(), work.inertia, work.live.piece_particles(piece), work.start_position, work.velocity,
+                                                   work.angular_velocity).angular;
+    }
+}
+
+// Local and averaging steps in turn, contacts after each.
+void Substep::correct() {
+    const SolverSettings& settings = context.settings;
+    // A single over-relaxed sweep overshoots the implicit step.
+    const double omega = settings.iterations > 1 ? settings.over_relaxation : 1.0;
+    const ContactBodies bodies{work.contact_mass, work.start_position, work.start_rotation, work.moving, work.push};
+    for (int iteration = 0; iteration < settings.iterations; ++iteration) {
+        {
+            Stopwatch watch(report.shape_s);
+            if (settings.method == Method::gauss_seidel) {
+                gauss_seidel_sweep(work.live, work.shapes, work.paper_stiffness, work.held, work.moving, work.goals);
+            } else {
+                context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
+                    match_groups(work.live, work.shapes, work.stiffness, h, work.moving, first, last, work.goals);
+                });
+                context.workers.for_range(n_particles(), kParticleGrain, [&](size_t first, size_t last) {
+                    average_goals(work.live, work.shapes, work.goals, omega, work.held, first, last, work.moving);
+                });
+                restore_linear_momentum(rest(), work.live, work.piece_held, 0, work.live.n_pieces(), work.moving);
+            }
+        }
+        Stopwatch watch(report.contact_s);
+        for (int pass = 0; pass < kContactPasses; ++pass) solve_contacts(bodies, work.contacts);
+    }
+}
+
+void Substep::update_velocities() {
+    for (size_t i = 0; i < n_movables(); ++i) {
+        const MovingParticle& p = work.moving[i];
+        work.velocity[i] = (p.x - work.start_position[i]) / h;
+        work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / h;
+    }
+}
+
+// Each free piece gets the angular momentum that it had, plus what contacts gave it.
+void Substep::restore_momentum() {
+    context.workers.for_range(n_particles(), kParticleGrain, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i) {
+            const Mat3 M = to_matrix(work.shapes.particle_moment[i]);
+            work.inertia[i] = work.moving[i].D * (M.trace() * Mat3::Identity() - M) * work.moving[i].D.transpose();
+            state.position[i] = work.moving[i].x;
+        }
+    });
+    for (size_t piece = 0; piece < work.live.n_pieces(); ++piece) {
+        if (work.piece_held[piece]) continue;
+        const auto particles = work.live.piece_particles(piece);
+        Vec3 center = Vec3::Zero(), gained = Vec3::Zero();
+        double mass = 0;
+        const Vec3& origin = state.position[particles.front()];
+        for (uint32_t j : particles) mass += rest().mass[j], center += rest().mass[j] * (state.position[j] - origin);
+        center = origin + center / mass;
+        for (uint32_t j : particles)
+            gained += rest().mass[j] * (state.position[j] - center).cross(work.push[j].shift) + work.inertia[j] * work.push[j].turn;
+        set_angular_momentum(rest(), work.inertia, particles, work.piece_angular[piece] + gained / h, state.position, work.velocity,
+                             work.angular_velocity);
+    }
+}
+
+void Substep::bounce_and_separate() {
+    const double threshold = 2 * h * context.input.gravity.norm();  // a resting contact closes at h g: it must not bounce
+    bounce(work.contact_mass, h, threshold, work.contacts, work.velocity, work.angular_velocity);
+    push_out_overlap({work.contact_mass, work.start_position, work.start_rotation, work.moving, work.push},
+                     context.settings.depenetration_speed, h, work.contacts);
+}
+
+// Optimal stretch of every group where things came to lie; flow above the yield strain; the load towards breaking.
+void Substep::flow_and_measure() {
+    context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
+        for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
+            work.strains[g].load = 0;
+            if (work.live.count(g) == 1) {
+                state.strain[g] = 0;
+                continue;
+            }
+            const Material& m = material(g);
+            const double limit = std::min({state.yield[g], m.toughness, m.compressive_toughness});
+            if (limit == kNever && !measure) continue;
+
+            const GroupMoments A = group_moments(work.live, work.shapes, work.moving, g);
+            Quat& R = work.goals[g].rotation;
+            R = optimal_rotation(A.positions + A.ellipsoids, R);
+            const Mat3 S = optimal_stretch(work.shapes.group[g].stretch, R.toRotationMatrix(), A.positions + kStretchMomentWeight * A.ellipsoids);
+            // |log lambda| <= limit wherever |S - I| is below this: no need for the eigenvectors.
+            if (!measure && (S - Mat3::Identity()).norm() < -std::expm1(-limit)) continue;
+
+            const PrincipalStretch principal = principal_stretch(S);
+            PlasticState plastic{state.plastic_deformation[g], state.yield[g]};
+            const FlowResult result = flow(principal, m, h, plastic);
+            state.strain[g] = result.elastic_log_strain.cwiseAbs().maxCoeff();
+            if (principal.reliable) work.strains[g] = group_strain(result.elastic_log_strain, principal.directions, R, m);
+            if (!result.flowed) continue;
+            state.plastic_deformation[g] = plastic.F_P;
+            state.yield[g] = plastic.yield;
+            R = (R * result.spin).normalized();
+            work.flowed[g] = 1;
+        }
+    });
+}
+
+void Substep::break_edges() {
+    const auto cuts = edges_to_cut(work.live, work.shapes, work.moving, work.strains, state.time + h);
+    std::vector<uint32_t> broken;
+    for (const BrokenEdge& cut : cuts) {
+        state.edge_intact[cut.edge] = work.synced_edges[cut.edge] = 0;
+        state.broken.push_back(cut);
+        broken.push_back(cut.edge);
+    }
+    report.edges_broken += cuts.size();
+    for (uint32_t g : work.live.remove_edges(rest(), broken)) work.flowed[g] = 1;
+    if (!cuts.empty()) {
+        work.piece_held.assign(work.live.n_pieces(), 0);
+        work.piece_angular.assign(work.live.n_pieces(), Vec3::Zero());
+    }
+    // Rest shapes changed where material flowed or edges broke.
+    context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
+        for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
+            if (!work.flowed[g]) continue;
+            work.flowed[g] = 0;
+            work.synced_plastic[g] = state.plastic_deformation[g];
+            work.shapes.rebuild(rest(), work.live, state.plastic_deformation[g], g);
+            work.stiffness[g] = group_stiffness(work.shapes.group[g], rest().volume[g], material(g));
+        }
+    });
+}
+
+void Substep::store() {
+    const double keep = std::exp(-context.settings.damping * h);
+    for (size_t i = 0; i < n_particles(); ++i) {
+        const MovingParticle& p = work.moving[i];
+        state.position[i] = p.x;
+        state.orientation[i] = (p.d * rest().rest_orientation[i]).normalized();
+        state.velocity[i] = keep * work.velocity[i];
+        state.angular_velocity[i] = keep * work.angular_velocity[i];
+        state.group_rotation[i] = work.goals[i].rotation;
+    }
+    for (size_t r = 0; r < state.rigid_bodies.size(); ++r) {
+        const size_t i = n_particles() + r;
+        state.rigid_bodies[r] = {work.moving[i].x, work.moving[i].d, keep * work.velocity[i], keep * work.angular_velocity[i]};
+    }
+    state.time += h;
+}
+
+Status Substep::check_finite(const char* stage) const {
+    for (size_t i = 0; i < n_movables(); ++i) {
+        const MovingParticle& p = work.moving[i];
+        const bool finite = p.x.allFinite() && p.d.coeffs().allFinite() && work.velocity[i].allFinite() && work.angular_velocity[i].allFinite();
+        if (finite && work.velocity[i].squaredNorm() < kRunawaySpeed * kRunawaySpeed) continue;
+        const std::string who = i < n_particles()
+            ? "particle " + std::to_string(i) + " (body '" + context.scene.bodies[rest().body[i]].name + "', fragment " + std::to_string(rest().fragment[i]) + ")"
+            : "rigid body '" + context.scene.rigid_bodies[i - n_particles()].name + "'";
+        return Error{ErrorCode::numerical, who + (finite ? " runs away (above 1e5 m/s)" : " is not finite") + " after " + stage,
+                     "time " + std::to_string(state.time) + " s", "use more substeps, or a smaller stiffness or force", {}, {}};
+    }
+    return {};
+}
+
+}  // namespace
+
+void synchronise(const StepContext& context, const FrameState& state, Workspace& w) {
+    const SimulationMesh& rest = context.scene.rest;
+    const size_t n = rest.n_particles(), n_movables = n + context.scene.rigid_bodies.size();
+    if (w.synced_edges != state.edge_intact || w.synced_plastic != state.plastic_deformation || w.moving.size() != n_movables) {
+        w.live.reset(rest, state.edge_intact);
+        w.shapes.reset(rest, w.live, state.plastic_deformation);
+        w.synced_edges = state.edge_intact;
+        w.synced_plastic = state.plastic_deformation;
+        w.moving.resize(n_movables), w.start_position.resize(n_movables), w.start_rotation.resize(n_movables);
+        w.velocity.resize(n_movables), w.angular_velocity.resize(n_movables);
+        w.contact_mass.resize(n_movables), w.push.resize(n_movables);
+        w.inertia.resize(n), w.stiffness.resize(n), w.paper_stiffness.resize(n), w.goals.resize(n);
+        w.strains.assign(n, GroupStrain()), w.flowed.assign(n, 0), w.held.assign(n, 0);
+        w.piece_held.assign(w.live.n_pieces(), 0), w.piece_angular.assign(w.live.n_pieces(), Vec3::Zero());
+    }
+    for (size_t g = 0; g < n; ++g) {  // materials may be animated
+        const Material& material = context.input.materials[rest.body[g]];
+        w.stiffness[g] = group_stiffness(w.shapes.group[g], rest.volume[g], material);
+        w.paper_stiffness[g] = material.stiffness;
+        w.goals[g].rotation = state.group_rotation[g];
+    }
+}
+
+Status substep(const StepContext& context, double h, double begin, double end, bool measure, Workspace& io_work, FrameState& io_state,
+               StepReport& io_report) {
+    Substep s{context, h, begin, end, measure, io_work, io_state, io_report};
+    {
+        Stopwatch watch(io_report.predict_s);
+        s.load();
+        s.predict();
+    }
+    {
+        Stopwatch watch(io_report.contact_s);
+        s.find_contacts();
+    }
+    {
+        Stopwatch watch(io_report.momentum_s);
+        s.remember_momentum();
+    }
+    s.correct();
+    {
+        Stopwatch watch(io_report.momentum_s);
+        s.update_velocities();
+        if (Status ok = s.check_finite("shape matching and contacts"); !ok) return ok;
+        s.restore_momentum();
+    }
+    {
+        Stopwatch watch(io_report.contact_s);
+        s.bounce_and_separate();
+    }
+    {
+        Stopwatch watch(io_report.fracture_s);
+        s.flow_and_measure();
+        s.break_edges();
+    }
+    if (Status ok = s.check_finite("flow and fracture"); !ok) return ok;
+    s.store();
+    io_report.n_components = io_work.live.n_pieces();
+    return {};
+}
+
+}  // namespace sunder

@@ -1,0 +1,57 @@
+// One substep of the whole scene.
+#pragma once
+
+#include <vector>
+
+#include "solver/collision/contact_response.h"
+#include "solver/collision/scene_contacts.h"
+#include "solver/fracture.h"
+#include "solver/momentum.h"
+#include "solver/parallel.h"
+#include "solver/scene.h"
+
+namespace sunder {
+
+/// Scratch of the solver: derived from rest data and the state alone, so it may be rebuilt at any time without
+/// changing a bit of the result. Arrays of "movables" hold the particles, then the rigid bodies.
+struct Workspace {
+    LiveTopology live;
+    GroupShapes shapes;
+    std::vector<uint8_t> synced_edges;          // what `live` was built from
+    std::vector<Mat3> synced_plastic;           // what `shapes` was built from
+
+    std::vector<MovingParticle> moving;         // (n_movables)
+    std::vector<Vec3> start_position;           // (n_movables)
+    std::vector<Quat> start_rotation;           // (n_movables), since rest
+    std::vector<Vec3> velocity, angular_velocity;  // (n_movables)
+    std::vector<ContactMass> contact_mass;      // (n_movables)
+    std::vector<ContactPush> push;              // (n_movables)
+    std::vector<Mat3> inertia;                  // of particles, world (n_particles)
+    std::vector<GroupStiffness> stiffness;      // (n_particles)
+    std::vector<double> paper_stiffness;        // k in [0, 1]  (n_particles)
+    std::vector<GroupGoal> goals;               // (n_particles)
+    std::vector<GroupStrain> strains;           // (n_particles)
+    std::vector<uint8_t> flowed;                // (n_particles)
+    std::vector<uint8_t> held;                  // by an active pin (n_particles)
+    std::vector<uint8_t> piece_held;            // (n_pieces)
+    std::vector<Vec3> piece_angular;            // L the piece must have (n_pieces)
+    std::vector<ActiveContact> contacts;
+    SceneContacts detection;
+};
+
+struct StepContext {
+    const Scene& scene;
+    const FrameInput& input;
+    const SolverSettings& settings;
+    const WorkerPool& workers;
+};
+
+/// Brings the workspace in line with a state that was set from outside.
+void synchronise(const StepContext& context, const FrameState& state, Workspace& io_work);
+
+/// Advances by h seconds; `begin` and `end` say where in the frame this is, in [0, 1]. `measure`: also write the strain
+/// of groups that neither flow nor break. On an error the state is spoilt: keep a copy.
+Status substep(const StepContext& context, double h, double begin, double end, bool measure, Workspace& io_work, FrameState& io_state,
+               StepReport& io_report);
+
+}  // namespace sunder
