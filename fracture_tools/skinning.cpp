@@ -1,0 +1,119 @@
+#include "fracture_tools/skinning.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sunder {
+
+Skin::Skin(std::vector<Vec3> rest_vertex, const SimulationMesh& rest, const SkinKernel& kernel)
+    : rest_vertex_(std::move(rest_vertex)), rest_particle_(rest.rest_position), edges_(rest.edges),
+      group_offset_(rest.group_offset), group_member_(rest.group_member), member_edge_(rest.member_edge),
+      kernel_(kernel), ring_changed_(rest.n_particles(), 1), is_candidate_(rest.n_particles(), 0) {
+    // Weighted by area: a neighbour behind a sliver of an interface says little about how far apart particles are.
+    // The support is the one of the rest state also after edges broke, or weights would jump without need.
+    support_.resize(rest.n_particles());
+    for (uint32_t i = 0; i < rest.n_particles(); ++i) {
+        double area = 0, area_length = 0, length = 0;
+        uint32_t count = 0;
+        for (uint32_t s = group_offset_[i]; s < group_offset_[i + 1]; ++s) {
+            if (member_edge_[s] == SimulationMesh::kNone) continue;
+            const double l = (rest_particle_[group_member_[s]] - rest_particle_[i]).norm();
+            const double a = edges_[member_edge_[s]].area;
+            area += a, area_length += a * l, length += l, ++count;
+        }
+        const double mean = area > 0 ? area_length / area : count > 0 ? length / count : 0;
+        support_[i] = mean > 0 ? kernel_.reach * mean : 1.0;  // alone: whatever, it has no rival
+    }
+}
+
+void Skin::mark_changed_rings(std::span<const uint8_t> edge_intact) {
+    std::fill(ring_changed_.begin(), ring_changed_.end(), edge_intact_.empty());
+    for (size_t e = 0; e < edge_intact_.size(); ++e)
+        if (bool(edge_intact[e]) != bool(edge_intact_[e])) ring_changed_[edges_[e].a] = ring_changed_[edges_[e].b] = 1;
+    edge_intact_.assign(edge_intact.begin(), edge_intact.end());
+}
+
+void Skin::bind(const SplitTopology& topology, std::span<const uint8_t> edge_intact) {
+    mark_changed_rings(edge_intact);
+    const uint32_t n = static_cast<uint32_t>(topology.n_vertices());
+    std::vector<uint32_t> pool_vertex(n), nearest(n), offset(1, 0);
+    std::vector<Influence> influence;
+    influence.reserve(influence_.size() + influence_.size() / 8);
+    offset.reserve(n + 1);
+    std::vector<uint32_t> connected;
+    std::vector<Influence> weights;
+    for (uint32_t v = 0; v < n; ++v) {
+        pool_vertex[v] = topology.pool_vertex(v);
+        topology.connected_fragments(v, connected);
+        const uint32_t before = topology.previous_vertex(v);
+        const bool changed = before == SplitTopology::kNone || before >= pool_vertex_.size() ||
+                             std::any_of(connected.begin(), connected.end(), [&](uint32_t i) { return ring_changed_[i]; });
+        if (!changed) {
+            nearest[v] = nearest_[before];
+            const auto kept = influences(before);
+            influence.insert(influence.end(), kept.begin(), kept.end());
+        } else {
+            const Vec3& x = rest_vertex_[pool_vertex[v]];
+            nearest[v] = *std::min_element(connected.begin(), connected.end(), [&](uint32_t i, uint32_t j) {
+                return (rest_particle_[i] - x).squaredNorm() < (rest_particle_[j] - x).squaredNorm();
+            });
+            find_candidates(connected, edge_intact);
+            weigh(x, weights);
+            influence.insert(influence.end(), weights.begin(), weights.end());
+        }
+        offset.push_back(static_cast<uint32_t>(influence.size()));
+    }
+    pool_vertex_.swap(pool_vertex), nearest_.swap(nearest);
+    influence_offset_.swap(offset), influence_.swap(influence);
+}
+
+// Ascending, so that sums over them are taken in the same order on every way to the same state.
+void Skin::find_candidates(const std::vector<uint32_t>& connected, std::span<const uint8_t> edge_intact) {
+    candidate_.clear();
+    for (uint32_t i : connected)
+        for (uint32_t s = group_offset_[i]; s < group_offset_[i + 1]; ++s) {
+            const uint32_t j = group_member_[s];
+            if (is_candidate_[j] || (member_edge_[s] != SimulationMesh::kNone && !edge_intact[member_edge_[s]])) continue;
+            is_candidate_[j] = 1;
+            candidate_.push_back(j);
+        }
+    std::sort(candidate_.begin(), candidate_.end());
+    for (uint32_t j : candidate_) is_candidate_[j] = 0;
+}
+
+void Skin::weigh(const Vec3& x, std::vector<Influence>& out) {
+    out.clear();
+    double closest = std::numeric_limits<double>::infinity();  // in supports
+    for (uint32_t j : candidate_) {
+        const double t = (rest_particle_[j] - x).norm() / support_[j];
+        closest = std::min(closest, t);
+        out.push_back({j, t});
+    }
+    // Far out (a spike, a long thin piece) the supports grow with the distance, so that the nearest always has a say.
+    constexpr double kFarOut = 0.75;
+    const double grow = std::max(1.0, closest / kFarOut);
+    double sum = 0;
+    std::erase_if(out, [&](const Influence& i) { return i.weight >= grow; });
+    for (Influence& i : out) {
+        const double t = i.weight / grow, k = 1 - t * t;
+        i.weight = k * k * k;
+        sum += i.weight;
+    }
+    for (Influence& i : out) i.weight /= sum;
+}
+
+void Skin::blend(std::span<const Affine> particle, std::vector<Affine>& out) const {
+    out.resize(pool_vertex_.size());
+    for (size_t v = 0; v < out.size(); ++v) {
+        Mat3 linear = Mat3::Zero();
+        Vec3 offset = Vec3::Zero();
+        for (uint32_t s = influence_offset_[v]; s < influence_offset_[v + 1]; ++s) {
+            const auto [p, w] = influence_[s];
+            linear += w * particle[p].linear;
+            offset += w * particle[p].offset;
+        }
+        out[v] = {linear, offset};
+    }
+}
+
+}  // namespace sunder

@@ -1,0 +1,201 @@
+#include "fracture_tools/visual_mesh.h"
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+
+#include "fracture_tools/fragment_faces.h"
+#include "fracture_tools/particle_transforms.h"
+#include "fracture_tools/skinning.h"
+#include "fracture_tools/split_topology.h"
+#include "fracture_tools/surface_normals.h"
+
+namespace sunder {
+namespace {
+
+// Of the body's particles when all is well with them.
+Status check_rest(const SimulationMesh& rest, size_t n_fragments) {
+    const std::string where = "simulation mesh";
+    const size_t n = rest.n_particles();
+    if (n != n_fragments)
+        return bad_input(where, "there are " + std::to_string(n) + " particles for " + std::to_string(n_fragments) +
+                                    " fragments", "pass the slice of this body alone");
+    if (rest.rest_orientation.size() != n) return bad_input(where, "particles and orientations differ in number");
+    for (size_t i = 0; i < n; ++i)
+        if (!rest.rest_position[i].allFinite() || !rest.rest_orientation[i].coeffs().allFinite())
+            return bad_input(where, "particle " + std::to_string(i) + " is not finite");
+    for (size_t e = 0; e < rest.n_edges(); ++e)
+        if (rest.edges[e].a >= rest.edges[e].b || rest.edges[e].b >= n)
+            return bad_input(where, "edge " + std::to_string(e) + " joins no two particles of the body",
+                             "pass the slice of this body alone, numbered from 0");
+    if (rest.group_offset.size() != n + 1 || rest.group_member.size() != n + 2 * rest.n_edges() ||
+        rest.member_edge.size() != rest.group_member.size())
+        return bad_input(where, "one-rings are not built", "call build_one_rings");
+    return {};
+}
+
+// Interface of an edge, kNone for an edge whose fragments share none.
+std::vector<uint32_t> edge_interfaces(const FragmentSet& set, const SimulationMesh& rest) {
+    std::vector<uint32_t> of_edge;
+    for (const Edge& e : rest.edges) {
+        const std::pair wanted(FragmentId(e.a), FragmentId(e.b));
+        const auto at = std::lower_bound(set.interfaces.begin(), set.interfaces.end(), wanted,
+                                         [](const Interface& i, const auto& w) { return std::pair(i.a, i.b) < w; });
+        const bool found = at != set.interfaces.end() && std::pair(at->a, at->b) == wanted;
+        of_edge.push_back(found ? static_cast<uint32_t>(at - set.interfaces.begin()) : SimulationMesh::kNone);
+    }
+    return of_edge;
+}
+
+}  // namespace
+
+struct VisualMeshBuilder::Impl {
+    Impl(std::shared_ptr<const FragmentSet> fragments, const SimulationMesh& rest, const Pose& pose) {
+        if (!fragments) {
+            status = bad_usage("no fragments were given");
+            return;
+        }
+        set = std::move(fragments);
+        status = prepare(rest, pose);
+    }
+
+    Status prepare(const SimulationMesh& rest, const Pose& pose) {
+        Result<FragmentFaces> faces = make_fragment_faces(*set);
+        if (!faces) return faces.error();
+        if (Status s = check_rest(rest, set->fragments.size()); !s) return s;
+        if (!pose.position.allFinite() || !pose.orientation.coeffs().allFinite())
+            return bad_input("pose", "it is not finite");
+        Result<SplitTopology> split = SplitTopology::make(faces.take());
+        if (!split) return split.error();
+        topology = split.take();
+
+        std::vector<Vec3> rest_vertex, artist_normals, interface_normals;
+        for (const Vec3& v : set->vertices) rest_vertex.push_back(pose.apply(v));
+        for (const Vec3f& n : set->outer_corner_normals) artist_normals.push_back(pose.orientation * n.cast<double>());
+        for (const Interface& i : set->interfaces) interface_normals.push_back(pose.orientation * i.normal);
+        normals.emplace(topology->faces(), rest_vertex, std::move(artist_normals), interface_normals);
+        skin.emplace(std::move(rest_vertex), rest);
+
+        transforms.emplace(rest);
+        n_particles = rest.n_particles(), edges = rest.edges;
+        edge_interface = edge_interfaces(*set, rest);
+        return {};
+    }
+
+    Status check_frame(const BodyFrame& frame) const {
+        const size_t n = n_particles;
+        if (frame.position.size() != n || frame.orientation.size() != n || frame.plastic_deformation.size() != n)
+            return bad_input("frame", "it has " + std::to_string(frame.position.size()) + " positions, " +
+                                          std::to_string(frame.orientation.size()) + " orientations and " +
+                                          std::to_string(frame.plastic_deformation.size()) +
+                                          " plastic deformations for " + std::to_string(n) + " particles");
+        if (frame.edge_intact.size() != edges.size())
+            return bad_input("frame", "it tells of " + std::to_string(frame.edge_intact.size()) + " edges, the body has " +
+                                          std::to_string(edges.size()));
+        for (size_t i = 0; i < n; ++i)
+            if (!frame.position[i].allFinite() || !frame.orientation[i].coeffs().allFinite() ||
+                !(frame.orientation[i].norm() > 0) || !frame.plastic_deformation[i].allFinite())
+                return Error{ErrorCode::numerical, "the state of particle " + std::to_string(i) + " is not finite",
+                             "frame", "take more substeps, or a softer or slower scene", {}, {}};
+        return {};
+    }
+
+    // An interface is as intact as its edge. One that was left without an edge (a contact too weak to count) holds as
+    // long as its fragments are in one piece: torn sooner it would leak, later it would tie two pieces together.
+    std::vector<uint8_t> interface_intact(std::span<const uint8_t> edge_intact) const {
+        std::vector<uint32_t> piece(n_particles);
+        std::iota(piece.begin(), piece.end(), 0u);
+        auto piece_of = [&](uint32_t i) {
+            while (piece[i] != i) i = piece[i] = piece[piece[i]];
+            return i;
+        };
+        for (size_t e = 0; e < edges.size(); ++e)
+            if (edge_intact[e]) piece[piece_of(edges[e].a)] = piece_of(edges[e].b);
+        std::vector<uint8_t> intact(set->interfaces.size());
+        for (size_t i = 0; i < intact.size(); ++i)
+            intact[i] = piece_of(set->interfaces[i].a.value) == piece_of(set->interfaces[i].b.value);
+        for (size_t e = 0; e < edges.size(); ++e)
+            if (edge_interface[e] != SimulationMesh::kNone) intact[edge_interface[e]] = edge_intact[e] != 0;
+        return intact;
+    }
+
+    void follow_breaks(std::span<const uint8_t> edge_intact) {
+        if (bound && std::equal(edge_intact.begin(), edge_intact.end(), bound_edges.begin(), bound_edges.end(),
+                                [](uint8_t x, uint8_t y) { return bool(x) == bool(y); }))
+            return;
+        const bool split = topology->update(interface_intact(edge_intact));
+        skin->bind(*topology, edge_intact);
+        if (split) normals->bind(*topology), list_attributes();
+        mesh.vertex_fragment.assign(skin->nearest().begin(), skin->nearest().end());
+        bound_edges.assign(edge_intact.begin(), edge_intact.end());
+        bound = true;
+    }
+
+    void list_attributes() {
+        const FragmentFaces& faces = topology->faces();
+        const bool has_uvs = !set->outer_corner_uvs.empty() || !set->interface_corner_uvs.empty();
+        mesh.triangles.assign(topology->triangles().begin(), topology->triangles().end());
+        mesh.triangle_material.clear(), mesh.triangle_fragment.clear(), mesh.corner_uvs.clear();
+        for (uint32_t f : topology->triangle_face()) {
+            mesh.triangle_material.push_back(faces.is_outer(f) ? set->outer_material[f] : set->interior_material);
+            mesh.triangle_fragment.push_back(faces.fragment[f]);
+            for (int c = 0; has_uvs && c < 3; ++c) mesh.corner_uvs.push_back(corner_uv(f, c));
+        }
+    }
+
+    // Side b sees the cut from behind: u changes sign, so that a texture reads the right way round on both sides and
+    // what meets at one point of the cut has the same |u|, v.
+    Vec2f corner_uv(uint32_t face, int c) const {
+        const FragmentFaces& faces = topology->faces();
+        const std::vector<Vec2f>& uvs = faces.is_outer(face) ? set->outer_corner_uvs : set->interface_corner_uvs;
+        if (uvs.empty()) return Vec2f::Zero();
+        const Vec2f uv = uvs[faces.source_corner(face, c)];
+        return faces.is_side_b(face) ? Vec2f(-uv.x(), uv.y()) : uv;
+    }
+
+    void move_vertices() {
+        skin->blend(particle, vertex_skin);
+        vertex_position.resize(vertex_skin.size());
+        mesh.positions.resize(vertex_skin.size());
+        for (uint32_t v = 0; v < vertex_skin.size(); ++v) {
+            vertex_position[v] = vertex_skin[v].apply(skin->rest_position(v));
+            mesh.positions[v] = vertex_position[v].cast<float>();
+        }
+    }
+
+    Status status;
+    std::shared_ptr<const FragmentSet> set;
+    std::optional<SplitTopology> topology;
+    std::optional<Skin> skin;
+    std::optional<SurfaceNormals> normals;
+    std::optional<ParticleTransforms> transforms;
+    size_t n_particles = 0;
+    std::vector<Edge> edges;
+    std::vector<uint32_t> edge_interface;
+
+    bool bound = false;
+    std::vector<uint8_t> bound_edges;           // what topology, skin and normals stand for
+    std::vector<Affine> particle, vertex_skin;
+    std::vector<Vec3> vertex_position;          // double: normals of small triangles far from the origin
+    VisualMesh mesh;
+};
+
+VisualMeshBuilder::VisualMeshBuilder(std::shared_ptr<const FragmentSet> fragments, const SimulationMesh& rest,
+                                     const Pose& pose)
+    : impl_(std::make_unique<Impl>(std::move(fragments), rest, pose)) {}
+
+VisualMeshBuilder::~VisualMeshBuilder() = default;
+
+Result<VisualMesh> VisualMeshBuilder::build(const BodyFrame& frame) {
+    Impl& self = *impl_;
+    if (!self.status) return self.status.error();
+    if (Status s = self.check_frame(frame); !s) return s.error();
+    self.follow_breaks(frame.edge_intact);
+    self.transforms->evaluate(frame.position, frame.orientation, frame.plastic_deformation, frame.edge_intact,
+                              self.particle);
+    self.move_vertices();
+    self.normals->evaluate(*self.topology, self.vertex_position, self.vertex_skin, self.mesh.corner_normals);
+    return self.mesh;
+}
+
+}  // namespace sunder
