@@ -1,0 +1,136 @@
+"""Reads what `sunder bake` wrote, with numpy alone: the manifest, mesh frames and state frames (docs/files.md)."""
+import json
+import os
+
+import numpy as np
+
+_TYPES = {"char": "i1", "uchar": "u1", "short": "<i2", "ushort": "<u2", "int": "<i4", "uint": "<u4", "float": "<f4",
+          "double": "<f8", "int8": "i1", "uint8": "u1", "int16": "<i2", "uint16": "<u2", "int32": "<i4",
+          "uint32": "<u4", "float32": "<f4", "float64": "<f8"}
+
+
+class BakeError(Exception):
+    """A file is missing or is not what it should be; the text starts with its path."""
+
+
+def read_ply(path):
+    """Binary little-endian PLY as {element: structured array}; a list property of k entries is a (k,) field.
+
+    Lists must have the same length in all rows of an element, as all that we write have.
+    """
+    try:
+        with open(path, "rb") as file:
+            data = file.read()
+    except OSError as error:
+        raise BakeError(f"{path}: {error.strerror}") from error
+    end = data.find(b"end_header\n")
+    lines = data[:end].decode("ascii", "replace").split("\n") if end >= 0 else []
+    if lines[:2] != ["ply", "format binary_little_endian 1.0"]:
+        raise BakeError(f"{path}: not a binary little-endian PLY file")
+    elements = []
+    try:
+        for words in map(str.split, lines[2:]):
+            if words[:1] == ["element"]:
+                elements.append((words[1], int(words[2]), []))
+            elif words[:1] == ["property"]:
+                types = [_TYPES[t] for t in (words[2:4] if words[1] == "list" else words[1:2])]
+                elements[-1][2].append((types, words[1 + len(types) + (words[1] == "list")]))
+    except (KeyError, IndexError, ValueError) as error:
+        raise BakeError(f"{path}: its header is not understood") from error
+    at = end + len(b"end_header\n")
+    result = {}
+    for name, count, properties in elements:
+        row_type, counts = _row_type(data, at, count, properties)
+        if at + count * row_type.itemsize > len(data):
+            raise BakeError(f"{path}: ends within its {name} rows")
+        rows = np.frombuffer(data, row_type, count, at)
+        for field, length in counts.items():
+            if np.any(rows[field] != length):
+                raise BakeError(f"{path}: lists of different lengths in {name}")
+        at += rows.nbytes
+        result[name] = rows
+    if at != len(data):
+        raise BakeError(f"{path}: {len(data) - at} bytes too many")
+    return result
+
+
+def _row_type(data, at, count, properties):
+    """numpy type of one row, list lengths taken from the first row, and {length field: length}."""
+    fields, lengths = [], {}
+    for types, name in properties:
+        if len(types) == 1:
+            fields.append((name, types[0]))
+            continue
+        count_type, entry_type = types
+        offset = at + np.dtype(fields).itemsize
+        whole = count > 0 and offset + np.dtype(count_type).itemsize <= len(data)
+        length = int(np.frombuffer(data, count_type, 1, offset)[0]) if whole else 0
+        lengths[name + " count"] = length
+        fields += [(name + " count", count_type), (name, entry_type, (length,))]
+    return np.dtype(fields), lengths
+
+
+class Bake:
+    """A bake folder. `meshes` and `states` are path patterns with ####, `rigid_bodies` the graph's nodes in the
+    solver's order, `planes` its plane colliders, `frames` the numbers of the frames that are there."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        path = os.path.join(folder, "manifest.json")
+        try:
+            with open(path, encoding="utf-8") as file:
+                self.graph = json.load(file)["graph"]
+            nodes = self.graph["nodes"]
+        except OSError as error:
+            raise BakeError(f"{path}: {error.strerror}") from error
+        except (ValueError, KeyError, TypeError) as error:
+            raise BakeError(f"{path}: not a manifest of a bake") from error
+        self.nodes = nodes
+        self.meshes = [n["path"] for n in nodes.values() if n["type"] == "bake_mesh"]
+        self.states = [n["path"] for n in nodes.values() if n["type"] == "bake_state"]
+        solvers = [n for n in nodes.values() if n["type"] == "solver"]
+        wires = solvers[0].get("rigid_bodies", []) if solvers else []
+        self.rigid_bodies = [nodes[w[1:].split(".")[0]] for w in ([wires] if isinstance(wires, str) else wires)]
+        self.planes = [n for n in nodes.values() if n["type"] == "collider" and n.get("shape") == "plane"]
+        first, last = self.graph["frame_range"]
+        self.frames = [f for f in range(first, last + 1)
+                       if all(os.path.exists(self.path(p, f)) for p in self.meshes + self.states)]
+        if not self.meshes or not self.frames:
+            raise BakeError(f"{folder}: has no whole mesh frame")
+
+    def path(self, pattern, frame):
+        """The file of a frame: #### becomes the number, with zeros in front."""
+        width = pattern.count("#")
+        return os.path.join(self.folder, pattern.replace("#" * width, f"{frame:0{width}d}"))
+
+    def mesh_frame(self, pattern, frame):
+        """Positions (v, 3), triangles (t, 3), corner normals (3t, 3), material and fragment (t,) of one mesh."""
+        path = self.path(pattern, frame)
+        ply = read_ply(path)
+        try:
+            vertex, face = ply["vertex"], ply["face"]
+            positions = np.stack([vertex["x"], vertex["y"], vertex["z"]], 1).astype(np.float32)
+            triangles = np.ascontiguousarray(face["vertex_indices"], np.int32)
+            normals = np.ascontiguousarray(face["corner_normals"], np.float32).reshape(-1, 3)
+            material, fragment = (np.ascontiguousarray(face[n], np.int32) for n in ("material", "fragment"))
+        except (KeyError, ValueError) as error:
+            raise BakeError(f"{path}: not a mesh frame ({error})") from error
+        if triangles.size and (triangles.min() < 0 or triangles.max() >= len(positions)):
+            raise BakeError(f"{path}: a triangle names a vertex that is not there")
+        return positions, triangles, normals, material, fragment
+
+    def interior_material(self, pattern):
+        """The id of break surfaces: one more than the last outer one, and the first frame has only outer ones."""
+        return int(self.mesh_frame(pattern, self.frames[0])[3].max(initial=0)) + 1
+
+    def rigid_body_poses(self, frame):
+        """Position (n, 3) and quaternion w x y z (n, 4) of each rigid body."""
+        if not self.states or not self.rigid_bodies:
+            return np.zeros((0, 3)), np.zeros((0, 4))
+        path = self.path(self.states[0], frame)
+        rows = read_ply(path).get("rigid_body")
+        if rows is None or len(rows) != len(self.rigid_bodies):
+            raise BakeError(f"{path}: holds {0 if rows is None else len(rows)} rigid bodies, "
+                            f"the graph {len(self.rigid_bodies)}")
+        return (np.stack([rows[n] for n in ("x", "y", "z")], 1),
+                np.stack([rows[n] for n in ("qw", "qx", "qy", "qz")], 1))

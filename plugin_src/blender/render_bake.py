@@ -1,0 +1,251 @@
+"""Draws a bake with Blender, without the add-on: mesh frames, rigid bodies, floor, light, and a contact sheet.
+
+    blender -b --factory-startup --python-exit-code 9 --python render_bake.py -- BAKE_DIR OUT_DIR [options]
+
+Outer surfaces are drawn in lead grey (first mesh) and clay (further ones), break surfaces in bright orange.
+"""
+import argparse
+import os
+import signal
+import subprocess
+import sys
+from math import radians, tan
+
+import bpy
+import numpy as np
+from mathutils import Quaternion, Vector
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from bake_reader import Bake, BakeError  # noqa: E402
+
+OUTER_COLORS = [(0.30, 0.33, 0.38), (0.46, 0.20, 0.11), (0.27, 0.42, 0.40), (0.50, 0.44, 0.28)]  # linear RGB
+INNER_COLOR = (1.0, 0.42, 0.03)
+RIGID_COLOR = (0.07, 0.08, 0.10)
+FLOOR_COLOR = (0.42, 0.43, 0.45)
+LABEL_FONT = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf"
+
+
+def arguments():
+    parser = argparse.ArgumentParser(prog="render_bake.py")
+    parser.add_argument("bake")
+    parser.add_argument("out")
+    parser.add_argument("--frames", help="numbers and ranges, as 1,5,10:20 (default: 12 spread over the bake)")
+    parser.add_argument("--sheet", help="write a contact sheet of the rendered frames to this PNG")
+    parser.add_argument("--width", type=int, default=640, help="pixels; the picture is 16:9")
+    parser.add_argument("--engine", choices=["cycles", "eevee", "workbench"], default="cycles")
+    parser.add_argument("--samples", type=int, default=32, help="light paths per pixel")
+    return parser.parse_args(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else [])
+
+
+def chosen_frames(text, there):
+    if not text:
+        count = min(12, len(there))
+        return [there[round(i)] for i in np.linspace(0, len(there) - 1, count)]
+    frames = []
+    for part in text.split(","):
+        first, _, last = part.partition(":")
+        frames += range(int(first), int(last or first) + 1)
+    missing = sorted(set(frames) - set(there))
+    if missing:
+        raise BakeError(f"frames {missing} are not in the bake, which has {there[0]} to {there[-1]}")
+    return frames
+
+
+def material(name, color, roughness=0.6, metallic=0.0):
+    made = bpy.data.materials.new(name)
+    made.use_nodes = True
+    made.diffuse_color = (*color, 1)  # what Workbench shows
+    made.roughness, made.metallic = roughness, metallic
+    shader = made.node_tree.nodes["Principled BSDF"]
+    shader.inputs["Base Color"].default_value = (*color, 1)
+    shader.inputs["Roughness"].default_value = roughness
+    shader.inputs["Metallic"].default_value = metallic
+    return made
+
+
+def add_object(name, mesh, *materials):
+    for m in materials:
+        mesh.materials.append(m)
+    thing = bpy.data.objects.new(name, mesh)
+    bpy.context.scene.collection.objects.link(thing)
+    return thing
+
+
+def write_mesh(mesh, positions, triangles, corner_normals, face_material):
+    """Replaces the geometry of `mesh`; materials stay. Corners must be given as float32 and int32."""
+    mesh.clear_geometry()
+    n = len(triangles)
+    mesh.vertices.add(len(positions))
+    mesh.loops.add(3 * n)
+    mesh.polygons.add(n)
+    mesh.vertices.foreach_set("co", positions.ravel())
+    mesh.loops.foreach_set("vertex_index", triangles.ravel())
+    mesh.polygons.foreach_set("loop_start", np.arange(0, 3 * n, 3, dtype=np.int32))
+    if not bpy.types.MeshPolygon.bl_rna.properties["loop_total"].is_readonly:  # it is from Blender 3.6 on
+        mesh.polygons.foreach_set("loop_total", np.full(n, 3, np.int32))
+    mesh.polygons.foreach_set("material_index", face_material)
+    mesh.polygons.foreach_set("use_smooth", np.ones(n, bool))
+    mesh.update(calc_edges=True)
+    if hasattr(mesh, "use_auto_smooth"):  # Blender before 4.1 shows custom normals only then
+        mesh.use_auto_smooth = True
+    mesh.normals_split_custom_set(corner_normals.tolist())
+
+
+def rigid_body_mesh(node):
+    import bmesh
+    shape, mesh = bmesh.new(), bpy.data.meshes.new("rigid body")
+    if node.get("shape", "sphere") == "box":
+        bmesh.ops.create_cube(shape, size=2)
+        bmesh.ops.scale(shape, vec=Vector(node.get("half_extents", (0.5, 0.5, 0.5))), verts=shape.verts)
+    else:
+        bmesh.ops.create_uvsphere(shape, u_segments=64, v_segments=32, radius=node.get("radius", 0.5))
+        for face in shape.faces:
+            face.smooth = True
+    shape.to_mesh(mesh)
+    shape.free()
+    return mesh
+
+
+def floor_height(bake):
+    position = bake.planes[0].get("position", (0, 0, 0)) if bake.planes else (0, 0, 0)
+    return 0.0 if isinstance(position, dict) else position[2]
+
+
+def subject_box(bake, frames):
+    """What the camera must see: the bodies whole at first, and most of them (2nd to 98th percentile) later."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for frame in {frames[0], frames[len(frames) // 2], frames[-1]}:
+        for pattern in bake.meshes:
+            positions = bake.mesh_frame(pattern, frame)[0]
+            share = (0, 100) if frame == frames[0] else (2, 98)
+            low = np.minimum(low, np.percentile(positions, share[0], axis=0))
+            high = np.maximum(high, np.percentile(positions, share[1], axis=0))
+    high[2] += 0.30 * (high[2] - low[2])  # room for what falls from above
+    return low, high
+
+
+def add_camera(low, high):
+    """Looks down from the front (-Y) and stands just far enough back for the whole box."""
+    scene = bpy.context.scene
+    data = bpy.data.cameras.new("camera")
+    data.lens = 60
+    camera = bpy.data.objects.new("camera", data)
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    camera.rotation_mode = "QUATERNION"
+    view = Vector((0.0, 1.0, -0.38)).normalized()
+    camera.rotation_quaternion = view.to_track_quat("-Z", "Y")
+    right, up = camera.rotation_quaternion @ Vector((1, 0, 0)), camera.rotation_quaternion @ Vector((0, 1, 0))
+    half_width = tan(data.angle / 2)
+    half_height = half_width * scene.render.resolution_y / scene.render.resolution_x
+    center = Vector((low + high) / 2)
+    corners = [Vector((x, y, z)) - center for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+    distance = max(max(abs(c.dot(right)) / half_width, abs(c.dot(up)) / half_height) - c.dot(view) for c in corners)
+    camera.location = center - 1.04 * distance * view
+    data.clip_end = 100 * distance
+    return distance
+
+
+def add_light(low, high, distance):
+    """A large soft key light from the left, a weak fill from the right, and a bright even sky."""
+    center = Vector((low + high) / 2)
+    for name, place, size, power in (("key", (-0.9, -0.8, 1.3), 0.5, 26), ("fill", (1.2, -0.9, 0.5), 1.0, 3)):
+        data = bpy.data.lights.new(name, "AREA")
+        data.size = size * distance
+        data.energy = power * distance ** 2
+        light = bpy.data.objects.new(name, data)
+        light.location = center + Vector(place) * distance
+        light.rotation_euler = (center - light.location).to_track_quat("-Z", "Y").to_euler()
+        bpy.context.scene.collection.objects.link(light)
+    world = bpy.data.worlds.new("world")
+    world.use_nodes = True
+    world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.80, 0.86, 0.95, 1)
+    world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.25
+    bpy.context.scene.world = world
+
+
+def set_engine(options):
+    scene = bpy.context.scene
+    scene.render.resolution_x = options.width
+    scene.render.resolution_y = options.width * 9 // 16
+    scene.render.image_settings.file_format = "PNG"
+    scene.view_settings.view_transform = "Filmic"
+    scene.view_settings.look = "Medium High Contrast"
+    if options.engine == "cycles":
+        scene.render.engine = "CYCLES"
+        scene.cycles.samples = options.samples
+        scene.cycles.use_denoising = False  # Debian's Blender is built without the denoiser
+        scene.cycles.max_bounces = 3
+        scene.cycles.seed = 1
+        scene.render.use_persistent_data = True
+    elif options.engine == "eevee":
+        scene.render.engine = "BLENDER_EEVEE"
+        scene.eevee.taa_render_samples = options.samples
+        scene.eevee.use_gtao = True
+        scene.eevee.use_soft_shadows = True
+    else:
+        scene.render.engine = "BLENDER_WORKBENCH"
+        shading = scene.display.shading
+        shading.light, shading.color_type = "STUDIO", "MATERIAL"
+        shading.show_cavity = shading.show_shadows = True
+        shading.cavity_type = "BOTH"
+
+
+def contact_sheet(pictures, path):
+    command = ["montage", "-font", LABEL_FONT, "-pointsize", "18", "-fill", "#dddddd", "-background", "#202226"]
+    for frame, picture in pictures:
+        command += ["-label", f"frame {frame}", picture]
+    columns = min(3 if len(pictures) <= 9 else 4, len(pictures))
+    subprocess.run([*command, "-tile", f"{columns}x", "-geometry", "+4+4", path], check=True)
+
+
+def main():
+    options = arguments()
+    bake = Bake(options.bake)
+    frames = chosen_frames(options.frames, bake.frames)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    set_engine(options)
+    low, high = subject_box(bake, frames)
+    low[2] = min(low[2], floor_height(bake))
+    distance = add_camera(low, high)
+    add_light(low, high, distance)
+
+    inner = material("inside", INNER_COLOR, 0.7)
+    bodies = []
+    for i, pattern in enumerate(bake.meshes):
+        mesh = bpy.data.meshes.new(pattern)
+        outer = material(f"outside {i}", OUTER_COLORS[i % len(OUTER_COLORS)], 0.5)
+        bodies.append((pattern, add_object(pattern, mesh, outer, inner), bake.interior_material(pattern)))
+    iron = material("iron", RIGID_COLOR, 0.35, 0.6)
+    weights = [add_object("rigid body", rigid_body_mesh(node), iron) for node in bake.rigid_bodies]
+    if bake.planes:
+        floor = bpy.data.meshes.new("floor")
+        s, z = 20 * distance, floor_height(bake)
+        floor.from_pydata([(-s, -s, z), (s, -s, z), (s, s, z), (-s, s, z)], [], [(0, 1, 2, 3)])
+        add_object("floor", floor, material("floor", FLOOR_COLOR, 0.9))
+
+    os.makedirs(options.out, exist_ok=True)
+    pictures = []
+    for frame in frames:
+        for pattern, body, interior in bodies:
+            positions, triangles, normals, face_material, _ = bake.mesh_frame(pattern, frame)
+            write_mesh(body.data, positions, triangles, normals, (face_material >= interior).astype(np.int32))
+        for weight, position, orientation in zip(weights, *bake.rigid_body_poses(frame)):
+            weight.rotation_mode = "QUATERNION"
+            weight.location, weight.rotation_quaternion = Vector(position), Quaternion(orientation)
+        picture = os.path.join(options.out, f"frame_{frame:04d}.png")
+        bpy.context.scene.render.filepath = os.path.abspath(picture)
+        bpy.ops.render.render(write_still=True)
+        pictures.append((frame, picture))
+        print(f"render_bake: frame {frame}", flush=True)
+    if options.sheet:
+        contact_sheet(pictures, options.sheet)
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Blender's own handler in background mode ignores Ctrl-C
+    try:
+        main()
+    except BakeError as error:
+        print(f"render_bake: error: {error}", file=sys.stderr, flush=True)
+        sys.exit(3)
