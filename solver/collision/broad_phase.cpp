@@ -1,0 +1,198 @@
+#include "solver/collision/broad_phase.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+namespace sunder {
+namespace {
+
+constexpr int kLevels = 16;
+constexpr double kLevelRatio = 4;               // of cell sizes from level to level: 16 levels span 1e9 in size
+constexpr double kFinestCell = 1.5;             // of the median extent: most boxes cover 2-8 cells
+constexpr int64_t kCellLimit = (1 << 19) - 1;   // cells a side of the origin; farther boxes share the outermost cell
+constexpr double kFarthest = 1e150;             // m; beyond it differences and products may overflow
+constexpr double kSkin = 0.15;                  // of the median extent: growth of remembered boxes on every side
+
+bool usable(const Aabb& box) {
+    return (box.min.array() <= box.max.array()).all() && (box.min.array() > -kFarthest).all() &&
+           (box.max.array() < kFarthest).all();
+}
+
+double largest_extent(const Aabb& box) { return (box.max - box.min).maxCoeff(); }
+
+/// Median of the usable boxes' largest extents; the lower one of two. 0 when there is none.
+double median_extent(std::span<const Aabb> boxes, std::vector<double>& scratch) {
+    scratch.clear();
+    for (const Aabb& box : boxes) if (usable(box)) scratch.push_back(largest_extent(box));
+    if (scratch.empty()) return 0;
+    const auto middle = scratch.begin() + (scratch.size() - 1) / 2;
+    std::nth_element(scratch.begin(), middle, scratch.end());
+    return *middle;
+}
+
+/// Cells of one level. Coordinates are clamped to what a key can hold; clamping is monotone, so boxes that overlap still
+/// share a cell.
+struct Level {
+    Vec3 origin;
+    double inverse_size;
+    uint64_t tag;
+
+    int64_t cell(double x, int axis) const {
+        const double c = std::floor((x - origin[axis]) * inverse_size);
+        return static_cast<int64_t>(std::clamp(c, -double(kCellLimit), double(kCellLimit)));
+    }
+    std::array<int64_t, 3> cell(const Vec3& p) const { return {cell(p.x(), 0), cell(p.y(), 1), cell(p.z(), 2)}; }
+    uint64_t key(int64_t x, int64_t y, int64_t z) const {
+        const auto bits = [](int64_t c) { return static_cast<uint64_t>(c + kCellLimit) & 0xfffff; };
+        return tag << 60 | bits(x) << 40 | bits(y) << 20 | bits(z);
+    }
+};
+
+uint64_t scrambled(uint64_t x) {                // finaliser of splitmix64
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+    return x ^ (x >> 31);
+}
+
+/// Entries of one cell lie in one bucket, in the order in which they were made.
+void sort_into_buckets(OverlapScratch& s) {
+    const uint64_t n_buckets = std::bit_ceil(std::max<size_t>(s.entries.size(), 16));
+    s.bucket_begin.assign(n_buckets + 1, 0);
+    const auto bucket = [&](const OverlapScratch::Entry& e) { return scrambled(e.key) & (n_buckets - 1); };
+    for (const auto& e : s.entries) ++s.bucket_begin[bucket(e) + 1];
+    for (size_t k = 0; k < n_buckets; ++k) s.bucket_begin[k + 1] += s.bucket_begin[k];
+    s.sorted.resize(s.entries.size());
+    for (const auto& e : s.entries) s.sorted[s.bucket_begin[bucket(e)]++] = e;
+    for (size_t k = n_buckets; k > 0; --k) s.bucket_begin[k] = s.bucket_begin[k - 1];
+    s.bucket_begin[0] = 0;
+}
+
+/// Pairs in ascending order: counted into their first item, then sorted by the second within it.
+void sort_pairs(size_t n_items, OverlapScratch& s, std::vector<Pair>& out) {
+    s.pair_begin.assign(n_items + 1, 0);
+    for (const Pair& p : s.found) ++s.pair_begin[p.first + 1];
+    for (size_t i = 0; i < n_items; ++i) s.pair_begin[i + 1] += s.pair_begin[i];
+    out.resize(s.found.size());
+    for (const Pair& p : s.found) out[s.pair_begin[p.first]++] = p;
+    size_t begin = 0;
+    for (size_t i = 0; i < n_items; ++i) {
+        const size_t end = s.pair_begin[i];
+        std::sort(out.begin() + begin, out.begin() + end);
+        begin = end;
+    }
+}
+
+}  // namespace
+
+bool LiveRings::joined(uint32_t i, uint32_t j) const {
+    if (i >= begin.size()) return false;
+    const auto first = member.begin() + begin[i], last = member.begin() + end[i];
+    const auto found = std::lower_bound(first, last, j);
+    if (found == last || *found != j) return false;
+    return edge.empty() || edge_intact[edge[found - member.begin()]] != 0;
+}
+
+bool PairFilter::excludes(uint32_t i, uint32_t j) const {
+    if (i >= n_particles || j >= n_particles) return false;
+    const bool same_body = body.empty() || body[i] == body[j];
+    return same_body && (!self_collision || rings.joined(i, j));
+}
+
+void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, OverlapScratch& s, std::vector<Pair>& out) {
+    out.clear();
+    const double median = median_extent(boxes, s.extents);
+    if (s.extents.size() < 2) return;
+    // Points have no extent; their cells then follow from how far they lie apart.
+    Aabb bounds;
+    for (const Aabb& box : boxes) if (usable(box)) { bounds.extend(box.min); bounds.extend(box.max); }
+    const double spread = largest_extent(bounds);
+    const double cell = kFinestCell * std::max(median, 1e-6 * spread);
+    if (!(cell > 0)) {                          // everything is one and the same point
+        for (uint32_t i = 0; i < boxes.size(); ++i)
+            for (uint32_t j = i + 1; j < boxes.size(); ++j)
+                if (usable(boxes[i]) && usable(boxes[j]) && !filter.excludes(i, j)) out.push_back({i, j});
+        return;
+    }
+    // Counted from the middle box, so that a single runaway cannot spoil the resolution of the rest.
+    Vec3 origin;
+    for (int axis = 0; axis < 3; ++axis) {
+        s.extents.clear();
+        for (const Aabb& box : boxes) if (usable(box)) s.extents.push_back(box.min[axis]);
+        const auto middle = s.extents.begin() + s.extents.size() / 2;
+        std::nth_element(s.extents.begin(), middle, s.extents.end());
+        origin[axis] = *middle;
+    }
+    Level levels[kLevels];
+    double size = cell;
+    for (int l = 0; l < kLevels; ++l, size *= kLevelRatio) levels[l] = {origin, 1 / size, static_cast<uint64_t>(l)};
+    levels[kLevels - 1].inverse_size = 0;       // the coarsest level is a single cell: it takes what fits nowhere
+
+    s.level.resize(boxes.size());
+    bool inhabited[kLevels] = {};
+    for (size_t i = 0; i < boxes.size(); ++i) {
+        s.level[i] = kLevels;
+        if (!usable(boxes[i])) continue;
+        const double extent = largest_extent(boxes[i]);
+        int l = 0;
+        for (double fits = cell; l < kLevels - 1 && extent > fits; ++l) fits *= kLevelRatio;
+        s.level[i] = static_cast<uint8_t>(l);
+        inhabited[l] = true;
+    }
+    s.entries.clear();
+    for (uint32_t i = 0; i < boxes.size(); ++i)
+        for (int l = s.level[i]; l < kLevels; ++l) {
+            if (!inhabited[l]) continue;
+            const auto lo = levels[l].cell(boxes[i].min), hi = levels[l].cell(boxes[i].max);
+            for (int64_t x = lo[0]; x <= hi[0]; ++x)
+                for (int64_t y = lo[1]; y <= hi[1]; ++y)
+                    for (int64_t z = lo[2]; z <= hi[2]; ++z)
+                        s.entries.push_back({levels[l].key(x, y, z), i, l > s.level[i]});
+        }
+    sort_into_buckets(s);
+
+    s.found.clear();
+    for (size_t bucket = 0; bucket + 1 < s.bucket_begin.size(); ++bucket)
+        for (uint32_t p = s.bucket_begin[bucket]; p < s.bucket_begin[bucket + 1]; ++p) {
+            if (s.sorted[p].visitor) continue;
+            const Aabb& box_p = boxes[s.sorted[p].item];
+            const Level& level = levels[s.sorted[p].key >> 60];
+            for (uint32_t q = s.bucket_begin[bucket]; q < s.bucket_begin[bucket + 1]; ++q) {
+                const auto &ep = s.sorted[p], &eq = s.sorted[q];
+                if (eq.key != ep.key || (!eq.visitor && q <= p)) continue;      // residents meet once, visitors never
+                const Aabb& box_q = boxes[eq.item];
+                if (!overlap(box_p, box_q)) continue;
+                const auto owner = level.cell(Vec3(box_p.min.cwiseMax(box_q.min)));
+                if (level.key(owner[0], owner[1], owner[2]) != ep.key) continue;
+                const Pair pair = std::minmax(uint32_t(ep.item), uint32_t(eq.item));
+                if (!filter.excludes(pair.first, pair.second)) s.found.push_back(pair);
+            }
+        }
+    sort_pairs(boxes.size(), s, out);
+}
+
+bool CandidatePairs::covers(std::span<const Aabb> boxes) const {
+    if (grown_.size() != boxes.size()) return false;
+    for (size_t i = 0; i < boxes.size(); ++i) {
+        if (!usable(boxes[i])) continue;
+        if (!((grown_[i].min.array() <= boxes[i].min.array()).all() && (boxes[i].max.array() <= grown_[i].max.array()).all()))
+            return false;
+    }
+    return true;
+}
+
+std::span<const Pair> CandidatePairs::update(std::span<const Aabb> boxes, const PairFilter& filter) {
+    if (valid_ && self_collision_ == filter.self_collision && covers(boxes)) return pairs_;
+    const Vec3 skin = Vec3::Constant(kSkin * median_extent(boxes, extents_));
+    grown_.assign(boxes.begin(), boxes.end());
+    for (Aabb& box : grown_)
+        if (usable(box)) { box.min -= skin; box.max += skin; }
+    find_overlaps(grown_, filter, scratch_, pairs_);
+    valid_ = true;
+    self_collision_ = filter.self_collision;
+    ++n_rebuilds_;
+    return pairs_;
+}
+
+}  // namespace sunder

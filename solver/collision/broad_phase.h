@@ -1,0 +1,87 @@
+// Which movable things may touch: pairs of overlapping boxes.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "solver/data/math.h"
+
+namespace sunder {
+
+/// One-rings as they stand. Ring of particle i: slots [begin[i], end[i]) of `member`, ascending (the centre itself may
+/// be among them). Where `edge` is given, a slot counts only while edge_intact[edge[slot]] is not 0.
+struct LiveRings {
+    std::span<const uint32_t> begin, end;       // (n_particles); empty: nothing is joined
+    std::span<const uint32_t> member;
+    std::span<const uint32_t> edge;             // as member, or empty: every slot is intact
+    std::span<const uint8_t> edge_intact;       // (n_edges), with `edge`
+
+    bool joined(uint32_t i, uint32_t j) const;
+};
+
+/// Pairs that never touch, however near they are.
+struct PairFilter {
+    uint32_t n_particles = 0;                   // items below it are particles, the others rigid bodies
+    std::span<const uint32_t> body;             // (n_particles), or empty: all are of one body
+    bool self_collision = true;                 // particles of one body against one another
+    LiveRings rings;
+
+    bool excludes(uint32_t i, uint32_t j) const;
+};
+
+using Pair = std::pair<uint32_t, uint32_t>;     // first < second
+
+/// Reusable memory of find_overlaps.
+struct OverlapScratch {
+    struct Entry { uint64_t key; uint32_t item; uint32_t visitor; };
+    std::vector<double> extents;
+    std::vector<uint8_t> level;
+    std::vector<Entry> entries, sorted;
+    std::vector<uint32_t> bucket_begin;
+    std::vector<Pair> found;
+    std::vector<uint32_t> pair_begin;
+};
+
+/// All pairs of overlapping boxes (closed: touching counts) that `filter` does not exclude; ascending, each once.
+///
+/// Hierarchical grid (Mirtich 1997, Ericson 2005, 7.2.1): a box rests in the level whose cells are just larger than it,
+/// in the eight cells it covers at most, and visits those of the coarser levels that hold anything; so a boulder among
+/// grains costs its visitors, not the square of the grains. The cell of the finest level is set by the median extent.
+/// A pair is reported by the cell that holds the lower corner of the boxes' intersection: once. Expected time
+/// O(n * levels + pairs); boxes that all overlap give all pairs. Boxes that are not finite or empty touch nothing.
+void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, OverlapScratch& scratch, std::vector<Pair>& out);
+
+/// Remembers the pairs of boxes grown by a skin, and finds them anew only once a box has left its grown one. The pairs
+/// are a superset of the overlapping ones; what is beyond depends on when they were last found, so whoever uses them
+/// decides again, from the boxes themselves.
+class CandidatePairs {
+public:
+    /// To be called whenever edges broke, bodies changed or a state was set from outside: the filter is asked only when
+    /// pairs are found.
+    void reset() { valid_ = false; }
+
+    /// Superset of the overlapping pairs of `boxes`, ascending. `filter` must be the one of the last reset, but for
+    /// self_collision, whose change is noticed.
+    std::span<const Pair> update(std::span<const Aabb> boxes, const PairFilter& filter);
+
+    size_t n_rebuilds() const { return n_rebuilds_; }
+
+private:
+    bool covers(std::span<const Aabb> boxes) const;
+
+    std::vector<Aabb> grown_;
+    std::vector<Pair> pairs_;
+    OverlapScratch scratch_;
+    std::vector<double> extents_;
+    bool valid_ = false, self_collision_ = true;
+    size_t n_rebuilds_ = 0;
+};
+
+/// Boxes that share a point.
+inline bool overlap(const Aabb& a, const Aabb& b) {
+    return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
+}
+
+}  // namespace sunder

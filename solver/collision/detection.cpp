@@ -1,0 +1,221 @@
+#include "solver/collision/detection.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "solver/collision/first_touch.h"
+
+namespace sunder {
+namespace {
+
+constexpr double kRounding = 1e-9;              // boxes are grown by this share, so that no contact is lost to rounding
+
+size_t n_movables(const DetectionInput& in) { return in.particles.size() + in.rigid_bodies.size(); }
+bool is_particle(const DetectionInput& in, uint32_t i) { return i < in.particles.size(); }
+bool is_driven(const DetectionInput& in, uint32_t i) {
+    return is_particle(in, i) && !in.pinned.empty() && in.pinned[i];
+}
+const PlacedShape& rigid(const DetectionInput& in, uint32_t i) { return in.rigid_bodies[i - in.particles.size()]; }
+
+Vec3 angular_velocity(const DetectionInput& in, uint32_t i) {
+    return in.angular_velocity.empty() ? Vec3(Vec3::Zero()) : in.angular_velocity[i];
+}
+
+const Vec3& center(const DetectionInput& in, uint32_t i) {
+    return is_particle(in, i) ? in.particles[i].center : rigid(in, i).pose.position;
+}
+
+/// How far turning through the step may carry the surface towards something, m: no more than the farthest point of the
+/// surface is beyond the nearest.
+double turning_reach(const DetectionInput& in, uint32_t i) {
+    const double angle = angular_velocity(in, i).norm() * in.duration;
+    if (angle == 0) return 0;
+    double nearest, farthest;
+    if (is_particle(in, i)) {
+        nearest = in.particles[i].radii.minCoeff();
+        farthest = in.particles[i].radii.maxCoeff();
+    } else {
+        const Shape& shape = rigid(in, i).shape;
+        farthest = bounding_radius(shape);
+        nearest = shape.kind == ShapeKind::box ? shape.half_extents.minCoeff() : farthest;
+    }
+    return std::min(angle * farthest, farthest - nearest);
+}
+
+/// Velocity of a rigid body's material where `p` is; no farther out than the body reaches.
+Vec3 rigid_velocity_near(const DetectionInput& in, uint32_t i, const Vec3& p) {
+    const PlacedShape& body = rigid(in, i);
+    Vec3 arm = p - body.pose.position;
+    const double limit = bounding_radius(body.shape), length = arm.norm();
+    if (length > limit) arm *= limit / length;
+    return in.velocity[i] + angular_velocity(in, i).cross(arm);
+}
+
+/// Mean velocity of a collider's material where `p` is, over the step; no farther out than the collider reaches.
+Vec3 collider_velocity_near(const MovingShape& c, const Vec3& p, double h) {
+    if (!(h > 0)) return Vec3::Zero();
+    Vec3 local = c.begin.inverse_apply(p);
+    const double limit = bounding_radius(c.shape), length = local.norm();
+    if (length > limit) local *= limit / length;
+    return (c.end.apply(local) - c.begin.apply(local)) / h;
+}
+
+void add(uint32_t a, uint32_t b, const Separation& s, std::vector<Contact>& out) {
+    Contact c;
+    c.a = a;
+    c.b = b;
+    c.normal = s.normal;
+    c.point_a = s.point_a;
+    c.point_b = s.point_b;
+    c.gap = s.gap;
+    out.push_back(c);
+}
+
+/// One contact at most, for pairs with a particle in them. `at(offset)`: separation with a moved by `offset`.
+template <class SeparationAt>
+void add_single(uint32_t a, uint32_t b, const SeparationAt& at, const Vec3& relative_velocity, double h, double reach,
+                std::vector<Contact>& out) {
+    Separation s;
+    if (first_touch(at, relative_velocity, h, reach, s)) add(a, b, s, out);
+}
+
+/// Rigid bodies: all points of the manifold at the first touch that the step can close.
+void add_manifold(uint32_t a, uint32_t b, PlacedShape shape_a, const PlacedShape& shape_b, const Vec3& relative_velocity,
+                  double h, double reach, std::vector<Contact>& out) {
+    const Vec3 start = shape_a.pose.position;
+    const auto manifold_at = [&](const Vec3& offset) {
+        shape_a.pose.position = start + offset;
+        return rigid_contacts(shape_a, shape_b);
+    };
+    const auto deepest_at = [&](const Vec3& offset) {
+        const Manifold m = manifold_at(offset);
+        assert(m.count > 0);
+        int least = 0;
+        for (int k = 1; k < m.count; ++k) if (m.points[k].gap < m.points[least].gap) least = k;
+        return m.points[least];
+    };
+    Separation touch;
+    double time = 0;
+    if (!first_touch(deepest_at, relative_velocity, h, reach, touch, &time)) return;
+    const Manifold m = manifold_at(time * relative_velocity);
+    for (int k = 0; k < m.count; ++k) {
+        const Separation s = moved_back(m.points[k], time * relative_velocity);
+        const double approach = -s.normal.dot(relative_velocity);
+        if (s.gap < std::max(approach, 0.0) * h + reach) add(a, b, s, out);
+    }
+}
+
+}  // namespace
+
+void sweep_boxes(const DetectionInput& in, size_t begin, size_t end, std::span<Aabb> io_boxes) {
+    for (size_t k = begin; k < end; ++k) {
+        const auto i = static_cast<uint32_t>(k);
+        Aabb box;
+        double turning = turning_reach(in, i);
+        if (is_particle(in, i)) {
+            const Ellipsoid& e = in.particles[i];
+            const Vec3 half = (e.axes * e.radii.asDiagonal()).rowwise().norm();   // sqrt of the diagonal of M
+            box = {e.center - half, e.center + half};
+        } else {
+            box = bounding_box(rigid(in, i));
+            // Points near it are swept by its turning as well (rigid_velocity_near).
+            turning += angular_velocity(in, i).norm() * in.duration * bounding_radius(rigid(in, i).shape);
+        }
+        const Vec3 shift = in.duration * in.velocity[i];
+        const Vec3 grow = Vec3::Constant(0.5 * in.margin + turning) +
+                          kRounding * (box.max - box.min + box.max.cwiseAbs() + shift.cwiseAbs());
+        box.min += shift.cwiseMin(0.0) - grow;
+        box.max += shift.cwiseMax(0.0) + grow;
+        io_boxes[i] = box;
+    }
+}
+
+void contacts_of_pairs(const DetectionInput& in, std::span<const Aabb> boxes, std::span<const Pair> pairs,
+                       std::vector<Contact>& out) {
+    const double h = in.duration;
+    for (const auto& [i, j] : pairs) {
+        if (!overlap(boxes[i], boxes[j]) || (is_driven(in, i) && is_driven(in, j))) continue;
+        const double reach = in.margin + turning_reach(in, i) + turning_reach(in, j);
+        if (is_particle(in, j)) {
+            const Ellipsoid& b = in.particles[j];
+            const auto at = [&](const Vec3& offset) {
+                Ellipsoid a = in.particles[i];
+                a.center += offset;
+                return ellipsoid_distance(a, b);
+            };
+            add_single(i, j, at, in.velocity[i] - in.velocity[j], h, reach, out);
+        } else if (is_particle(in, i)) {
+            const PlacedShape& b = rigid(in, j);
+            const auto at = [&](const Vec3& offset) {
+                Ellipsoid a = in.particles[i];
+                a.center += offset;
+                return ellipsoid_shape_distance(a, b);
+            };
+            add_single(i, j, at, in.velocity[i] - rigid_velocity_near(in, j, center(in, i)), h, reach, out);
+        } else {
+            add_manifold(i, j, rigid(in, i), rigid(in, j), in.velocity[i] - in.velocity[j], h, reach, out);
+        }
+    }
+}
+
+void contacts_with_colliders(const DetectionInput& in, std::span<const Aabb> boxes, size_t begin, size_t end,
+                             std::vector<Contact>& out) {
+    const double h = in.duration;
+    for (size_t k = begin; k < end; ++k) {
+        const auto i = static_cast<uint32_t>(k);
+        if (is_driven(in, i)) continue;
+        for (uint32_t c = 0; c < in.colliders.size(); ++c) {
+            const MovingShape& collider = in.colliders[c];
+            if (!collider.active) continue;
+            const PlacedShape placed{collider.shape, collider.begin};
+            const Vec3 moved = collider_velocity_near(collider, center(in, i), h);
+            // Here the collider stands still and its motion is a's: so its box needs no sweep, but a's box does.
+            Aabb box = boxes[i];
+            const Vec3 slack = Vec3::Constant(0.5 * in.margin);
+            box.min += (-h * moved).cwiseMin(0.0) - slack;
+            box.max += (-h * moved).cwiseMax(0.0) + slack;
+            const double angle = collider.begin.orientation.angularDistance(collider.end.orientation);
+            const double own = is_particle(in, i) ? in.particles[i].radii.maxCoeff() : bounding_radius(rigid(in, i).shape);
+            const double turning = std::min(angle, 1.0) * own;      // across the size of a, the collider's field differs
+            box.min.array() -= turning;
+            box.max.array() += turning;
+            if (!overlap(box, bounding_box(placed))) continue;
+            const double reach = in.margin + turning_reach(in, i) + turning;
+            const Vec3 relative = in.velocity[i] - moved;
+            if (is_particle(in, i)) {
+                const auto at = [&](const Vec3& offset) {
+                    Ellipsoid a = in.particles[i];
+                    a.center += offset;
+                    return ellipsoid_shape_distance(a, placed);
+                };
+                add_single(i, Contact::kStatic | c, at, relative, h, reach, out);
+            } else {
+                add_manifold(i, Contact::kStatic | c, rigid(in, i), placed, relative, h, reach, out);
+            }
+        }
+    }
+}
+
+void find_contacts(const DetectionInput& in, ContactScratch& scratch, std::vector<Contact>& out) {
+    const size_t n = n_movables(in);
+    assert(in.velocity.size() == n && (in.angular_velocity.empty() || in.angular_velocity.size() == n));
+    scratch.boxes.resize(n);
+    sweep_boxes(in, 0, n, scratch.boxes);
+    PairFilter filter;
+    filter.n_particles = static_cast<uint32_t>(in.particles.size());
+    filter.body = in.body;
+    filter.self_collision = in.self_collision;
+    filter.rings = in.rings;
+    const std::span<const Pair> pairs = scratch.candidates.update(scratch.boxes, filter);
+    scratch.on_movables.clear();
+    scratch.on_colliders.clear();
+    contacts_of_pairs(in, scratch.boxes, pairs, scratch.on_movables);
+    contacts_with_colliders(in, scratch.boxes, 0, n, scratch.on_colliders);
+    out.resize(scratch.on_movables.size() + scratch.on_colliders.size());
+    std::merge(scratch.on_movables.begin(), scratch.on_movables.end(), scratch.on_colliders.begin(),
+               scratch.on_colliders.end(), out.begin(),
+               [](const Contact& x, const Contact& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
+}
+
+}  // namespace sunder

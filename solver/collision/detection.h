@@ -1,0 +1,68 @@
+// Contacts of a step: what touches at its start, and what will before its end.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "solver/collision/broad_phase.h"
+#include "solver/collision/contact.h"
+#include "solver/collision/shape_distance.h"
+
+namespace sunder {
+
+/// A shape that is moved from one pose to another during the step.
+struct MovingShape {
+    Shape shape;
+    Pose begin, end;
+    bool active = true;                         // an inactive one is not there
+};
+
+/// Everything as it stands at the start of the step. Movables are particles, then rigid bodies. Velocities are what
+/// things would do alone during the step (forces included).
+struct DetectionInput {
+    std::span<const Ellipsoid> particles;       // (n_particles)
+    std::span<const uint32_t> body;             // (n_particles), or empty: one body
+    std::span<const uint8_t> pinned;            // (n_particles), or empty; two driven things give no contact
+    LiveRings rings;                            // particles joined by an intact edge give no contact
+    bool self_collision = true;                 // particles of one body against one another
+    std::span<const PlacedShape> rigid_bodies;  // spheres or boxes (n_rigid_bodies)
+    std::span<const Vec3> velocity;             // (n_movables), m/s
+    std::span<const Vec3> angular_velocity;     // (n_movables), rad/s, world; or empty: nothing turns
+    std::span<const MovingShape> colliders;     // (n_colliders)
+    double duration = 0;                        // h, s
+    double margin = 1e-3;                       // m, > 0: what is nearer counts as touching
+};
+
+/// Memory of find_contacts. It never changes the result, only its cost.
+struct ContactScratch {
+    CandidatePairs candidates;                  // reset() it whenever edges broke or a state was set from outside
+    std::vector<Aabb> boxes;                    // (n_movables)
+    std::vector<Contact> on_movables, on_colliders;
+};
+
+/// All contacts, ascending by (a, b), points of one pair in the order of their features.
+///
+/// A pair gives a contact when it comes within reach (the margin, and what turning may add) before the step ends, the
+/// relative motion taken as a straight line. A pair that is already within reach has the normal of its best
+/// separating direction now; a pair that is not is advanced along that line to its first touch by planes that still
+/// separate it (conservative advancement, Mirtich 1996), and gets the normal of that moment and the gap that the pair has
+/// now along it: the side touched first, however far the step would carry it, and no contact for what passes by.
+/// A point is given when its gap < approach speed * h + reach.
+///
+/// Independent of what `scratch` remembers: each candidate is decided from the present boxes and shapes alone.
+void find_contacts(const DetectionInput& input, ContactScratch& scratch, std::vector<Contact>& out);
+
+// The stages of find_contacts, each over a range that its caller chooses; ranges put together in order give the same.
+
+/// Boxes that hold movables [begin, end) through the whole step, with half of the reach; writes io_boxes[begin, end).
+void sweep_boxes(const DetectionInput& input, size_t begin, size_t end, std::span<Aabb> io_boxes);
+
+/// Appends the contacts of pairs of movables. `boxes` from sweep_boxes.
+void contacts_of_pairs(const DetectionInput& input, std::span<const Aabb> boxes, std::span<const Pair> pairs,
+                       std::vector<Contact>& out);
+
+/// Appends the contacts of movables [begin, end) with all active colliders.
+void contacts_with_colliders(const DetectionInput& input, std::span<const Aabb> boxes, size_t begin, size_t end,
+                             std::vector<Contact>& out);
+
+}  // namespace sunder
