@@ -14,7 +14,7 @@ struct KeyHasher::State {
 KeyHasher::KeyHasher() : state_(std::make_unique<State>()) { XXH3_64bits_reset(state_->xxh); }
 KeyHasher::~KeyHasher() = default;
 
-KeyHasher& KeyHasher::add(uint64_t value) {
+KeyHasher& KeyHasher::add_integer(uint64_t value) {
     XXH3_64bits_update(state_->xxh, &value, sizeof value);
     return *this;
 }
@@ -25,7 +25,7 @@ KeyHasher& KeyHasher::add(double value) {
 }
 
 KeyHasher& KeyHasher::add(std::string_view text) {
-    add(static_cast<uint64_t>(text.size()));
+    add(text.size());
     XXH3_64bits_update(state_->xxh, text.data(), text.size());
     return *this;
 }

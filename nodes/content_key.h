@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 #include "solver/data/math.h"
 
@@ -20,7 +21,11 @@ public:
     KeyHasher(const KeyHasher&) = delete;
     KeyHasher& operator=(const KeyHasher&) = delete;
 
-    KeyHasher& add(uint64_t value);
+    template <class T>
+        requires std::is_integral_v<T>
+    KeyHasher& add(T value) {
+        return add_integer(static_cast<uint64_t>(value));
+    }
     KeyHasher& add(double value);               // by its bits
     KeyHasher& add(std::string_view text);
     KeyHasher& add(const Vec3& value);
@@ -29,6 +34,7 @@ public:
     ContentKey key() const;
 
 private:
+    KeyHasher& add_integer(uint64_t value);
     struct State;
     std::unique_ptr<State> state_;
 };

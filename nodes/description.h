@@ -17,12 +17,12 @@ using Json = nlohmann::ordered_json;
 enum class SocketType { mesh, fragments, body, rigid_body, collider, pin, force, state, visual_mesh, bake_item };
 
 struct SocketDescription {
-    std::string name;                           // as in files and scripts, snake_case
-    std::string label;                          // as artists read it
-    SocketType type;
+    std::string name = {};                      // as in files and scripts, snake_case
+    std::string label = {};                     // as artists read it
+    SocketType type = SocketType::mesh;
     bool many = false;                          // takes a list of wires (inputs only)
     bool required = true;                       // has to be wired before the node can be evaluated (inputs only)
-    std::string sentence;                       // what it is for
+    std::string sentence = {};                  // what it is for
 };
 
 enum class ParameterType {
@@ -39,14 +39,14 @@ enum class ParameterType {
 };
 
 struct ParameterDescription {
-    std::string name;                           // as in files and scripts, snake_case
-    std::string label;                          // as artists read it
-    ParameterType type;
-    std::string unit;                           // "m", "Pa", ...; empty: a pure number
+    std::string name = {};                      // as in files and scripts, snake_case
+    std::string label = {};                     // as artists read it
+    ParameterType type = ParameterType::number;
+    std::string unit = {};                      // "m", "Pa", ...; empty: a pure number
     std::optional<double> min = {}, max = {};   // of each component
     bool min_excluded = false, max_excluded = false;
-    Json default_value;
-    std::string sentence;                       // what it does, limits that the range cannot tell
+    Json default_value = {};
+    std::string sentence = {};                  // what it does, limits that the range cannot tell
     bool animatable = false;                    // may be {"keys": [[frame, value], ...], "interpolation": "linear"|"step"}
     bool nullable = false;                      // may be null; the sentence says what that means
     std::vector<Json> choices = {};             // permitted values of a choice (texts) or an integer (numbers)
@@ -54,12 +54,12 @@ struct ParameterDescription {
 };
 
 struct NodeDescription {
-    std::string type;                           // as in files, snake_case
-    std::string label;                          // as artists read it
-    std::string category;                       // "input", "fracture", "simulation", "output": where menus list it
-    std::string sentence;                       // what the node does
-    std::vector<SocketDescription> inputs, outputs;
-    std::vector<ParameterDescription> parameters;
+    std::string type = {};                      // as in files, snake_case
+    std::string label = {};                     // as artists read it
+    std::string category = {};                  // "input", "fracture", "simulation", "output": where menus list it
+    std::string sentence = {};                  // what the node does
+    std::vector<SocketDescription> inputs = {}, outputs = {};
+    std::vector<ParameterDescription> parameters = {};
 
     const SocketDescription* find_input(std::string_view name) const;
     const SocketDescription* find_output(std::string_view name) const;

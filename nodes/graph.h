@@ -95,9 +95,7 @@ public:
     size_t cook_count(const std::string& node) const;
 
 private:
-    friend class Evaluation;
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
+    std::unique_ptr<struct GraphImpl> impl_;
 };
 
 }  // namespace sunder

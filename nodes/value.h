@@ -74,6 +74,11 @@ using Value = std::variant<std::shared_ptr<const TriMesh>, std::shared_ptr<const
                            std::shared_ptr<const Force>, std::shared_ptr<const StateValue>,
                            std::shared_ptr<const BodyMesh>, std::shared_ptr<const BakeItem>>;
 
+template <class T>
+Value make_value(T content) {
+    return std::make_shared<const T>(std::move(content));
+}
+
 inline SocketType type_of(const Value& value) { return static_cast<SocketType>(value.index()); }
 
 }  // namespace sunder

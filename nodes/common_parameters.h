@@ -1,0 +1,27 @@
+// Parameters that several nodes have, described once, and the values that they make.
+#pragma once
+
+#include "nodes/node.h"
+#include "solver/data/math.h"
+
+namespace sunder {
+
+enum class Animation { constant, animatable };
+
+ParameterDescription position_parameter(Animation animation, std::string sentence);   // "position", m
+ParameterDescription rotation_parameter(Animation animation, std::string sentence);   // "rotation", degrees
+ParameterDescription friction_parameter(Animation animation);
+ParameterDescription restitution_parameter(Animation animation);
+ParameterDescription velocity_parameter();               // "velocity", m/s, at the start
+ParameterDescription angular_velocity_parameter();       // "angular_velocity", degrees/s, at the start
+
+/// Euler angles XYZ in degrees, as Blender means them: about the fixed x axis first, then y, then z; R = R_z R_y R_x.
+Quat euler_xyz(const Vec3& degrees);
+
+/// Of the parameters "position" and "rotation".
+Pose pose_of(const Parameters& parameters);
+
+/// Degrees to radians, of each component.
+Vec3 radians(const Vec3& degrees);
+
+}  // namespace sunder

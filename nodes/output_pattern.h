@@ -1,0 +1,16 @@
+// Paths of baked files: below the output folder, one a frame.
+#pragma once
+
+#include <string>
+
+#include "solver/data/result.h"
+
+namespace sunder {
+
+/// "mesh/bunny.####.ply": relative, forward slashes, no "..", one run of # in the file's name.
+Status check_output_pattern(const std::string& pattern);
+
+/// The pattern with its run of # replaced by the frame, padded with zeros to the run's length ("-012" for -12).
+std::string output_path(const std::string& pattern, int frame);
+
+}  // namespace sunder
