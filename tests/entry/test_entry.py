@@ -1,0 +1,142 @@
+"""The entry script, on a stand-in project whose program is a shell script: what is handed on, what is told, how it ends."""
+import os
+import re
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+CMAKE_LISTS = """
+cmake_minimum_required(VERSION 3.25)
+project(stand_in LANGUAGES NONE)
+add_custom_command(OUTPUT "${CMAKE_BINARY_DIR}/plugin_src/sunder" COMMAND cp "${CMAKE_SOURCE_DIR}/program.sh" plugin_src/sunder
+  DEPENDS "${CMAKE_SOURCE_DIR}/program.sh" VERBATIM)
+add_custom_target(sunder ALL DEPENDS "${CMAKE_BINARY_DIR}/plugin_src/sunder")
+enable_testing()
+include(${CMAKE_SOURCE_DIR}/tests.cmake)
+"""
+PROGRAM = """#!/bin/bash
+case $1 in
+  show) printf '<%s>' "$PWD" "${@:2}" ;;
+  end) exit "$2" ;;
+  wait) trap 'echo asked to end; exit 130' INT; echo waiting; for i in {1..400}; do sleep 0.05; done ;;
+  bake) exec "$0" wait ;;
+esac
+"""
+
+
+class Entry(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.home = Path(folder.name)
+        self.project = self.home / "a project"
+        (self.project / ".ci").mkdir(parents=True)
+        for name in ("sunder", ".ci/run"):
+            shutil.copy(ROOT / name, self.project / name)
+        self.write("CMakeLists.txt", CMAKE_LISTS)
+        self.write("tests.cmake", "")
+        self.write("program.sh", PROGRAM)
+        (self.project / "program.sh").chmod(0o755)
+
+    def write(self, name, text):
+        (self.project / name).write_text(text)
+
+    def run_entry(self, *arguments, script="sunder", cwd=None):
+        return subprocess.run(["bash", self.project / script, *arguments], cwd=cwd or self.home, text=True, capture_output=True)
+
+    def result_of(self, tests, *options):
+        self.write("tests.cmake", tests)
+        done = self.run_entry(*options, script=".ci/run")
+        lines = [line for line in done.stdout.splitlines() if re.fullmatch(r"\d+ passed, \d+ failed", line)]
+        return done.returncode, lines
+
+    def test_hands_arguments_on_from_any_folder(self):
+        elsewhere = self.home / "some where"
+        elsewhere.mkdir()
+        done = self.run_entry("show", "a b", "", "*", "--set=x y", cwd=elsewhere)
+        self.assertEqual(done.stdout, f"<{elsewhere}><a b><><*><--set=x y>")
+        self.assertEqual(done.returncode, 0)
+
+    def test_works_through_a_link(self):
+        (self.home / "link").symlink_to(self.project / "sunder")
+        done = subprocess.run([self.home / "link", "show", "x"], cwd=self.home, text=True, capture_output=True)
+        self.assertEqual(done.stdout, f"<{self.home}><x>")
+
+    def test_passes_exit_statuses_through(self):
+        for status in (0, 1, 2, 3, 130):
+            self.assertEqual(self.run_entry("end", str(status)).returncode, status)
+
+    def test_says_nothing_of_its_own_once_built(self):
+        self.run_entry("end", "0")
+        done = self.run_entry("end", "0")
+        self.assertEqual([done.stdout, done.stderr], ["", ""])
+
+    def test_rebuilds_what_changed(self):
+        self.run_entry("end", "0")
+        time.sleep(0.01)
+        self.write("program.sh", PROGRAM.replace("exit \"$2\"", "exit 42"))
+        self.assertEqual(self.run_entry("end", "0").returncode, 42)
+
+    def test_a_moved_checkout_is_configured_anew(self):
+        self.run_entry("end", "0")
+        self.project = self.project.rename(self.home / "moved")
+        self.assertEqual(self.run_entry("end", "3").returncode, 3)
+
+    def test_a_failing_build_fails_loudly_and_next_time_again(self):
+        self.write("CMakeLists.txt", CMAKE_LISTS + "message(FATAL_ERROR \"needs a thing\")\n")
+        for _ in range(2):
+            done = self.run_entry("end", "0", script="sunder")
+            self.assertNotEqual(done.returncode, 0)
+            self.assertIn("needs a thing", done.stderr)
+        self.write("CMakeLists.txt", CMAKE_LISTS.replace("COMMAND cp", "COMMAND false"))
+        self.assertEqual(self.run_entry(script=".ci/run").returncode, 1)
+
+    def test_reports_passed_tests(self):
+        self.assertEqual(self.result_of("add_test(NAME a COMMAND true)\nadd_test(NAME b COMMAND true)"),
+                         (0, ["2 passed, 0 failed"]))
+
+    def test_reports_failed_tests(self):
+        status, lines = self.result_of("add_test(NAME a COMMAND true)\nadd_test(NAME b COMMAND false)")
+        self.assertEqual(lines, ["1 passed, 1 failed"])
+        self.assertNotEqual(status, 0)
+
+    def test_hands_ctest_options_on(self):
+        self.assertEqual(self.result_of("add_test(NAME a COMMAND true)\nadd_test(NAME b COMMAND false)", "-R", "^a$"),
+                         (0, ["1 passed, 0 failed"]))
+
+    def test_no_tests_is_a_failure(self):
+        for options in ((), ("-R", "nothing is called so")):
+            status, lines = self.result_of("", *options)
+            self.assertNotEqual(status, 0)
+            self.assertIn(lines, ([], ["0 passed, 0 failed"]))
+
+    def test_a_test_that_could_not_run_counts_as_failed(self):
+        could_not = ("add_test(NAME b COMMAND no_such_program)",
+                     "add_test(NAME b COMMAND sh -c \"exit 77\")\nset_tests_properties(b PROPERTIES SKIP_RETURN_CODE 77)",
+                     "add_test(NAME b COMMAND true)\nset_tests_properties(b PROPERTIES DISABLED TRUE)")
+        for test in could_not:
+            with self.subTest(test=test):
+                status, lines = self.result_of("add_test(NAME a COMMAND true)\n" + test)
+                self.assertEqual(lines, ["1 passed, 1 failed"])
+                self.assertNotEqual(status, 0)
+
+    def test_an_interrupt_reaches_the_program_and_its_status_comes_back(self):
+        for command in ("wait", "demo"):
+            with self.subTest(command=command):
+                self.run_entry("end", "0")
+                job = subprocess.Popen(["bash", self.project / "sunder", command], cwd=self.home, text=True,
+                                       stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+                self.assertEqual(job.stdout.readline(), "waiting\n")
+                os.kill(job.pid, signal.SIGINT)
+                out, _ = job.communicate(timeout=15)
+                self.assertEqual([out, job.returncode], ["asked to end\n", 130])
+
+
+if __name__ == "__main__":
+    unittest.main()
