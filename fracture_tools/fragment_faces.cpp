@@ -27,7 +27,8 @@ Status check_triangles(const std::vector<Triangle>& triangles, size_t n_vertices
     for (size_t t = 0; t < triangles.size(); ++t) {
         const auto [a, b, c] = triangles[t];
         if (std::max({a, b, c}) >= n_vertices || a == b || b == c || c == a)
-            return broken_set(std::string(kind) + " triangle " + std::to_string(t) + " has no three vertices of the set");
+            return broken_set(std::string(kind) + " triangle " + std::to_string(t) +
+                              " has no three vertices of the set");
     }
     return {};
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace sunder {
 
@@ -46,8 +47,9 @@ void Skin::bind(const SplitTopology& topology, std::span<const uint8_t> edge_int
         pool_vertex[v] = topology.pool_vertex(v);
         topology.connected_fragments(v, connected);
         const uint32_t before = topology.previous_vertex(v);
-        const bool changed = before == SplitTopology::kNone || before >= pool_vertex_.size() ||
-                             std::any_of(connected.begin(), connected.end(), [&](uint32_t i) { return ring_changed_[i]; });
+        const bool changed =
+            before == SplitTopology::kNone || before >= pool_vertex_.size() ||
+            std::any_of(connected.begin(), connected.end(), [&](uint32_t i) { return ring_changed_[i]; });
         if (!changed) {
             nearest[v] = nearest_[before];
             const auto kept = influences(before);
@@ -73,7 +75,8 @@ void Skin::find_candidates(const std::vector<uint32_t>& connected, std::span<con
     for (uint32_t i : connected)
         for (uint32_t s = group_offset_[i]; s < group_offset_[i + 1]; ++s) {
             const uint32_t j = group_member_[s];
-            if (is_candidate_[j] || (member_edge_[s] != SimulationMesh::kNone && !edge_intact[member_edge_[s]])) continue;
+            if (is_candidate_[j] || (member_edge_[s] != SimulationMesh::kNone && !edge_intact[member_edge_[s]]))
+                continue;
             is_candidate_[j] = 1;
             candidate_.push_back(j);
         }

@@ -19,8 +19,8 @@ struct SkinKernel {
 /// Weights of the particles at each visual vertex.
 ///
 /// Candidates at a vertex are the particles whose fragments are connected there and all their one-rings through intact
-/// edges. The paper takes one nearest particle and its ring: there the set of candidates jumps, and the surface creases,
-/// wherever another particle becomes the nearest; here a far particle fades out by its kernel
+/// edges. The paper takes one nearest particle and its ring: there the set of candidates jumps, and the surface
+/// creases, wherever another particle becomes the nearest; here a far particle fades out by its kernel
 ///
 ///     w_j = (1 - (d_j / s r_j)^2)^3,  r_j = reach * area-weighted mean rest length of j's edges
 ///
@@ -48,7 +48,8 @@ public:
 
     struct Influence { uint32_t particle; double weight; };
     std::span<const Influence> influences(uint32_t vertex) const {
-        return {influence_.data() + influence_offset_[vertex], influence_offset_[vertex + 1] - influence_offset_[vertex]};
+        const uint32_t begin = influence_offset_[vertex], end = influence_offset_[vertex + 1];
+        return {influence_.data() + begin, end - begin};
     }
 
 private:

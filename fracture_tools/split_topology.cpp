@@ -33,7 +33,10 @@ Result<SplitTopology> SplitTopology::make(FragmentFaces faces) {
 // an edge are united, also where a fragment touches itself along it: no pairing is needed, and the edge stays balanced.
 Status SplitTopology::make_fans() {
     const uint32_t n_corners = 3 * faces_.n_faces();
-    struct EdgeEnd { uint32_t vertex, fragment, other, corner; bool leaves; };  // `leaves`: the face runs vertex -> other
+    struct EdgeEnd {
+        uint32_t vertex, fragment, other, corner;
+        bool leaves;                            // the face runs from `vertex` to `other`
+    };
     std::vector<EdgeEnd> ends;
     ends.reserve(2 * size_t{n_corners});
     for (uint32_t f = 0; f < faces_.n_faces(); ++f)
@@ -81,7 +84,9 @@ Status SplitTopology::make_fans() {
 }
 
 void SplitTopology::make_joins() {
-    auto by_vertex_first = [&](const Join& j) { return std::tuple(fan_vertex_[j.fan_a], j.fan_a, j.fan_b, j.interface); };
+    auto by_vertex_first = [&](const Join& j) {
+        return std::tuple(fan_vertex_[j.fan_a], j.fan_a, j.fan_b, j.interface);
+    };
     uint32_t n_interfaces = 0;
     for (uint32_t f = faces_.n_outer; f < faces_.n_outer + faces_.n_interface; ++f) {
         n_interfaces = std::max(n_interfaces, faces_.interface[f] + 1);

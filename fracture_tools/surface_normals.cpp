@@ -76,7 +76,11 @@ void SurfaceNormals::find_rest_normals(const FragmentFaces& faces, std::span<con
 }
 
 void SurfaceNormals::find_smooth_corners(const FragmentFaces& faces) {
-    struct Side { uint32_t low, high, kind, face; };        // a face at its edge; kind: outer, or which side of which interface
+    struct Side {                               // a face at one of its edges
+        uint32_t low, high;
+        uint32_t kind;                          // 0 outer, else which side of which interface
+        uint32_t face;
+    };
     std::vector<Side> sides;
     sides.reserve(3 * size_t{faces.n_faces()});
     for (uint32_t f = 0; f < faces.n_faces(); ++f)

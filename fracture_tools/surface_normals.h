@@ -10,8 +10,8 @@
 
 namespace sunder {
 
-/// Which corners share a normal is decided at rest, around each vertex: two faces with a common edge are smooth there if
-/// their rest normals differ by less than 60 degrees (outer faces), or 20 degrees (faces of one interface, which is
+/// Which corners share a normal is decided at rest, around each vertex: two faces with a common edge are smooth there
+/// if their rest normals differ by less than 60 degrees (outer faces), or 20 degrees (faces of one interface, which is
 /// either planar or rough on purpose). Outer and interior faces never are: a break has a sharp rim. At run time corners
 /// that are smooth and still on one visual vertex get the mean of their faces' normals, weighted by the faces' angles.
 ///

@@ -90,8 +90,8 @@ struct VisualMeshBuilder::Impl {
                                           std::to_string(frame.plastic_deformation.size()) +
                                           " plastic deformations for " + std::to_string(n) + " particles");
         if (frame.edge_intact.size() != edges.size())
-            return bad_input("frame", "it tells of " + std::to_string(frame.edge_intact.size()) + " edges, the body has " +
-                                          std::to_string(edges.size()));
+            return bad_input("frame", "it tells of " + std::to_string(frame.edge_intact.size()) +
+                                          " edges, the body has " + std::to_string(edges.size()));
         for (size_t i = 0; i < n; ++i)
             if (!frame.position[i].allFinite() || !frame.orientation[i].coeffs().allFinite() ||
                 !(frame.orientation[i].norm() > 0) || !frame.plastic_deformation[i].allFinite())
