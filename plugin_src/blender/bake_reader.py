@@ -86,8 +86,8 @@ class Bake:
         except (ValueError, KeyError, TypeError) as error:
             raise BakeError(f"{path}: not a manifest of a bake") from error
         self.nodes = nodes
-        self.meshes = [n["path"] for n in nodes.values() if n["type"] == "bake_mesh"]
-        self.states = [n["path"] for n in nodes.values() if n["type"] == "bake_state"]
+        self.meshes = [n.get("path", "mesh/mesh.####.ply") for n in nodes.values() if n["type"] == "bake_mesh"]
+        self.states = [n.get("path", "state/sim.####.ply") for n in nodes.values() if n["type"] == "bake_state"]
         solvers = [n for n in nodes.values() if n["type"] == "solver"]
         wires = solvers[0].get("rigid_bodies", []) if solvers else []
         self.rigid_bodies = [nodes[w[1:].split(".")[0]] for w in ([wires] if isinstance(wires, str) else wires)]

@@ -95,8 +95,8 @@ def rigid_body_mesh(node):
     import bmesh
     shape, mesh = bmesh.new(), bpy.data.meshes.new("rigid body")
     if node.get("shape", "sphere") == "box":
-        bmesh.ops.create_cube(shape, size=2)
-        bmesh.ops.scale(shape, vec=Vector(node.get("half_extents", (0.5, 0.5, 0.5))), verts=shape.verts)
+        bmesh.ops.create_cube(shape, size=1)
+        bmesh.ops.scale(shape, vec=Vector(node.get("size", (1, 1, 1))), verts=shape.verts)
     else:
         bmesh.ops.create_uvsphere(shape, u_segments=64, v_segments=32, radius=node.get("radius", 0.5))
         for face in shape.faces:
