@@ -1,0 +1,330 @@
+#include "nodes/bake.h"
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+
+#include "nodes/bake_folder.h"
+#include "nodes/mesh_frame_file.h"
+#include "nodes/output_pattern.h"
+#include "nodes/state_file.h"
+
+namespace sunder {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+
+const SocketDescription* find_output(const NodeDescription& node, SocketType type) {
+    for (const SocketDescription& s : node.outputs)
+        if (s.type == type) return &s;
+    return nullptr;
+}
+
+struct Output {
+    std::string node, socket;
+};
+
+// Node names may hold any character; in a file's name only these stay as they are.
+std::string file_name_of(const std::string& node) {
+    constexpr const char* kDigits = "0123456789abcdef";
+    std::string name;
+    for (unsigned char c : node)
+        if (std::isalnum(c) || c == '_' || c == '-') name += static_cast<char>(c);
+        else name += '%', name += kDigits[c >> 4], name += kDigits[c & 15];
+    return name;
+}
+
+// One bake at work.
+class Baker {
+public:
+    Baker(Graph& graph, const BakeSettings& settings, const Progress& progress)
+        : graph_(graph), settings_(settings), progress_(progress) {}
+
+    Result<BakeReport> run() {
+        for (Status (Baker::*step)() : {&Baker::find_nodes, &Baker::choose_frames, &Baker::check_paths, &Baker::prepare_folder})
+            if (Status s = (this->*step)(); !s) return s.error();
+        const int last = manifest_.frame_range[1];
+        report_.frames = manifest_.frame_range;
+        report_.first_new_frame = next_frame();
+        const double n = last - manifest_.frame_range[0] + 1;
+        for (int frame = next_frame(); frame <= last; ++frame) {
+            const double done = frame - manifest_.frame_range[0];
+            if (Status s = bake_frame(frame, progress_.part(done / n, (done + 1) / n)); !s) return s.error();
+        }
+        (void)progress_.report(1, "baked");
+        return report_;
+    }
+
+private:
+    int next_frame() const { return manifest_.frame_range[0] + static_cast<int>(manifest_.frames.size()); }
+
+    Status find_nodes() {
+        std::set<std::string> seen;
+        for (const std::string& name : graph_.node_names()) {
+            const NodeDescription& description = **graph_.describe(name);
+            const SocketDescription* item = find_output(description, SocketType::bake_item);
+            if (!item) continue;
+            bake_nodes_.push_back({name, item->name});
+            find_solvers(name, seen);
+        }
+        if (bake_nodes_.empty())
+            return bad_input("graph", "has no node that bakes", "add one of type bake_mesh or bake_state");
+        return {};
+    }
+
+    void find_solvers(const std::string& node, std::set<std::string>& seen) {
+        if (!seen.insert(node).second) return;
+        const NodeDescription& description = **graph_.describe(node);
+        for (const SocketDescription& input : description.inputs) {
+            const auto wires = graph_.wires({node, input.name});
+            if (wires)
+                for (const SocketReference& w : *wires) find_solvers(w.node, seen);
+        }
+        if (const SocketDescription* state = find_output(description, SocketType::state)) solvers_.push_back({node, state->name});
+    }
+
+    Status choose_frames() {
+        frames_ = settings_.frames.value_or(graph_.frame_range());
+        const std::string range = std::to_string(frames_[0]) + ":" + std::to_string(frames_[1]);
+        if (frames_[0] > frames_[1]) return bad_input("frames", range + " is reversed", "the first frame stands first");
+        if (frames_[0] < graph_.frame_range()[0])
+            return bad_input("frames", range + " begins before the simulation does", "it begins at frame " + std::to_string(graph_.frame_range()[0]));
+        if (frames_[1] > 1'000'000) return bad_input("frames", range + " is out of range", "permitted: up to 1000000");
+        return {};
+    }
+
+    // No two files of one name, and known formats, before any work is done.
+    Status check_paths() {
+        std::map<std::string, std::string> owner;
+        for (const Output& bake : bake_nodes_) {
+            const auto fault = [&](std::string what, std::string mend) -> Status { return node_error(bake.node, "path", std::move(what), std::move(mend)); };
+            const auto pattern = graph_.parameter(bake.node, "path");
+            if (!pattern || !pattern->is_string()) return fault("is not a path", "give a path below the output folder");
+            const std::string text = pattern->get<std::string>();
+            if (Status s = check_output_pattern(text); !s) return fault(s.error().what, s.error().mend);
+            const bool is_state = !graph_.wires({bake.node, "mesh"});
+            const std::string extension = std::filesystem::path(text).extension().string();
+            if (extension != ".ply" && (is_state || extension != ".obj"))
+                return fault((is_state ? "states are not written as '" : "meshes are not written as '") + extension + "'",
+                             is_state ? "end the path in .ply" : "end the path in .ply or .obj");
+            if (text.starts_with(std::string(kResumeFolder) + "/")) return fault("the folder " + std::string(kResumeFolder) + " is kept for resuming", "choose another one");
+            for (int frame = frames_[0]; frame <= frames_[1]; ++frame) {
+                const auto [other, is_new] = owner.try_emplace(output_path(text, frame), bake.node);
+                if (!is_new) return fault("writes the same file as node '" + other->second + "': " + other->first, "give each its own path");
+            }
+        }
+        paths_ = std::move(owner);
+        return {};
+    }
+
+    Status check_free(const std::set<std::string>& listed) const {
+        for (const auto& [path, node] : paths_)
+            if (Status s = folder_->check_writable(path, listed); !s) {
+                Error error = s.error();
+                error.node = node, error.parameter = "path";
+                return error;
+            }
+        return {};
+    }
+
+    Status prepare_folder() {
+        auto wanted = new_manifest(graph_, frames_);
+        if (!wanted) return wanted.error();
+        manifest_ = wanted.take();
+        auto folder = BakeFolder::open(settings_.folder);
+        if (!folder) return folder.error();
+        folder_.emplace(folder.take());
+        if (!folder_->has_manifest()) {
+            std::error_code code;
+            const auto hidden = folder_->path() / kResumeFolder;
+            if (std::filesystem::exists(std::filesystem::symlink_status(hidden, code)))
+                return bad_input(hidden.string(), "is there already and is not part of this bake", "choose another folder, or move it away");
+            if (Status s = check_free({}); !s) return s;
+            return folder_->write_manifest(manifest_);
+        }
+        auto text = read_file(folder_->path() / kManifestName);
+        if (!text) return text.error();
+        if (!is_own_manifest(*text))
+            return bad_input((folder_->path() / kManifestName).string(), "is there already and is not the manifest of a bake", "choose another folder, or move it away");
+        switch (settings_.start) {
+            case BakeStart::fresh:
+                // A bake that failed before its first frame leaves nothing that could be lost.
+                if (const auto old = parse_manifest(*text, settings_.folder); old && old->frames.empty()) return restart(*text);
+                return bad_input(settings_.folder, "holds a bake already", "--resume goes on with it, --restart bakes it anew");
+            case BakeStart::restart: return restart(*text);
+            case BakeStart::resume: return resume(*text);
+        }
+        return {};
+    }
+
+    Status restart(const std::string& text) {
+        if (const auto old = parse_manifest(text, settings_.folder)) {
+            for (const ManifestFrame& frame : old->frames)
+                for (const ManifestFile& f : frame.files)
+                    if (Status s = folder_->remove_own(f); !s) return s;
+        }
+        if (Status s = check_free({}); !s) return s;
+        if (Status s = folder_->write_manifest(manifest_); !s) return s;
+        return folder_->prune_resume_states({});
+    }
+
+    Status resume(const std::string& text) {
+        const std::string where = (folder_->path() / kManifestName).string();
+        auto old = parse_manifest(text, where);
+        if (!old) return old.error();
+        if (const auto differing = differences(*old, manifest_); !differing.empty()) {
+            constexpr size_t kNamed = 5;
+            std::string list;
+            for (size_t i = 0; i < std::min(differing.size(), kNamed); ++i) list += (i ? "; " : "") + differing[i];
+            if (differing.size() > kNamed) list += "; and " + std::to_string(differing.size() - kNamed) + " more";
+            return bad_input(where, "this is another bake: " + list, "change it back, or bake anew with --restart");
+        }
+        auto check = verify_files(*old, folder_->path(), progress_.part(0, 0));
+        if (!check) return check.error();
+        const size_t n_faults = check->faults.size() - (check->missing_frames.empty() ? 0 : 1);
+        if (n_faults > 0)
+            return bad_input(where, "does not tell the truth: " + check->faults.front() + (n_faults > 1 ? ", and " + std::to_string(n_faults - 1) + " more" : ""),
+                             "put the files back, or bake anew with --restart");
+        const std::set<std::string> listed = listed_paths(*old);
+        if (Status s = check_free(listed); !s) return s;
+        manifest_.frames = old->frames;
+        manifest_.resume = old->resume;
+        // A shorter range than what is there leaves it as it is.
+        const int last_whole = next_frame() - 1;
+        manifest_.frame_range[1] = std::max(manifest_.frame_range[1], last_whole);
+        manifest_.graph["frame_range"][1] = std::max(graph_.frame_range()[1], manifest_.frame_range[1]);
+        if (last_whole >= manifest_.frame_range[0] && last_whole < manifest_.frame_range[1])
+            if (Status s = seed_solvers(last_whole); !s) return s;
+        return folder_->write_manifest(manifest_);
+    }
+
+    Status seed_solvers(int frame) {
+        for (const Output& solver : solvers_) {
+            const auto saved = std::find_if(manifest_.resume.begin(), manifest_.resume.end(), [&](const ManifestFile& f) { return f.node == solver.node; });
+            if (saved == manifest_.resume.end())
+                return bad_input((folder_->path() / kManifestName).string(), "names no state of node '" + solver.node + "' to resume from", "bake anew with --restart");
+            const std::string path = (folder_->path() / saved->path).string();
+            auto file = read_state_file(path);
+            if (!file) return file.error();
+            if (file->frame != frame) return bad_input(path, "is frame " + std::to_string(file->frame) + " instead of " + std::to_string(frame), "bake anew with --restart");
+            if (Status s = graph_.seed_state(solver.node, frame, file->state, progress_.part(0, 0)); !s) return s;
+            const auto value = graph_.evaluate(solver.node, solver.socket, frame);
+            if (!value) return value.error();
+            const auto& state = std::get<std::shared_ptr<const StateValue>>(*value);
+            if (Status s = require_same_scene(*file, state->scene->rest, path); !s) return s;
+        }
+        return {};
+    }
+
+    Result<ManifestFile> write(const std::string& node, const std::string& path, const ByteBuffer& bytes, BakedFrame& io_done) {
+        auto stamp = folder_->write(path, bytes.view());
+        if (!stamp) return stamp.error();
+        ++io_done.n_files;
+        io_done.bytes += stamp->size;
+        return ManifestFile{node, path, *stamp};
+    }
+
+    Status bake_frame(int frame, const Progress& progress) {
+        BakedFrame done;
+        done.frame = frame, done.last_frame = manifest_.frame_range[1];
+        const std::string text = "frame " + std::to_string(frame);
+        if (!progress.report(0, text)) return cancelled();
+
+        // Solvers first: they take the time, and this is where cancelling is looked for.
+        constexpr double kSolverShare = 0.8;    // of a frame's progress
+        auto begin = Clock::now();
+        std::vector<std::shared_ptr<const StateValue>> states;
+        for (size_t i = 0; i < solvers_.size(); ++i) {
+            const double n = static_cast<double>(solvers_.size());
+            auto value = graph_.evaluate(solvers_[i].node, solvers_[i].socket, frame,
+                                         progress.part(kSolverShare * static_cast<double>(i) / n, kSolverShare * static_cast<double>(i + 1) / n));
+            if (!value) return value.error();
+            states.push_back(std::get<std::shared_ptr<const StateValue>>(*value));
+            add(states.back()->report, done.step);
+        }
+        done.simulate_s = seconds_since(begin);
+
+        begin = Clock::now();
+        std::vector<std::shared_ptr<const BakeItem>> items;
+        for (const Output& bake : bake_nodes_) {
+            auto value = graph_.evaluate(bake.node, bake.socket, frame, progress.part(kSolverShare, 1));
+            if (!value) return value.error();
+            items.push_back(std::get<std::shared_ptr<const BakeItem>>(*value));
+        }
+        done.other_nodes_s = seconds_since(begin);
+        if (!progress.report(kSolverShare, text)) return cancelled();
+
+        begin = Clock::now();
+        if (Status s = write_frame(frame, items, states, done); !s) return s;
+        done.write_s = seconds_since(begin);
+        ++report_.n_frames;
+        report_.n_files += done.n_files;
+        report_.bytes += done.bytes;
+        if (settings_.frame_done) settings_.frame_done(done);
+        return {};
+    }
+
+    Status write_frame(int frame, const std::vector<std::shared_ptr<const BakeItem>>& items,
+                       const std::vector<std::shared_ptr<const StateValue>>& states, BakedFrame& io_done) {
+        ManifestFrame entry{frame, {}};
+        for (size_t i = 0; i < items.size(); ++i) {
+            auto bytes = encode(*items[i]);
+            if (!bytes) return bytes.error();
+            auto file = write(bake_nodes_[i].node, items[i]->path, *bytes, io_done);
+            if (!file) return file.error();
+            entry.files.push_back(file.take());
+        }
+        std::vector<ManifestFile> resume;
+        for (size_t s = 0; s < solvers_.size(); ++s) {
+            auto file = resume_state(s, frame, items, states[s], entry.files, io_done);
+            if (!file) return file.error();
+            resume.push_back(file.take());
+        }
+        manifest_.frames.push_back(std::move(entry));
+        manifest_.resume = std::move(resume);
+        if (Status s = folder_->write_manifest(manifest_); !s) return s;
+        return folder_->prune_resume_states(manifest_.resume);
+    }
+
+    // The baked file that holds the solver's state, or else one of our own. Two names take turns, so that the state
+    // that the manifest on disk speaks of is there until the next manifest is.
+    Result<ManifestFile> resume_state(size_t solver, int frame, const std::vector<std::shared_ptr<const BakeItem>>& items,
+                                      const std::shared_ptr<const StateValue>& state, const std::vector<ManifestFile>& written, BakedFrame& io_done) {
+        for (size_t i = 0; i < items.size(); ++i)
+            if (items[i]->state == state) return ManifestFile{solvers_[solver].node, written[i].path, written[i].stamp};
+        const std::string path = std::string(kResumeFolder) + "/" + file_name_of(solvers_[solver].node) + (frame % 2 ? ".odd.ply" : ".even.ply");
+        return write(solvers_[solver].node, path, encode_state(frame, *state->state, state->scene->rest), io_done);
+    }
+
+    Result<ByteBuffer> encode(const BakeItem& item) const {
+        if (item.state) return encode_state(item.state->frame, *item.state->state, item.state->scene->rest);
+        return encode_mesh(item.path, item.mesh->mesh, *item.mesh->fragments);
+    }
+
+    static void add(const StepReport& from, StepReport& to) {
+        to.edges_broken += from.edges_broken, to.contacts += from.contacts, to.n_components += from.n_components;
+        to.predict_s += from.predict_s, to.shape_s += from.shape_s, to.contact_s += from.contact_s;
+        to.momentum_s += from.momentum_s, to.fracture_s += from.fracture_s;
+    }
+
+    Graph& graph_;
+    const BakeSettings& settings_;
+    const Progress& progress_;
+    std::optional<BakeFolder> folder_;          // once nothing else can be refused
+    std::vector<Output> bake_nodes_, solvers_;  // solvers in the order in which bake nodes need them
+    std::array<int, 2> frames_ = {0, 0};
+    std::map<std::string, std::string> paths_;  // every file of the bake -> its node
+    Manifest manifest_;                         // as on disk
+    BakeReport report_;
+};
+
+}  // namespace
+
+Result<BakeReport> bake(Graph& graph, const BakeSettings& settings, const Progress& progress) {
+    if (settings.folder.empty()) return bad_usage("no output folder is given", "-o DIR");
+    if (Status s = graph.check(); !s) return s.error();
+    return Baker(graph, settings, progress).run();
+}
+
+}  // namespace sunder

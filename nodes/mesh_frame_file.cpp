@@ -1,0 +1,148 @@
+#include "nodes/mesh_frame_file.h"
+
+#include <bit>
+#include <charconv>
+#include <filesystem>
+#include <unordered_map>
+
+#include "nodes/ply_file.h"
+
+namespace sunder {
+namespace {
+
+constexpr size_t kListLengthBytes = 1;
+
+void put_float(std::string& out, float value) {
+    char text[32];
+    out.append(text, std::to_chars(text, text + sizeof text, value).ptr);   // shortest that reads back the same
+}
+
+void put_index(std::string& out, uint32_t value) {
+    char text[16];
+    out.append(text, std::to_chars(text, text + sizeof text, value).ptr);
+}
+
+// Numbers equal rows of N floats alike, by first appearance, and writes each new one as a line.
+template <int N>
+class Pool {
+public:
+    explicit Pool(const char* keyword) : keyword_(keyword) {}
+
+    uint32_t index(std::string& out, const float* value) {
+        std::array<uint32_t, N> bits;
+        for (int i = 0; i < N; ++i) bits[i] = std::bit_cast<uint32_t>(value[i]);
+        const auto [at, is_new] = index_.try_emplace(bits, static_cast<uint32_t>(index_.size() + 1));
+        if (is_new) {
+            out += keyword_;
+            for (int i = 0; i < N; ++i) out += ' ', put_float(out, value[i]);
+            out += '\n';
+        }
+        return at->second;
+    }
+
+private:
+    struct Hash {
+        size_t operator()(const std::array<uint32_t, N>& bits) const {
+            size_t h = 0;
+            for (uint32_t b : bits) h = (h ^ b) * 0x9e3779b97f4a7c15ull, h ^= h >> 29;
+            return h;
+        }
+    };
+    const char* keyword_;
+    std::unordered_map<std::array<uint32_t, N>, uint32_t, Hash> index_;   // looked up only, never walked
+};
+
+// Blanks end a name in OBJ.
+std::string obj_name(std::string name) {
+    for (char& c : name)
+        if (static_cast<unsigned char>(c) <= ' ') c = '_';
+    return name;
+}
+
+}  // namespace
+
+std::string material_label(const FragmentSet& fragments, int32_t material) {
+    if (material == fragments.interior_material) return "interior";
+    const size_t i = static_cast<size_t>(material);
+    if (material >= 0 && i < fragments.material_names.size() && !fragments.material_names[i].empty()) return fragments.material_names[i];
+    return "material_" + std::to_string(material);
+}
+
+ByteBuffer encode_mesh_ply(const VisualMesh& mesh) {
+    const bool has_uvs = !mesh.corner_uvs.empty();
+    PlyElement vertex{"vertex", mesh.positions.size(), ply_scalars("x y z", PlyType::float32)};
+    vertex.properties.push_back({"fragment", PlyType::int32, {}});
+    PlyElement face{"face", mesh.triangles.size(), {{"vertex_indices", PlyType::int32, PlyType::uint8}}};
+    face.properties.push_back({"material", PlyType::int32, {}});
+    face.properties.push_back({"fragment", PlyType::int32, {}});
+    if (has_uvs) face.properties.push_back({"texcoord", PlyType::float32, PlyType::uint8});
+    face.properties.push_back({"corner_normals", PlyType::float32, PlyType::uint8});
+
+    ByteBuffer bytes;
+    bytes.reserve(4096 + mesh.positions.size() * 16 + mesh.triangles.size() * (20 + 3 * kListLengthBytes + 36 + (has_uvs ? 24 : 0)));
+    write_ply_header(bytes, {{std::string(kMeshFileMagic), "written by sunder " SUNDER_VERSION}, {vertex, face}});
+    for (size_t v = 0; v < mesh.positions.size(); ++v) {
+        bytes.append(mesh.positions[v].data(), sizeof(float) * 3);
+        bytes.number(mesh.vertex_fragment[v]);
+    }
+    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+        bytes.number(uint8_t{3});
+        bytes.append(mesh.triangles[t].data(), sizeof(uint32_t) * 3);
+        bytes.number(mesh.triangle_material[t]), bytes.number(mesh.triangle_fragment[t]);
+        if (has_uvs) {
+            bytes.number(uint8_t{6});
+            for (size_t c = 0; c < 3; ++c) bytes.append(mesh.corner_uvs[3 * t + c].data(), sizeof(float) * 2);
+        }
+        bytes.number(uint8_t{9});
+        for (size_t c = 0; c < 3; ++c) bytes.append(mesh.corner_normals[3 * t + c].data(), sizeof(float) * 3);
+    }
+    return bytes;
+}
+
+ByteBuffer encode_mesh_obj(const VisualMesh& mesh, const FragmentSet& fragments) {
+    const bool has_uvs = !mesh.corner_uvs.empty();
+    ByteBuffer bytes;
+    bytes.reserve(mesh.positions.size() * 40 + mesh.triangles.size() * 120);
+    bytes.text("# " + std::string(kMeshFileMagic) + ", written by sunder " SUNDER_VERSION "\n");
+    std::string line;
+    for (const Vec3f& p : mesh.positions) {
+        line = "v";
+        for (int i = 0; i < 3; ++i) line += ' ', put_float(line, p[i]);
+        bytes.text(line += '\n');
+    }
+    Pool<2> uvs("vt");
+    Pool<3> normals("vn");
+    const int32_t no_material = -1;
+    int32_t material = no_material;
+    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+        line.clear();
+        if (mesh.triangle_material[t] != material) {
+            material = mesh.triangle_material[t];
+            line += "usemtl " + obj_name(material_label(fragments, material)) + "\n";
+        }
+        std::string face = "f";
+        for (size_t c = 0; c < 3; ++c) {
+            face += ' ', put_index(face, mesh.triangles[t][c] + 1);
+            face += '/';
+            if (has_uvs) put_index(face, uvs.index(line, mesh.corner_uvs[3 * t + c].data()));
+            face += '/', put_index(face, normals.index(line, mesh.corner_normals[3 * t + c].data()));
+        }
+        bytes.text(line), bytes.text(face += '\n');
+    }
+    return bytes;
+}
+
+Result<ByteBuffer> encode_mesh(const std::string& path, const VisualMesh& mesh, const FragmentSet& fragments) {
+    for (size_t v = 0; v < mesh.positions.size(); ++v)
+        if (!mesh.positions[v].allFinite()) {
+            Error e = bad_input(path, "vertex " + std::to_string(v) + " of the mesh is not finite");
+            e.code = ErrorCode::numerical;
+            return e;
+        }
+    const std::string extension = std::filesystem::path(path).extension().string();
+    if (extension == ".ply") return encode_mesh_ply(mesh);
+    if (extension == ".obj") return encode_mesh_obj(mesh, fragments);
+    return bad_input(path, "meshes are not written as '" + extension + "'", "end the path in .ply or .obj");
+}
+
+}  // namespace sunder
