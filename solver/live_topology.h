@@ -23,6 +23,9 @@ public:
     uint32_t edge(size_t slot) const { return edge_[slot]; }        // SimulationMesh::kNone for the centre
     uint32_t twin(size_t slot) const { return twin_[slot]; }        // slot of the centre in the member's group
     bool joined(uint32_t i, uint32_t j) const;                      // by an intact edge
+    std::span<const uint32_t> begins() const { return offset_; }    // (n_particles + 1)
+    std::span<const uint32_t> ends() const { return end_; }         // (n_particles)
+    std::span<const uint32_t> members() const { return member_; }   // by slot
     size_t n_slots() const { return member_.size(); }
 
     /// Pieces: connected sets of particles, numbered by their first particle; their particles, piece after piece.

@@ -104,7 +104,8 @@ struct FrameInput {
 };
 
 enum class Method {
-    projective,     // order-free sweeps towards the implicit Euler step, stiffness in Pa (docs/theory.md)
+    projective,     // implicit Euler by Newton steps over all groups at once; stiffness in Pa (docs/theory.md)
+    jacobi,         // the same equations by over-relaxed averaging sweeps: cheap for soft bodies, too soft for stiff ones
     gauss_seidel,   // the paper's: sequential projection with k in [0, 1]; for comparison
 };
 

@@ -47,6 +47,7 @@ struct Substep {
     void find_contacts();
     void remember_momentum();
     void correct();
+    void match_shapes();
     void update_velocities();
     void restore_momentum();
     void bounce_and_separate();
@@ -126,8 +127,8 @@ void Substep::hold_pins() {
 }
 
 void Substep::find_contacts() {
-    work.detection.find(context.scene, context.input, context.settings.self_collision, work.live, work.held, work.start_position,
-                        work.start_rotation, work.velocity, h, begin, end, work.contacts);
+    work.detection.find(context.scene, context.input, context.settings.self_collision, work.live, work.held,
+                        {work.start_position, work.start_rotation, work.velocity, work.angular_velocity}, {h, begin, end}, work.contacts);
     report.contacts = std::max(report.contacts, work.contacts.size());
     prepare_contacts({work.contact_mass, work.start_position, work.start_rotation, work.moving, work.push}, work.velocity,
                      work.angular_velocity, h, work.contacts);
@@ -141,30 +142,36 @@ void Substep::remember_momentum() {
     }
 }
 
-// Local and averaging steps in turn, contacts after each.
+// Towards the implicit Euler step, contacts after each sweep.
 void Substep::correct() {
-    const SolverSettings& settings = context.settings;
-    // A single over-relaxed sweep overshoots the implicit step.
-    const double omega = settings.iterations > 1 ? settings.over_relaxation : 1.0;
     const ContactBodies bodies{work.contact_mass, work.start_position, work.start_rotation, work.moving, work.push};
-    for (int iteration = 0; iteration < settings.iterations; ++iteration) {
+    for (int iteration = 0; iteration < context.settings.iterations; ++iteration) {
         {
             Stopwatch watch(report.shape_s);
-            if (settings.method == Method::gauss_seidel) {
-                gauss_seidel_sweep(work.live, work.shapes, work.paper_stiffness, work.held, work.moving, work.goals);
-            } else {
-                context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
-                    match_groups(work.live, work.shapes, work.stiffness, h, work.moving, first, last, work.goals);
-                });
-                context.workers.for_range(n_particles(), kParticleGrain, [&](size_t first, size_t last) {
-                    average_goals(work.live, work.shapes, work.goals, omega, work.held, first, last, work.moving);
-                });
-                restore_linear_momentum(rest(), work.live, work.piece_held, 0, work.live.n_pieces(), work.moving);
-            }
+            match_shapes();
         }
         Stopwatch watch(report.contact_s);
         for (int pass = 0; pass < kContactPasses; ++pass) solve_contacts(bodies, work.contacts);
     }
+}
+
+void Substep::match_shapes() {
+    const SolverSettings& settings = context.settings;
+    if (settings.method == Method::gauss_seidel) return gauss_seidel_sweep(work.live, work.shapes, work.paper_stiffness, work.held, work.moving, work.goals);
+
+    context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
+        match_groups(work.live, work.shapes, work.stiffness, h, work.moving, first, last, work.goals);
+    });
+    if (settings.method == Method::projective) {
+        work.newton.apply({rest(), work.live, work.shapes, work.stiffness, work.goals, work.inertia, work.held}, context.workers, work.moving);
+    } else {
+        // A single over-relaxed sweep overshoots the implicit step.
+        const double omega = settings.iterations > 1 ? settings.over_relaxation : 1.0;
+        context.workers.for_range(n_particles(), kParticleGrain, [&](size_t first, size_t last) {
+            average_goals(work.live, work.shapes, work.goals, omega, work.held, first, last, work.moving);
+        });
+    }
+    restore_linear_momentum(rest(), work.live, work.piece_held, 0, work.live.n_pieces(), work.moving);
 }
 
 void Substep::update_velocities() {
@@ -253,6 +260,7 @@ void Substep::break_edges() {
     if (!cuts.empty()) {
         work.piece_held.assign(work.live.n_pieces(), 0);
         work.piece_angular.assign(work.live.n_pieces(), Vec3::Zero());
+        work.detection.topology_changed();
     }
     // Rest shapes changed where material flowed or edges broke.
     context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
@@ -304,6 +312,7 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
     const size_t n = rest.n_particles(), n_movables = n + context.scene.rigid_bodies.size();
     if (w.synced_edges != state.edge_intact || w.synced_plastic != state.plastic_deformation || w.moving.size() != n_movables) {
         w.live.reset(rest, state.edge_intact);
+        w.detection.topology_changed();
         w.shapes.reset(rest, w.live, state.plastic_deformation);
         w.synced_edges = state.edge_intact;
         w.synced_plastic = state.plastic_deformation;

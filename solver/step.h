@@ -7,6 +7,7 @@
 #include "solver/collision/scene_contacts.h"
 #include "solver/fracture.h"
 #include "solver/momentum.h"
+#include "solver/newton_step.h"
 #include "solver/parallel.h"
 #include "solver/scene.h"
 
@@ -30,6 +31,7 @@ struct Workspace {
     std::vector<GroupStiffness> stiffness;      // (n_particles)
     std::vector<double> paper_stiffness;        // k in [0, 1]  (n_particles)
     std::vector<GroupGoal> goals;               // (n_particles)
+    NewtonStep newton;
     std::vector<GroupStrain> strains;           // (n_particles)
     std::vector<uint8_t> flowed;                // (n_particles)
     std::vector<uint8_t> held;                  // by an active pin (n_particles)

@@ -163,25 +163,20 @@ Manifold box_box_contacts(const PlacedShape& a, const PlacedShape& b) {
             if (gap > edge_gap + kRounding * size) { edge_gap = gap; edge_normal = n; edge_a = i; edge_b = j; }
         }
 
+    const bool apart = face_gap > 0 || edge_gap > 0;
+    const Separation nearest = apart ? nearest_features(a, b, A, B) : edge_contact(A, edge_a, B, edge_b, edge_normal, edge_gap);
+    const bool on_face = nearest.gap <= face_gap + kFaceShare * std::abs(face_gap) + kRounding * size;
     Manifold result;
-    bool on_face = edge_gap <= face_gap + kFaceShare * std::abs(face_gap) + kRounding * size;
-    if (face_gap > 0 || edge_gap > 0) {
-        const Separation nearest = nearest_features(a, b, A, B);
-        on_face = nearest.gap <= face_gap + kFaceShare * nearest.gap + kRounding * size;
-        if (!on_face) {
-            result.add(nearest);
-            return result;
-        }
-    } else if (!on_face) {
-        result.add(edge_contact(A, edge_a, B, edge_b, edge_normal, edge_gap));
-        return result;
+    if (on_face) {
+        const bool of_a = face < 3;
+        const Vec3 n = oriented(of_a ? A.axes.col(face) : B.axes.col(face - 3));
+        result = of_a ? face_contacts(A, face, -n, B, true) : face_contacts(B, face - 3, n, A, false);
+        if (!apart) return result;
     }
-    const bool of_a = face < 3;
-    const Vec3 n = oriented(of_a ? A.axes.col(face) : B.axes.col(face - 3));
-    result = of_a ? face_contacts(A, face, -n, B, true) : face_contacts(B, face - 3, n, A, false);
-    if (result.count == 0) {                    // faces that share no more than a corner's rounding
-        const Separation nearest = nearest_features(a, b, A, B);
-        if (std::isfinite(nearest.gap)) result.add(nearest);
+    // What is nearest may lie just beyond the face's sides, where clipping lost it.
+    if (result.least_gap() > nearest.gap + kRounding * size) {
+        if (result.count == int(result.points.size())) --result.count;
+        result.add(nearest);
     }
     return result;
 }
@@ -232,7 +227,8 @@ Manifold box_capsule_contacts(const PlacedShape& a, const PlacedShape& b) {
         from = std::max(from, std::min(t0, t1));
         to = std::min(to, std::max(t0, t1));
     };
-    if (distance > kRounding * e.minCoeff()) {
+    const bool apart = distance > kRounding * e.minCoeff();
+    if (apart) {
         normal /= distance;
         const double along = normal.cwiseAbs().maxCoeff(&face);
         if (along < 0.95) face = -1;            // 18 degrees: no longer lying on the face
@@ -273,10 +269,11 @@ Manifold box_capsule_contacts(const PlacedShape& a, const PlacedShape& b) {
         if (to >= from) {
             over_face(from);
             if ((to - from) * u.norm() > kRounding * e.minCoeff()) over_face(to);
-            return result;
+            if (!apart) return result;
         }
     }
-    add(t, normal, distance);
+    // What is nearest may lie just beyond the face's sides, where clipping lost it.
+    if (result.least_gap() > distance - r + kRounding * e.maxCoeff()) add(t, normal, distance);
     return result;
 }
 

@@ -11,22 +11,34 @@
 
 namespace sunder {
 
+/// Where the movable things are at the start of a substep, and where they would go alone.
+struct MovableMotion {
+    std::span<const Vec3> position;             // (n_movables), m
+    std::span<const Quat> rotation;             // since rest (n_movables)
+    std::span<const Vec3> velocity, angular_velocity;  // forces included (n_movables), m/s, rad/s
+};
+
+/// A substep within its frame.
+struct Interval {
+    double h = 0;                               // s
+    double begin = 0, end = 1;                  // share of the frame
+};
+
 /// Finds and describes contacts; keeps scratch and the broad phase's memory between substeps (neither changes the result).
 class SceneContacts {
 public:
-    /// `begin` and `end` place the substep in the frame, for driven colliders. Velocities hold what the particles would
-    /// do alone (forces included).
     void find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live, std::span<const uint8_t> held,
-              std::span<const Vec3> position, std::span<const Quat> rotation, std::span<const Vec3> velocity, double h, double begin, double end,
-              std::vector<ActiveContact>& out);
+              const MovableMotion& motion, const Interval& interval, std::vector<ActiveContact>& out);
 
-    void topology_changed() { topology_changed_ = true; }
+    /// Call when edges broke or a state was set from outside.
+    void topology_changed() { scratch_.candidates.reset(); }
 
 private:
     ContactScratch scratch_;
     std::vector<Ellipsoid> ellipsoids_;
+    std::vector<PlacedShape> rigid_bodies_;
+    std::vector<MovingShape> colliders_;
     std::vector<Contact> contacts_;
-    bool topology_changed_ = true;
 };
 
 }  // namespace sunder

@@ -182,9 +182,9 @@ private:
     }
 };
 
-/// Climbs from `first` and, where the solids overlap (f may have several maxima then), also from the three best of
-/// `candidates`, each flipped to the side of a. Directions need not be unit; null ones are passed over.
-template <class Gap, size_t kCandidates>
+/// Climbs from `first` and, where the solids overlap (f may have several maxima then), also from the kClimbs best
+/// of `candidates`, each flipped to the side of a. Directions need not be unit; null ones are passed over.
+template <int kClimbs = 3, class Gap, size_t kCandidates>
 typename Gap::Sample best_direction(const Gap& gap, const Vec3& first, const std::array<Vec3, kCandidates>& candidates) {
     typename Gap::Sample best;
     bool found = false;
@@ -194,7 +194,6 @@ typename Gap::Sample best_direction(const Gap& gap, const Vec3& first, const std
         if (best.f > 0) return best;
         found = true;
     }
-    constexpr int kClimbs = 3;
     Vec3 start[kClimbs];
     double value[kClimbs];
     int n_starts = 0;

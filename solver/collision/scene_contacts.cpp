@@ -1,0 +1,106 @@
+#include "solver/collision/scene_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "solver/collision/ellipsoid_distance.h"
+#include "solver/motion.h"
+
+namespace sunder {
+namespace {
+
+// Contacts reach this share of a typical particle's radius beyond touching.
+constexpr double kMarginShare = 0.02;
+// A broken piece is a polyhedron, its ellipsoid is not: it must be tipped over an edge before it rolls. The arm of that
+// resistance is this share of the particle's smallest radius.
+constexpr double kRollingShare = 0.2;
+
+struct Surface {
+    double friction, restitution;
+};
+
+Surface surface_of(const Scene& scene, const FrameInput& input, uint32_t movable) {
+    const size_t n = scene.rest.n_particles();
+    if (movable < n) {
+        const Material& m = input.materials[scene.rest.body[movable]];
+        return {m.friction, m.restitution};
+    }
+    const RigidBody& r = scene.rigid_bodies[movable - n];
+    return {r.friction, r.restitution};
+}
+
+// Overlap that two fragments of one body have at rest: their ellipsoids are only stand-ins for what fits without a gap.
+double rest_overlap(const SimulationMesh& rest, uint32_t i, uint32_t j) {
+    auto at_rest = [&](uint32_t k) { return Ellipsoid{rest.rest_position[k], rest.rest_orientation[k].toRotationMatrix(), rest.radii[k]}; };
+    return std::min(0.0, ellipsoid_distance(at_rest(i), at_rest(j)).gap);
+}
+
+double rolling_arm(const Scene& scene, const LiveTopology& live, uint32_t movable) {
+    const size_t n = scene.rest.n_particles();
+    if (movable >= n || live.count(movable) > 1) return 0;
+    return kRollingShare * scene.rest.radii[movable].minCoeff();
+}
+
+}  // namespace
+
+void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live, std::span<const uint8_t> held,
+                         const MovableMotion& motion, const Interval& interval, std::vector<ActiveContact>& out) {
+    const SimulationMesh& rest = scene.rest;
+    const uint32_t n = static_cast<uint32_t>(rest.n_particles());
+    ellipsoids_.resize(n);
+    double size = 0;
+    for (uint32_t i = 0; i < n; ++i) {
+        ellipsoids_[i] = {motion.position[i], (motion.rotation[i] * rest.rest_orientation[i]).toRotationMatrix(), rest.radii[i]};
+        size += rest.radii[i].minCoeff();
+    }
+    rigid_bodies_.clear();
+    for (size_t r = 0; r < scene.rigid_bodies.size(); ++r) {
+        rigid_bodies_.push_back({scene.rigid_bodies[r].shape, {motion.position[n + r], motion.rotation[n + r]}});
+        if (n == 0) size += bounding_radius(scene.rigid_bodies[r].shape);
+    }
+    colliders_.clear();
+    for (size_t c = 0; c < scene.colliders.size(); ++c) {
+        const DrivenPose& drive = input.colliders[c];
+        colliders_.push_back({scene.colliders[c].shape, interpolate(drive, interval.begin), interpolate(drive, interval.end), drive.active});
+    }
+
+    DetectionInput detection;
+    detection.particles = ellipsoids_;
+    detection.body = rest.body;
+    detection.pinned = held;
+    detection.rings = {live.begins().first(n), live.ends(), live.members(), {}, {}};
+    detection.self_collision = self_collision;
+    detection.rigid_bodies = rigid_bodies_;
+    detection.velocity = motion.velocity;
+    detection.angular_velocity = motion.angular_velocity;
+    detection.colliders = colliders_;
+    detection.duration = interval.h;
+    detection.margin = kMarginShare * size / std::max<double>(1, n > 0 ? n : double(rigid_bodies_.size()));
+    find_contacts(detection, scratch_, contacts_);
+
+    out.clear();
+    for (const Contact& contact : contacts_) {
+        ActiveContact c{};
+        c.contact = contact;
+        const Surface a = surface_of(scene, input, contact.a);
+        Surface b;
+        c.rolling_arm = rolling_arm(scene, live, contact.a);
+        if (contact.b & Contact::kStatic) {
+            const uint32_t k = contact.b & ~Contact::kStatic;
+            b = {scene.colliders[k].friction, scene.colliders[k].restitution};
+            c.collider_motion = colliders_[k].end.apply(colliders_[k].begin.inverse_apply(contact.point_b)) - contact.point_b;
+        } else {
+            b = surface_of(scene, input, contact.b);
+            c.rolling_arm = std::max(c.rolling_arm, rolling_arm(scene, live, contact.b));
+            if (contact.a < n && contact.b < n) {
+                c.separate_pieces = live.piece(contact.a) != live.piece(contact.b);
+                if (rest.body[contact.a] == rest.body[contact.b]) c.allowed_gap = rest_overlap(rest, contact.a, contact.b);
+            }
+        }
+        c.friction = std::sqrt(a.friction * b.friction);
+        c.restitution = std::max(a.restitution, b.restitution);
+        out.push_back(c);
+    }
+}
+
+}  // namespace sunder
