@@ -55,9 +55,9 @@ Separation ellipsoid_rounded_box(const Ellipsoid& a, const Pose& pose, const Vec
     // Ways out of a segment lie across it; a centre on its very axis takes the first one.
     const bool segment = e.x() == 0;
     const Vec3 across = segment && (gap.d.x() != 0 || gap.d.y() != 0) ? Vec3(gap.d.x(), gap.d.y(), 0) : Vec3::UnitX();
-    const Vec3 side(std::copysign(1, gap.d.x()), std::copysign(1, gap.d.y()), std::copysign(1, gap.d.z()));
-    const std::array<Vec3, 9> candidates = {across, Vec3::UnitY(), Vec3::UnitZ(), axes.col(0), axes.col(1), axes.col(2),
-                                            Vec3(0, side.y(), side.z()), Vec3(side.x(), 0, side.z()), Vec3(side.x(), side.y(), 0)};
+    const std::array<Vec3, 12> candidates = {
+        across, Vec3::UnitY(), Vec3::UnitZ(), axes.col(0), axes.col(1), axes.col(2),
+        Vec3(0, 1, 1), Vec3(1, 0, 1), Vec3(1, 1, 0), Vec3(0, 1, -1), Vec3(1, 0, -1), Vec3(1, -1, 0)};
     const auto best = detail::best_direction<5>(gap, outward, candidates);
     const Vec3 deepest_a = gap.d - best.s_a;
     Vec3 deepest_b;
