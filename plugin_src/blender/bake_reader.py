@@ -72,29 +72,26 @@ def _row_type(data, at, count, properties):
 
 class Bake:
     """A bake folder. `meshes` and `states` are path patterns with ####, `rigid_bodies` the graph's nodes in the
-    solver's order, `planes` its plane colliders, `frames` the numbers of the frames that are there."""
+    solver's order, `planes` its plane colliders, `frames` the numbers of the whole frames."""
 
     def __init__(self, folder):
         self.folder = folder
         path = os.path.join(folder, "manifest.json")
         try:
             with open(path, encoding="utf-8") as file:
-                self.graph = json.load(file)["graph"]
-            nodes = self.graph["nodes"]
+                manifest = json.load(file)
+            nodes = manifest["graph"]["nodes"]
+            self.frames = [frame["frame"] for frame in manifest["frames"]]
         except OSError as error:
             raise BakeError(f"{path}: {error.strerror}") from error
         except (ValueError, KeyError, TypeError) as error:
             raise BakeError(f"{path}: not a manifest of a bake") from error
-        self.nodes = nodes
         self.meshes = [n.get("path", "mesh/mesh.####.ply") for n in nodes.values() if n["type"] == "bake_mesh"]
         self.states = [n.get("path", "state/sim.####.ply") for n in nodes.values() if n["type"] == "bake_state"]
         solvers = [n for n in nodes.values() if n["type"] == "solver"]
         wires = solvers[0].get("rigid_bodies", []) if solvers else []
         self.rigid_bodies = [nodes[w[1:].split(".")[0]] for w in ([wires] if isinstance(wires, str) else wires)]
         self.planes = [n for n in nodes.values() if n["type"] == "collider" and n.get("shape") == "plane"]
-        first, last = self.graph["frame_range"]
-        self.frames = [f for f in range(first, last + 1)
-                       if all(os.path.exists(self.path(p, f)) for p in self.meshes + self.states)]
         if not self.meshes or not self.frames:
             raise BakeError(f"{folder}: has no whole mesh frame")
 

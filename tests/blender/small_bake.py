@@ -61,7 +61,7 @@ def write(folder):
     for frame, gap in ((1, 0.0), (2, 1.0)):
         write_mesh_frame(folder / f"mesh/cube.{frame:04d}.ply", gap)
         write_state_frame(folder / f"state/sim.{frame:04d}.ply", 0.4)
-    (folder / "manifest.json").write_text(json.dumps({"graph": {"sunder": 1, "frame_range": [1, 2], "nodes": {
+    (folder / "manifest.json").write_text(json.dumps({"frames": [{"frame": 1}, {"frame": 2}], "graph": {"sunder": 1, "frame_range": [1, 2], "nodes": {
         "ball": {"type": "rigid_body", "shape": "sphere", "radius": 0.4},
         "floor": {"type": "collider", "shape": "plane"},
         "sim": {"type": "solver", "rigid_bodies": ["@ball.rigid_body"], "colliders": ["@floor.collider"]},

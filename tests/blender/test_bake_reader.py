@@ -1,4 +1,5 @@
 """What the Blender scripts read of a bake is what is in the files, and a bad file is named and refused."""
+import json
 import sys
 import tempfile
 import unittest
@@ -82,9 +83,16 @@ class BakeReader(unittest.TestCase):
         with self.assertRaisesRegex(BakeError, "manifest.json: No such file"):
             Bake(str(self.folder))
 
-    def test_leaves_out_frames_that_are_not_whole(self):
+    def test_refuses_a_bake_without_frames(self):
+        manifest = self.folder / "manifest.json"
+        manifest.write_text(json.dumps({**json.loads(manifest.read_text()), "frames": []}))
+        with self.assertRaisesRegex(BakeError, "has no whole mesh frame"):
+            Bake(str(self.folder))
+
+    def test_names_a_frame_whose_file_is_gone(self):
         (self.folder / "state/sim.0002.ply").unlink()
-        self.assertEqual(Bake(str(self.folder)).frames, [1])
+        with self.assertRaisesRegex(BakeError, "sim.0002.ply: No such file"):
+            Bake(str(self.folder)).rigid_body_poses(2)
 
 
 if __name__ == "__main__":
