@@ -43,22 +43,20 @@ double turning_reach(const DetectionInput& in, uint32_t i) {
     return std::min(angle * farthest, farthest - nearest);
 }
 
-/// Velocity of a rigid body's material where `p` is; no farther out than the body reaches.
-Vec3 rigid_velocity_near(const DetectionInput& in, uint32_t i, const Vec3& p) {
-    const PlacedShape& body = rigid(in, i);
-    Vec3 arm = p - body.pose.position;
-    const double limit = bounding_radius(body.shape), length = arm.norm();
-    if (length > limit) arm *= limit / length;
-    return in.velocity[i] + angular_velocity(in, i).cross(arm);
+/// Displacement of a point at `x` over the step, as seen from a solid that goes from one pose to the other: as if the
+/// solid had stayed at `begin`. Its turning bends the path; both ends are exact.
+Vec3 shift_seen_from(const Pose& begin, const Pose& end, const Vec3& x, const Vec3& shift) {
+    return begin.apply(end.inverse_apply(x + shift)) - x;
 }
 
-/// Mean velocity of a collider's material where `p` is, over the step; no farther out than the collider reaches.
-Vec3 collider_velocity_near(const MovingShape& c, const Vec3& p, double h) {
-    if (!(h > 0)) return Vec3::Zero();
-    Vec3 local = c.begin.inverse_apply(p);
-    const double limit = bounding_radius(c.shape), length = local.norm();
-    if (length > limit) local *= limit / length;
-    return (c.end.apply(local) - c.begin.apply(local)) / h;
+/// Where a rigid body's own velocity takes it.
+Pose pose_after(const DetectionInput& in, uint32_t i) {
+    const Vec3 turn = in.duration * angular_velocity(in, i);
+    const double angle = turn.norm();
+    Pose pose = rigid(in, i).pose;
+    pose.position += in.duration * in.velocity[i];
+    if (angle > 0) pose.orientation = Quat(Eigen::AngleAxisd(angle, turn / angle)) * pose.orientation;
+    return pose;
 }
 
 void add(uint32_t a, uint32_t b, const Separation& s, std::vector<Contact>& out) {
@@ -74,15 +72,15 @@ void add(uint32_t a, uint32_t b, const Separation& s, std::vector<Contact>& out)
 
 /// One contact at most, for pairs with a particle in them. `at(offset)`: separation with a moved by `offset`.
 template <class SeparationAt>
-void add_single(uint32_t a, uint32_t b, const SeparationAt& at, const Vec3& relative_velocity, double h, double reach,
-                std::vector<Contact>& out) {
+void add_single(uint32_t a, uint32_t b, const SeparationAt& at, const Vec3& shift, double reach, std::vector<Contact>& out) {
     Separation s;
-    if (first_touch(at, relative_velocity, h, reach, s)) add(a, b, s, out);
+    double share;
+    if (first_touch(at, shift, reach, s, share)) add(a, b, s, out);
 }
 
 /// Rigid bodies: all points of the manifold at the first touch that the step can close.
-void add_manifold(uint32_t a, uint32_t b, PlacedShape shape_a, const PlacedShape& shape_b, const Vec3& relative_velocity,
-                  double h, double reach, std::vector<Contact>& out) {
+void add_manifold(uint32_t a, uint32_t b, PlacedShape shape_a, const PlacedShape& shape_b, const Vec3& shift, double reach,
+                  std::vector<Contact>& out) {
     const Vec3 start = shape_a.pose.position;
     const auto manifold_at = [&](const Vec3& offset) {
         shape_a.pose.position = start + offset;
@@ -96,13 +94,12 @@ void add_manifold(uint32_t a, uint32_t b, PlacedShape shape_a, const PlacedShape
         return m.points[least];
     };
     Separation touch;
-    double time = 0;
-    if (!first_touch(deepest_at, relative_velocity, h, reach, touch, &time)) return;
-    const Manifold m = manifold_at(time * relative_velocity);
+    double share;
+    if (!first_touch(deepest_at, shift, reach, touch, share)) return;
+    const Manifold m = manifold_at(share * shift);
     for (int k = 0; k < m.count; ++k) {
-        const Separation s = moved_back(m.points[k], time * relative_velocity);
-        const double approach = -s.normal.dot(relative_velocity);
-        if (s.gap < std::max(approach, 0.0) * h + reach) add(a, b, s, out);
+        const Separation s = moved_back(m.points[k], share * shift);
+        if (s.gap < std::max(-s.normal.dot(shift), 0.0) + reach) add(a, b, s, out);
     }
 }
 
@@ -119,7 +116,7 @@ void sweep_boxes(const DetectionInput& in, size_t begin, size_t end, std::span<A
             box = {e.center - half, e.center + half};
         } else {
             box = bounding_box(rigid(in, i));
-            // Points near it are swept by its turning as well (rigid_velocity_near).
+            // What is near it is swept by its turning.
             turning += angular_velocity(in, i).norm() * in.duration * bounding_radius(rigid(in, i).shape);
         }
         const Vec3 shift = in.duration * in.velocity[i];
@@ -144,7 +141,7 @@ void contacts_of_pairs(const DetectionInput& in, std::span<const Aabb> boxes, st
                 a.center += offset;
                 return ellipsoid_distance(a, b);
             };
-            add_single(i, j, at, in.velocity[i] - in.velocity[j], h, reach, out);
+            add_single(i, j, at, h * (in.velocity[i] - in.velocity[j]), reach, out);
         } else if (is_particle(in, i)) {
             const PlacedShape& b = rigid(in, j);
             const auto at = [&](const Vec3& offset) {
@@ -152,9 +149,10 @@ void contacts_of_pairs(const DetectionInput& in, std::span<const Aabb> boxes, st
                 a.center += offset;
                 return ellipsoid_shape_distance(a, b);
             };
-            add_single(i, j, at, in.velocity[i] - rigid_velocity_near(in, j, center(in, i)), h, reach, out);
+            const Vec3 shift = shift_seen_from(b.pose, pose_after(in, j), center(in, i), h * in.velocity[i]);
+            add_single(i, j, at, shift, reach, out);
         } else {
-            add_manifold(i, j, rigid(in, i), rigid(in, j), in.velocity[i] - in.velocity[j], h, reach, out);
+            add_manifold(i, j, rigid(in, i), rigid(in, j), h * (in.velocity[i] - in.velocity[j]), reach, out);
         }
     }
 }
@@ -169,12 +167,13 @@ void contacts_with_colliders(const DetectionInput& in, std::span<const Aabb> box
             const MovingShape& collider = in.colliders[c];
             if (!collider.active) continue;
             const PlacedShape placed{collider.shape, collider.begin};
-            const Vec3 moved = collider_velocity_near(collider, center(in, i), h);
+            const Vec3 own_shift = h * in.velocity[i];
+            const Vec3 shift = shift_seen_from(collider.begin, collider.end, center(in, i), own_shift);
             // Here the collider stands still and its motion is a's: so its box needs no sweep, but a's box does.
             Aabb box = boxes[i];
-            const Vec3 slack = Vec3::Constant(0.5 * in.margin);
-            box.min += (-h * moved).cwiseMin(0.0) - slack;
-            box.max += (-h * moved).cwiseMax(0.0) + slack;
+            const Vec3 slack = Vec3::Constant(0.5 * in.margin), further = shift - own_shift;
+            box.min += further.cwiseMin(0.0) - slack;
+            box.max += further.cwiseMax(0.0) + slack;
             const double angle = collider.begin.orientation.angularDistance(collider.end.orientation);
             const double own = is_particle(in, i) ? in.particles[i].radii.maxCoeff() : bounding_radius(rigid(in, i).shape);
             const double turning = std::min(angle, 1.0) * own;      // across the size of a, the collider's field differs
@@ -182,16 +181,15 @@ void contacts_with_colliders(const DetectionInput& in, std::span<const Aabb> box
             box.max.array() += turning;
             if (!overlap(box, bounding_box(placed))) continue;
             const double reach = in.margin + turning_reach(in, i) + turning;
-            const Vec3 relative = in.velocity[i] - moved;
             if (is_particle(in, i)) {
                 const auto at = [&](const Vec3& offset) {
                     Ellipsoid a = in.particles[i];
                     a.center += offset;
                     return ellipsoid_shape_distance(a, placed);
                 };
-                add_single(i, Contact::kStatic | c, at, relative, h, reach, out);
+                add_single(i, Contact::kStatic | c, at, shift, reach, out);
             } else {
-                add_manifold(i, Contact::kStatic | c, rigid(in, i), placed, relative, h, reach, out);
+                add_manifold(i, Contact::kStatic | c, rigid(in, i), placed, shift, reach, out);
             }
         }
     }
