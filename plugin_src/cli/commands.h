@@ -1,0 +1,19 @@
+// The commands of the program: each adds itself to the command line and gives the exit status when it is run.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+
+namespace sunder::cli {
+
+/// What a parsed command line asks for.
+using Run = std::function<int()>;
+
+void add_nodes_command(CLI::App& app, Run& out_run);
+void add_fracture_command(CLI::App& app, Run& out_run);
+void add_bake_command(CLI::App& app, Run& out_run);
+void add_info_command(CLI::App& app, Run& out_run);
+void add_verify_command(CLI::App& app, Run& out_run);
+
+}  // namespace sunder::cli

@@ -1,0 +1,82 @@
+// sunder fracture: pre-fracture alone. Its options are the parameters of the nodes that do the work.
+#include "nodes/fragment_folder.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <string>
+
+#include "nodes/registry.h"
+#include "nodes/strict_json.h"
+#include "plugin_src/cli/commands.h"
+#include "plugin_src/cli/progress_bar.h"
+#include "plugin_src/cli/report.h"
+
+namespace sunder::cli {
+namespace {
+
+constexpr const char* kReader = "mesh";         // names of the two nodes, as errors tell them
+constexpr const char* kCutter = "fracture";
+
+struct Options {
+    std::string mesh, folder = "fragments";
+    std::map<std::string, std::map<std::string, std::string>> parameters;  // node -> parameter -> text
+};
+
+Status set_up(Graph& graph, const Options& options) {
+    if (Status s = graph.add_node(kReader, "mesh_file"); !s) return s;
+    if (Status s = graph.add_node(kCutter, "prefracture"); !s) return s;
+    if (Status s = graph.connect({kReader, "mesh"}, {kCutter, "mesh"}); !s) return s;
+    if (Status s = graph.set(kReader, "path", options.mesh); !s) return s;
+    for (const auto& [node, parameters] : options.parameters)
+        for (const auto& [name, text] : parameters) {
+            if (text.empty()) continue;
+            const auto value = parse_json(text, name);
+            if (Status s = graph.set(node, name, value ? *value : Json(text)); !s) return s;
+        }
+    return {};
+}
+
+int run_fracture(const Options& options) {
+    Graph graph;
+    if (Status s = set_up(graph, options); !s) return fail(s.error(), "sunder fracture");
+    ProgressBar bar;
+    constexpr double kCuttingShare = 0.9;
+    auto value = graph.evaluate(kCutter, "fragments", graph.frame_range()[0], bar.progress().part(0, kCuttingShare));
+    if (!value) return fail((bar.clear(), value.error()), "sunder fracture");
+    const auto& set = std::get<std::shared_ptr<const FragmentSet>>(*value);
+    const Status written = write_fragments(*set, options.folder, bar.progress().part(kCuttingShare, 1));
+    bar.clear();
+    if (!written) return fail(written.error(), "sunder fracture");
+    for (const std::string& warning : set->warnings) std::fprintf(stderr, "sunder: warning: %s: %s\n", options.mesh.c_str(), warning.c_str());
+    std::printf("%s: %zu fragments, %zu interfaces\n", options.folder.c_str(), set->fragments.size(), set->interfaces.size());
+    return kDone;
+}
+
+// Every parameter of a node type that is not asked for in another way becomes an option, underscores as dashes.
+void add_parameters(CLI::App* command, const char* node, const char* type, Options& io_options) {
+    for (const ParameterDescription& p : standard_registry().find(type)->description.parameters) {
+        if (p.type == ParameterType::path) continue;
+        std::string name = p.name;
+        std::replace(name.begin(), name.end(), '_', '-');
+        std::string help = p.sentence + (p.unit.empty() ? "" : ", " + p.unit);
+        if (const std::string range = range_text(p); !range.empty()) help += "; " + range;
+        for (const Json& c : p.choices) help += (&c == &p.choices.front() ? "; " : "|") + (c.is_string() ? c.get<std::string>() : c.dump());
+        const std::string fallback = p.default_value.is_string() ? p.default_value.get<std::string>() : p.default_value.dump();
+        command->add_option("--" + name, io_options.parameters[node][p.name], help + " [" + fallback + "]")->type_name(std::string(name_of(p.type)));
+    }
+}
+
+}  // namespace
+
+void add_fracture_command(CLI::App& app, Run& out_run) {
+    auto options = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("fracture", "Cut a mesh into fragments: fragments.json and one closed mesh a fragment");
+    command->add_option("MESH", options->mesh, "mesh file")->required();
+    command->add_option("-o,--output", options->folder, "output folder")->capture_default_str()->type_name("DIR");
+    add_parameters(command, kCutter, "prefracture", *options);
+    add_parameters(command, kReader, "mesh_file", *options);
+    command->callback([options, &out_run] { out_run = [options] { return run_fracture(*options); }; });
+}
+
+}  // namespace sunder::cli
