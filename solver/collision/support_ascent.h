@@ -182,7 +182,11 @@ private:
     }
 };
 
-/// Climbs from `first` and, where the solids overlap (f may have several maxima then), also from the kClimbs best
+/// Overlap, as a share of the support, from which other maxima are looked for. Of 22 000 random pairs of ellipsoids that
+/// overlap less (aspect up to 10), none had a better one than the one above the centre line.
+constexpr double kShallow = 0.1;
+
+/// Climbs from `first` and, where the solids overlap deeply (f may have several maxima then), also from the kClimbs best
 /// of `candidates`, each flipped to the side of a. Directions need not be unit; null ones are passed over.
 template <int kClimbs = 3, class Gap, size_t kCandidates>
 typename Gap::Sample best_direction(const Gap& gap, const Vec3& first, const std::array<Vec3, kCandidates>& candidates) {
@@ -191,7 +195,7 @@ typename Gap::Sample best_direction(const Gap& gap, const Vec3& first, const std
     const double first_length = first.norm();
     if (first_length > 0 && std::isfinite(first_length)) {
         best = gap.ascend(first / first_length);
-        if (best.f > 0) return best;
+        if (best.f > -kShallow * (best.h_a + best.h_b)) return best;
         found = true;
     }
     Vec3 start[kClimbs];
