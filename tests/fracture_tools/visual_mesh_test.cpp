@@ -5,7 +5,11 @@
 #include <Eigen/LU>
 #include <limits>
 #include <map>
+#include <numeric>
+#include <set>
 
+#include "fracture_tools/lattice.h"
+#include "fracture_tools/simulation_mesh_builder.h"
 #include "tests/fracture_tools/tetrahedral_bodies.h"
 
 namespace sunder {
@@ -72,6 +76,26 @@ void expect_whole(const VisualMesh& mesh) {
     EXPECT_EQ(std::count(used.begin(), used.end(), 0), 0);
     for (const Vec3f& p : mesh.positions) ASSERT_TRUE(p.allFinite());
     for (const Vec3f& n : mesh.corner_normals) ASSERT_NEAR(n.norm(), 1, 1e-5);
+}
+
+int unbalanced_edges(const VisualMesh& mesh) {
+    std::map<std::pair<uint32_t, uint32_t>, int> surplus;
+    for (const Triangle& t : mesh.triangles)
+        for (int c = 0; c < 3; ++c) {
+            const uint32_t v = t[c], w = t[(c + 1) % 3];
+            surplus[std::minmax(v, w)] += v < w ? 1 : -1;
+        }
+    return int(std::count_if(surplus.begin(), surplus.end(), [](const auto& s) { return s.second != 0; }));
+}
+
+int components(const VisualMesh& mesh) {
+    std::vector<uint32_t> root(mesh.positions.size());
+    std::iota(root.begin(), root.end(), 0u);
+    auto find = [&](uint32_t i) { while (root[i] != i) i = root[i] = root[root[i]]; return i; };
+    for (const Triangle& t : mesh.triangles) root[find(t[0])] = find(t[1]), root[find(t[1])] = find(t[2]);
+    std::set<uint32_t> roots;
+    for (uint32_t v = 0; v < root.size(); ++v) roots.insert(find(v));
+    return int(roots.size());
 }
 
 TEST(visual_mesh, rest_frame_is_the_artists_mesh_where_the_body_was_placed) {
@@ -146,19 +170,39 @@ TEST(visual_mesh, break_surfaces_have_the_interior_material_and_both_fragments) 
 
 TEST(visual_mesh, torn_deformed_mesh_has_no_gap_where_fragments_hold_together) {
     // Vertices are shared where the surface is joined, so a balance of indices is one of positions too.
-    Body body = kmeans();
-    break_share(body, 0.3, 5);
-    shake(body, 0.01, 5);
-    const VisualMesh mesh = fresh(body);
-    expect_whole(mesh);
-    std::map<std::pair<uint32_t, uint32_t>, int> surplus;
-    for (const Triangle& t : mesh.triangles)
-        for (int c = 0; c < 3; ++c) {
-            const uint32_t v = t[c], w = t[(c + 1) % 3];
-            surplus[std::minmax(v, w)] += v < w ? 1 : -1;
-        }
-    for (const auto& [edge, n] : surplus) ASSERT_EQ(n, 0);
+    for (double share : {0.0, 0.02, 0.2, 0.6, 1.0}) {
+        Body body = kmeans();
+        break_share(body, share, 5);
+        shake(body, 0.01, 5);
+        const VisualMesh mesh = fresh(body);
+        expect_whole(mesh);
+        EXPECT_EQ(unbalanced_edges(mesh), 0);
+    }
 }
+
+class lattice : public ::testing::TestWithParam<int> {};
+
+TEST_P(lattice, stays_balanced_and_falls_apart_into_its_cells) {
+    LatticeSettings settings;
+    settings.neighbours = GetParam();           // 18 and 26 have edges whose interface has no triangles
+    Body body;
+    body.fragments = std::make_shared<FragmentSet>(make_lattice(settings, "lattice").take());
+    body.rest = build_simulation_mesh(*body.fragments, {}).take();
+    testing::rest_frame(body);
+    VisualMeshBuilder builder(body.fragments, body.rest, {});
+    EXPECT_EQ(components(built(builder, body)), 1);
+    for (double share : {0.02, 0.2, 0.6}) {
+        Body torn = body;
+        break_share(torn, share, 7);
+        shake(torn, 0.02, 7);
+        const VisualMesh mesh = built(builder, torn);
+        expect_whole(mesh);
+        EXPECT_EQ(unbalanced_edges(mesh), 0);
+    }
+    break_share(body, 1, 1);
+    EXPECT_EQ(components(built(builder, body)), 64);
+}
+INSTANTIATE_TEST_SUITE_P(visual_mesh, lattice, ::testing::Values(6, 18, 26));
 
 TEST(visual_mesh, lone_fragment_keeps_its_plastic_shape) {
     Body body = blocks();
