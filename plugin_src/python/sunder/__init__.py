@@ -1,0 +1,20 @@
+"""Sunder: ductile fracture with oriented particles.
+
+    import sunder
+    g = sunder.Graph.load("shot.json")
+    g["lead"]["toughness"] = 0.2
+    state = g.evaluate("sim.state", frame=24)
+    print(state.position.shape, state.edge_intact.sum())
+    g.bake("shot_bake", progress=lambda fraction, text: True)
+
+Results hold numpy arrays that are views into Sunder's memory: read-only, and valid as long as they are referred to.
+SI units; Z up; quaternions are (w, x, y, z).
+"""
+from .errors import Error
+from .graph import Graph, Node, bake, node_types, read_state, verify
+from .library import version
+from .values import Fragments, Interfaces, Mesh, State, Value
+
+__version__ = version()
+__all__ = ["Error", "Fragments", "Graph", "Interfaces", "Mesh", "Node", "State", "Value", "bake", "node_types", "read_state", "verify",
+           "version"]

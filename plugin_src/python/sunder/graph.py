@@ -1,0 +1,224 @@
+"""Graphs of nodes: edited, evaluated, baked."""
+import ctypes
+import json
+import os
+
+from .errors import Error
+from .library import ABI_VERSION, BakeReport, BakeSettings, Progress, check, decode, dump, encode, lib
+from .values import wrap
+
+
+def node_types():
+    """All node types as {type: description}, each with its sockets and parameters."""
+    return {node["type"]: node for node in json.loads(lib().sunder_node_types_json())["nodes"]}
+
+
+class Node:
+    """One node of a graph: `node["toughness"]` reads a parameter or wire, `node["toughness"] = 0.2` sets it."""
+
+    def __init__(self, graph, name):
+        self._graph, self.name = graph, name
+
+    @property
+    def type(self):
+        return self._graph.to_dict()["nodes"][self.name]["type"]
+
+    def __getitem__(self, parameter):
+        """The value as given, or its default: animated ones as {"keys": ...}, wires as "@node.socket"."""
+        return self._graph._json("graph_get", encode(self.name), encode(parameter))
+
+    def __setitem__(self, parameter, value):
+        self._graph._call("graph_set", encode(self.name), encode(parameter), dump(value))
+
+    def __delitem__(self, parameter):
+        """Puts a parameter back to its default."""
+        self._graph._call("graph_reset", encode(self.name), encode(parameter))
+
+    def set(self, **parameters):
+        for name, value in parameters.items():
+            self[name] = value
+        return self
+
+    def at(self, parameter, frame):
+        """A parameter's value at a frame, animation worked out."""
+        return self._graph._json("graph_get_at", encode(self.name), encode(parameter), float(frame))
+
+    def parameters(self):
+        """Everything that is set or wired, defaults included."""
+        fields = dict(self._graph.to_dict(defaults=True)["nodes"][self.name])
+        del fields["type"]
+        return fields
+
+    def __repr__(self):
+        return f"<sunder node '{self.name}'>"
+
+
+class Graph:
+    """A graph of nodes. Not to be used from two threads at once; `cancel` alone may come from another."""
+
+    def __init__(self):
+        self._pointer = ctypes.c_void_p()
+        if lib().sunder_graph_create(ABI_VERSION, ctypes.byref(self._pointer)) != 0:
+            raise Error("internal", "a graph could not be made")
+
+    def __del__(self):
+        if getattr(self, "_pointer", None):
+            lib().sunder_graph_free(self._pointer)
+
+    def _call(self, function, *arguments):
+        check(getattr(lib(), "sunder_" + function)(self._pointer, *arguments), lib().sunder_graph_error, self._pointer)
+
+    def _json(self, function, *arguments):
+        text = ctypes.c_char_p()
+        self._call(function, *arguments, ctypes.byref(text))
+        return json.loads(text.value)
+
+    def _long_call(self, function, progress, *arguments):
+        """`arguments` may hold the placeholder Progress, where the progress struct goes."""
+        p = Progress(progress)
+        arguments = [ctypes.byref(p.struct) if a is Progress else a for a in arguments]
+        status = getattr(lib(), "sunder_" + function)(self._pointer, *arguments)
+        p.check(status, lib().sunder_graph_error, self._pointer)
+
+    # Files
+
+    @classmethod
+    def load(cls, path):
+        """Reads a graph file; input paths are seen from its folder."""
+        graph = cls()
+        graph._call("graph_load", encode(path))
+        return graph
+
+    @classmethod
+    def from_dict(cls, description, base_folder="", name="graph"):
+        """A graph from what a graph file holds, as a dict or JSON text."""
+        graph = cls()
+        text = encode(description) if isinstance(description, str) else dump(description)
+        graph._call("graph_parse", text, encode(name), encode(base_folder))
+        return graph
+
+    def save(self, path):
+        self._call("graph_save", encode(path))
+
+    def to_dict(self, defaults=False):
+        """What a graph file holds; with `defaults`, parameters left at their default too."""
+        return self._json("graph_json", int(defaults))
+
+    # Nodes and wires
+
+    def add(self, type, name, **parameters):
+        """Adds a node and sets its parameters and wires; nothing is added if one of them is refused."""
+        self._call("graph_add_node", encode(name), encode(type))
+        node = Node(self, name)
+        try:
+            return node.set(**parameters)
+        except BaseException:
+            self.remove(name)
+            raise
+
+    def remove(self, name):
+        self._call("graph_remove_node", encode(name))
+
+    def connect(self, output, input):
+        """Wires "node.output" to "node.input"; an input that takes a list gets one more."""
+        self._call("graph_connect", encode(output), encode(input))
+
+    def disconnect(self, input):
+        self._call("graph_disconnect", encode(input))
+
+    def __getitem__(self, name):
+        if name not in self:
+            raise Error("bad_input", f"node '{name}': there is no node of that name (permitted: {', '.join(self)})", node=str(name))
+        return Node(self, name)
+
+    def __contains__(self, name):
+        return name in self.to_dict()["nodes"]
+
+    def __iter__(self):
+        return iter(self.to_dict()["nodes"])
+
+    def __len__(self):
+        return len(self.to_dict()["nodes"])
+
+    # Settings
+
+    @property
+    def frame_range(self):
+        return tuple(self.to_dict()["frame_range"])
+
+    @frame_range.setter
+    def frame_range(self, first_last):
+        self._call("graph_set_frame_range", *map(int, first_last))
+
+    @property
+    def frame_rate(self):
+        return self.to_dict()["frame_rate"]
+
+    @frame_rate.setter
+    def frame_rate(self, frames_per_second):
+        self._call("graph_set_frame_rate", frames_per_second)
+
+    def set_threads(self, threads):
+        """0: all cores. Changes no result."""
+        self._call("graph_set_threads", threads)
+
+    def set_cache_limit(self, n_bytes):
+        """Of past frames, that each solver keeps."""
+        self._call("graph_set_cache_limit", n_bytes)
+
+    def set_base_folder(self, folder):
+        """Input paths are seen from it."""
+        self._call("graph_set_base_folder", encode(folder))
+
+    # Work
+
+    def evaluate(self, output, frame=None, progress=None):
+        """The value of "node.socket" at a frame (the first of the range unless given): State, Mesh, Fragments or Value.
+
+        `progress(fraction, text)` is called now and then and returns False to cancel (Error with code "cancelled").
+        """
+        out = ctypes.c_void_p()
+        frame = self.frame_range[0] if frame is None else frame
+        self._long_call("graph_evaluate", progress, encode(output), int(frame), Progress, ctypes.byref(out))
+        return wrap(out)
+
+    def seed_state(self, node, frame, state):
+        """Makes a solver continue from a State at a frame."""
+        self._call("graph_seed_state", encode(node), int(frame), state._handle.pointer)
+
+    def cancel(self):
+        """From another thread: what is being evaluated or baked stops as soon as its data are whole."""
+        lib().sunder_graph_cancel(self._pointer)
+
+    def bake(self, folder, frames=None, resume=False, restart=False, progress=None):
+        """Evaluates every bake node over `frames` (first, last) into `folder`; returns a dict of what was written."""
+        if resume and restart:
+            raise Error("bad_usage", "bake: resume and restart exclude one another")
+        first, last = frames or (0, 0)
+        settings = BakeSettings(1 if resume else 2 if restart else 0, encode(folder), int(frames is not None), int(first), int(last))
+        report = BakeReport()
+        self._long_call("graph_bake", progress, ctypes.byref(settings), Progress, ctypes.byref(report))
+        return {"frames": (report.first_frame, report.last_frame), "first_new_frame": report.first_new_frame, "n_frames": report.n_frames,
+                "n_files": report.n_files, "bytes": report.bytes}
+
+
+def bake(graph, folder, frames=None, threads=None, resume=False, restart=False, progress=None):
+    """Bakes a Graph, or the graph file of that path."""
+    g = graph if isinstance(graph, Graph) else Graph.load(os.fspath(graph))
+    if threads is not None:
+        g.set_threads(threads)
+    return g.bake(folder, frames=frames, resume=resume, restart=restart, progress=progress)
+
+
+def verify(folder, progress=None):
+    """Compares a bake with its manifest: {"files", "bytes", "faults", "missing_frames"}; whole if there are no faults."""
+    graph, text = Graph(), ctypes.c_char_p()
+    graph._long_call("graph_verify_bake", progress, encode(folder), Progress, ctypes.byref(text))
+    return json.loads(decode(text.value))
+
+
+def read_state(path):
+    """A state frame that a bake wrote, as a State; what the file does not tell (rest shapes, masses) is not a number."""
+    graph, out = Graph(), ctypes.c_void_p()
+    graph._call("graph_read_state", encode(path), ctypes.byref(out))
+    return wrap(out)

@@ -1,0 +1,194 @@
+"""libsunder.so: found, checked, and its functions as Python sees them (plugin_src/c_api/sunder.h)."""
+import ctypes
+import glob
+import json
+import os
+from ctypes import POINTER, c_char_p, c_double, c_int32, c_uint32, c_uint64, c_void_p
+
+from .errors import CODES, Error
+
+ABI_VERSION = 1
+
+ProgressFunction = ctypes.CFUNCTYPE(c_int32, c_void_p, c_double, c_char_p)
+
+
+class _Sized(ctypes.Structure):
+    """A struct that begins with its size."""
+
+    def __init__(self, *args, **kwargs):
+        super().__init__(ctypes.sizeof(type(self)), *args, **kwargs)
+
+
+class ErrorStruct(_Sized):
+    _fields_ = [("struct_size", c_uint32), ("status", c_int32), ("text", c_char_p), ("where", c_char_p), ("what", c_char_p), ("mend", c_char_p),
+                ("node", c_char_p), ("parameter", c_char_p)]
+
+
+class ProgressStruct(_Sized):
+    _fields_ = [("struct_size", c_uint32), ("function", ProgressFunction), ("user", c_void_p)]
+
+
+class ArrayStruct(_Sized):
+    _fields_ = [("struct_size", c_uint32), ("type", c_int32), ("data", c_void_p), ("rank", c_uint32), ("shape", c_uint64 * 4)]
+
+
+class BakeSettings(_Sized):
+    _fields_ = [("struct_size", c_uint32), ("start", c_int32), ("folder", c_char_p), ("has_frames", c_int32), ("first_frame", c_int32),
+                ("last_frame", c_int32)]
+
+
+class BakeReport(_Sized):
+    _fields_ = [("struct_size", c_uint32), ("first_frame", c_int32), ("last_frame", c_int32), ("first_new_frame", c_int32), ("n_frames", c_uint64),
+                ("n_files", c_uint64), ("bytes", c_uint64)]
+
+
+_TEXT = POINTER(c_char_p)
+_HANDLE = POINTER(c_void_p)
+_PROGRESS = POINTER(ProgressStruct)
+_FUNCTIONS = {  # name: (result, arguments)
+    "abi_version": (c_uint32, []),
+    "version": (c_char_p, []),
+    "node_types_json": (c_char_p, []),
+    "graph_create": (c_int32, [c_uint32, _HANDLE]),
+    "graph_free": (None, [c_void_p]),
+    "graph_error": (None, [c_void_p, POINTER(ErrorStruct)]),
+    "graph_load": (c_int32, [c_void_p, c_char_p]),
+    "graph_parse": (c_int32, [c_void_p, c_char_p, c_char_p, c_char_p]),
+    "graph_save": (c_int32, [c_void_p, c_char_p]),
+    "graph_json": (c_int32, [c_void_p, c_int32, _TEXT]),
+    "graph_add_node": (c_int32, [c_void_p, c_char_p, c_char_p]),
+    "graph_remove_node": (c_int32, [c_void_p, c_char_p]),
+    "graph_connect": (c_int32, [c_void_p, c_char_p, c_char_p]),
+    "graph_disconnect": (c_int32, [c_void_p, c_char_p]),
+    "graph_set": (c_int32, [c_void_p, c_char_p, c_char_p, c_char_p]),
+    "graph_get": (c_int32, [c_void_p, c_char_p, c_char_p, _TEXT]),
+    "graph_get_at": (c_int32, [c_void_p, c_char_p, c_char_p, c_double, _TEXT]),
+    "graph_reset": (c_int32, [c_void_p, c_char_p, c_char_p]),
+    "graph_set_frame_rate": (c_int32, [c_void_p, c_double]),
+    "graph_set_frame_range": (c_int32, [c_void_p, c_int32, c_int32]),
+    "graph_set_threads": (c_int32, [c_void_p, c_int32]),
+    "graph_set_cache_limit": (c_int32, [c_void_p, c_uint64]),
+    "graph_set_base_folder": (c_int32, [c_void_p, c_char_p]),
+    "graph_cancel": (None, [c_void_p]),
+    "graph_evaluate": (c_int32, [c_void_p, c_char_p, c_int32, _PROGRESS, _HANDLE]),
+    "graph_read_state": (c_int32, [c_void_p, c_char_p, _HANDLE]),
+    "graph_seed_state": (c_int32, [c_void_p, c_char_p, c_int32, c_void_p]),
+    "graph_bake": (c_int32, [c_void_p, POINTER(BakeSettings), _PROGRESS, POINTER(BakeReport)]),
+    "graph_verify_bake": (c_int32, [c_void_p, c_char_p, _PROGRESS, _TEXT]),
+    "value_free": (None, [c_void_p]),
+    "value_error": (None, [c_void_p, POINTER(ErrorStruct)]),
+    "value_type": (c_char_p, [c_void_p]),
+    "value_array_count": (c_uint32, [c_void_p]),
+    "value_array_name": (c_char_p, [c_void_p, c_uint32]),
+    "value_array": (c_int32, [c_void_p, c_char_p, POINTER(ArrayStruct)]),
+    "value_info": (c_int32, [c_void_p, _TEXT]),
+    "value_part": (c_int32, [c_void_p, c_char_p, c_uint64, _HANDLE]),
+    "value_write_fragments": (c_int32, [c_void_p, c_char_p, _PROGRESS]),
+}
+
+
+def _candidates():
+    """Where the library may lie, best first: named by SUNDER_LIBRARY, beside the package, in a build folder of the tree."""
+    named = os.environ.get("SUNDER_LIBRARY")
+    if named:
+        return [named]
+    here = os.path.dirname(os.path.abspath(__file__))
+    tree = os.path.normpath(os.path.join(here, "..", "..", ".."))
+    built = glob.glob(os.path.join(tree, "build*", "plugin_src", "libsunder.so"))
+    own = os.path.join(tree, "build", "plugin_src", "libsunder.so")  # the one that ./sunder builds goes before others
+    return [os.path.join(here, "libsunder.so"), *sorted(built, key=lambda path: (path != own, path))]
+
+
+def _load():
+    candidates = _candidates()
+    path = next((p for p in candidates if os.path.exists(p)), None)
+    if path is None:
+        raise Error("bad_input", "libsunder.so: is not there (build it with ./sunder, or name it in SUNDER_LIBRARY); looked for "
+                    + ", ".join(candidates))
+    try:
+        library = ctypes.CDLL(path)
+        found = library.sunder_abi_version
+    except (OSError, AttributeError) as error:
+        raise Error("bad_input", f"{path}: is not Sunder's library: {error}") from error
+    found.restype = c_uint32
+    if found() != ABI_VERSION:
+        raise Error("bad_input", f"{path}: speaks version {found()} of the interface, this package {ABI_VERSION} (use the package "
+                    "that came with the library)")
+    for name, (result, arguments) in _FUNCTIONS.items():
+        function = getattr(library, "sunder_" + name)
+        function.restype, function.argtypes = result, arguments
+    return library
+
+
+_library = None
+
+
+def lib():
+    """The library, loaded when it is first needed."""
+    global _library
+    if _library is None:
+        _library = _load()
+    return _library
+
+
+def version():
+    return lib().sunder_version().decode()
+
+
+def encode(text):
+    """Text or a path as the library takes it."""
+    data = os.fsencode(text) if isinstance(text, os.PathLike) else str(text).encode("utf-8", "surrogateescape")
+    if b"\0" in data:
+        raise Error("bad_usage", "a text holds a zero byte")
+    return data
+
+
+def decode(data):
+    return (data or b"").decode("utf-8", "replace")
+
+
+def dump(value):
+    """A Python value as JSON text; numpy numbers and arrays are welcome."""
+    def plain(other):
+        if hasattr(other, "tolist"):
+            return other.tolist()
+        if isinstance(other, os.PathLike):
+            return os.fspath(other)
+        raise Error("bad_usage", f"a {type(other).__name__} is no parameter value")
+
+    try:
+        return json.dumps(value, default=plain, allow_nan=False).encode()
+    except ValueError as error:
+        raise Error("bad_input", f"a value is not finite or refers to itself: {error}") from error
+
+
+def check(status, tell, handle):
+    """Raises what `tell` (graph_error or value_error) says of the handle, unless the status is 0."""
+    if status == 0:
+        return
+    e = ErrorStruct()
+    tell(handle, ctypes.byref(e))
+    texts = {name: decode(getattr(e, name)) for name in ("what", "where", "mend", "node", "parameter")}
+    raise Error(CODES[status] if 0 < status < len(CODES) else "internal", decode(e.text) or "unknown error", **texts)
+
+
+class Progress:
+    """A Python callable as a progress function. What it raises (Ctrl-C too) cancels the job and is raised again after it."""
+
+    def __init__(self, callable_):
+        self.raised = None
+
+        def report(_user, fraction, text):
+            try:
+                return 1 if callable_ is None or callable_(fraction, decode(text)) is not False else 0
+            except BaseException as error:  # nothing may be thrown into C
+                self.raised = error
+                return 0
+
+        self._function = ProgressFunction(report)
+        self.struct = ProgressStruct(self._function, None)
+
+    def check(self, status, tell, handle):
+        if self.raised is not None:
+            raise self.raised
+        check(status, tell, handle)

@@ -1,0 +1,133 @@
+"""Results of evaluation: numpy views into the library's memory, by name."""
+import ctypes
+import json
+
+import numpy as np
+
+from .library import ArrayStruct, Progress, check, decode, encode, lib
+
+_DTYPES = (np.uint8, np.int32, np.uint32, np.float32, np.float64)
+
+
+class _Handle:
+    """Owns a value of the library; every array that looks into it holds it."""
+
+    def __init__(self, pointer):
+        self.pointer = pointer
+        self._free = lib().sunder_value_free
+
+    def __del__(self):
+        self._free(self.pointer)
+
+
+class Value:
+    """One result. Arrays and other facts are attributes; `dir()` lists them.
+
+    Arrays are read-only views, made when first asked for; copy what you want to change.
+    """
+
+    def __init__(self, pointer):
+        self._handle = _Handle(pointer)
+        self._cache = {}
+        library = lib()
+        self.type = decode(library.sunder_value_type(pointer))
+        self._arrays = [decode(library.sunder_value_array_name(pointer, i)) for i in range(library.sunder_value_array_count(pointer))]
+        text = ctypes.c_char_p()
+        self._check(library.sunder_value_info(pointer, ctypes.byref(text)))
+        self.info = json.loads(text.value)
+
+    def _check(self, status):
+        check(status, lib().sunder_value_error, self._handle.pointer)
+
+    def __getattr__(self, name):
+        if name.startswith("_") or name not in self._arrays:
+            info = self.__dict__.get("info", {})
+            if name in info:
+                return info[name]
+            raise AttributeError(f"a {self.__dict__.get('type', 'value')} has no '{name}'; it has {', '.join(self._names())}")
+        if name not in self._cache:
+            self._cache[name] = self._array(name)
+        return self._cache[name]
+
+    def _names(self):
+        return sorted({*self.__dict__.get("_arrays", []), *self.__dict__.get("info", {})})
+
+    def __dir__(self):
+        return [*super().__dir__(), *self._names()]
+
+    def __repr__(self):
+        return f"<sunder {self.type}: {', '.join(self._names())}>"
+
+    def _array(self, name):
+        a = ArrayStruct()
+        self._check(lib().sunder_value_array(self._handle.pointer, encode(name), ctypes.byref(a)))
+        dtype, shape = np.dtype(_DTYPES[a.type]), tuple(a.shape[:a.rank])
+        n_bytes = int(np.prod(shape, dtype=np.int64)) * dtype.itemsize
+        if n_bytes == 0:
+            array = np.empty(shape, dtype)
+        else:
+            memory = (ctypes.c_char * n_bytes).from_address(a.data)
+            memory.owner = self._handle  # the array holds `memory`, which holds the value
+            array = np.frombuffer(memory, dtype).reshape(shape)
+        array.flags.writeable = False
+        return array
+
+
+class State(Value):
+    """All bodies at a frame: position (n, 3), orientation (n, 4), velocity, angular_velocity (n, 3), plastic_deformation (n, 3, 3), yield_,
+    strain (n,), edges (m, 2), edge_intact (m,), body, fragment, piece (n,); rigid_position, rigid_orientation, ... of rigid bodies;
+    broken_edge, broken_time, broken_strain of this frame; rest_position, rest_orientation, radii, mass, volume at rest."""
+
+    @property
+    def yield_(self):
+        """(n,) present yield strain; infinite where plastic flow never starts. (`yield` is a word of Python.)"""
+        return self.__getattr__("yield")
+
+
+class Mesh(Value):
+    """positions (v, 3), triangles (t, 3), normals (3t, 3) and uvs (3t, 2) by corner, face_material (t,); of a visual mesh also
+    face_fragment (t,) and vertex_fragment (v,)."""
+
+
+class Interfaces:
+    """Where fragments touch: pair (m, 2), area (m,) m2, normal (m, 3) from the first to the second, centroid (m, 3) m."""
+
+    def __init__(self, fragments):
+        self.pair, self.area = fragments.edges, fragments.interface_area
+        self.normal, self.centroid = fragments.interface_normal, fragments.interface_centroid
+
+    def __len__(self):
+        return len(self.pair)
+
+
+class Fragments(Value):
+    """rest_position (n, 3), rest_orientation (n, 4), radii (n, 3), volume, cluster (n,), edges (m, 2), interfaces, warnings."""
+
+    @property
+    def interfaces(self):
+        return Interfaces(self)
+
+    def __len__(self):
+        return len(self.volume)
+
+    def fragment_mesh(self, index):
+        """Fragment `index` as a closed Mesh."""
+        if not 0 <= index < len(self):
+            raise IndexError(f"there is no fragment {index} of {len(self)}")
+        out = ctypes.c_void_p()
+        self._check(lib().sunder_value_part(self._handle.pointer, b"fragment_mesh", index, ctypes.byref(out)))
+        return Mesh(out)
+
+    def save(self, folder, progress=None):
+        """Writes fragments.json and pieces/ as `sunder fracture` does."""
+        p = Progress(progress)
+        status = lib().sunder_value_write_fragments(self._handle.pointer, encode(folder), ctypes.byref(p.struct))
+        p.check(status, lib().sunder_value_error, self._handle.pointer)
+
+
+_CLASSES = {b"state": State, b"mesh": Mesh, b"visual_mesh": Mesh, b"fragments": Fragments}
+
+
+def wrap(pointer):
+    """The Python object for a value of the library, which it owns from now on."""
+    return _CLASSES.get(lib().sunder_value_type(pointer), Value)(pointer)
