@@ -87,6 +87,7 @@ const Scene& Solver::scene() const { return impl_->scene; }
 
 Result<std::unique_ptr<Solver>> Solver::create(Scene scene, int threads) {
     if (Status ok = check_scene(scene); !ok) return ok.error();
+    if (scene.rest.group_offset.empty()) build_one_rings(scene.rest);  // rigid bodies alone
     std::unique_ptr<Solver> solver(new Solver());
     solver->impl_ = std::make_unique<Impl>(std::move(scene), threads);
     return solver;

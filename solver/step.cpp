@@ -12,7 +12,8 @@ namespace sunder {
 namespace {
 
 constexpr double kRunawaySpeed = 1e5;           // m/s; nothing that an artist animates is faster: numbers went bad
-constexpr int kContactPasses = 2;               // Gauss-Seidel passes over the contacts after each sweep
+constexpr int kContactPasses = 12;              // Gauss-Seidel passes over the contacts after each sweep, at most
+constexpr double kContactTolerance = 1e-3;      // of the contact margin: a change of gap below it ends the passes
 constexpr size_t kGroupGrain = 128, kParticleGrain = 512;  // fewest a thread is worth waking for
 
 class Stopwatch {
@@ -39,6 +40,7 @@ struct Substep {
     const SimulationMesh& rest() const { return context.scene.rest; }
     size_t n_particles() const { return rest().n_particles(); }
     size_t n_movables() const { return n_particles() + state.rigid_bodies.size(); }
+    ContactBodies bodies() const { return {work.contact_mass, work.start_position, work.start_rotation, work.moving, work.push}; }
     const Material& material(size_t particle) const { return context.input.materials[rest().body[particle]]; }
 
     void load();
@@ -50,7 +52,7 @@ struct Substep {
     void match_shapes();
     void update_velocities();
     void restore_momentum();
-    void bounce_and_separate();
+    void settle_contacts();
     void flow_and_measure();
     void break_edges();
     void store();
@@ -67,7 +69,7 @@ void Substep::load() {
         p.D = p.d.toRotationMatrix();
         const Mat3 M = to_matrix(work.shapes.particle_moment[i]);
         work.inertia[i] = p.D * (M.trace() * Mat3::Identity() - M) * p.D.transpose();
-        work.contact_mass[i] = {1.0 / rest().mass[i], work.inertia[i].inverse()};
+        work.contact_mass[i] = {1.0 / rest().mass[i], work.live.count(i) > 1 ? Mat3(Mat3::Zero()) : Mat3(work.inertia[i].inverse())};
         work.velocity[i] = state.velocity[i];
         work.angular_velocity[i] = state.angular_velocity[i];
     }
@@ -130,8 +132,8 @@ void Substep::find_contacts() {
     work.detection.find(context.scene, context.input, context.settings.self_collision, work.live, work.held,
                         {work.start_position, work.start_rotation, work.velocity, work.angular_velocity}, {h, begin, end}, work.contacts);
     report.contacts = std::max(report.contacts, work.contacts.size());
-    prepare_contacts({work.contact_mass, work.start_position, work.start_rotation, work.moving, work.push}, work.velocity,
-                     work.angular_velocity, h, work.contacts);
+    prepare_contacts(bodies(), work.velocity, work.angular_velocity, h, context.settings.depenetration_speed, work.contacts);
+    warm_start(bodies(), state.contacts, h, work.contacts);
 }
 
 void Substep::remember_momentum() {
@@ -144,14 +146,15 @@ void Substep::remember_momentum() {
 
 // Towards the implicit Euler step, contacts after each sweep.
 void Substep::correct() {
-    const ContactBodies bodies{work.contact_mass, work.start_position, work.start_rotation, work.moving, work.push};
     for (int iteration = 0; iteration < context.settings.iterations; ++iteration) {
         {
             Stopwatch watch(report.shape_s);
             match_shapes();
         }
         Stopwatch watch(report.contact_s);
-        for (int pass = 0; pass < kContactPasses; ++pass) solve_contacts(bodies, work.contacts);
+        const double enough = kContactTolerance * work.detection.margin();
+        for (int pass = 0; pass < kContactPasses; ++pass)
+            if (solve_contacts(bodies(), work.contacts) < enough) break;
     }
 }
 
@@ -200,17 +203,16 @@ void Substep::restore_momentum() {
         for (uint32_t j : particles) mass += rest().mass[j], center += rest().mass[j] * (state.position[j] - origin);
         center = origin + center / mass;
         for (uint32_t j : particles)
-            gained += rest().mass[j] * (state.position[j] - center).cross(work.push[j].shift) + work.inertia[j] * work.push[j].turn;
+            gained += rest().mass[j] * (state.position[j] - center).cross(work.push[j].shift) + work.push[j].torque;
         set_angular_momentum(rest(), work.inertia, particles, work.piece_angular[piece] + gained / h, state.position, work.velocity,
                              work.angular_velocity);
     }
 }
 
-void Substep::bounce_and_separate() {
+void Substep::settle_contacts() {
     const double threshold = 2 * h * context.input.gravity.norm();  // a resting contact closes at h g: it must not bounce
-    bounce(work.contact_mass, h, threshold, work.contacts, work.velocity, work.angular_velocity);
-    push_out_overlap({work.contact_mass, work.start_position, work.start_rotation, work.moving, work.push},
-                     context.settings.depenetration_speed, h, work.contacts);
+    settle_velocities(work.contact_mass, h, threshold, work.contacts, work.velocity, work.angular_velocity);
+    remember(bodies(), work.contacts, h, state.contacts);
 }
 
 // Optimal stretch of every group where things came to lie; flow above the yield strain; the load towards breaking.
@@ -356,7 +358,7 @@ Status substep(const StepContext& context, double h, double begin, double end, b
     }
     {
         Stopwatch watch(io_report.contact_s);
-        s.bounce_and_separate();
+        s.settle_contacts();
     }
     {
         Stopwatch watch(io_report.fracture_s);

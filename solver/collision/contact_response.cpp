@@ -7,6 +7,9 @@ namespace sunder {
 namespace {
 
 constexpr double kTiny = 1e-300;
+// Share of the last force that a contact starts from. All of it makes piles of deformable pieces swing (the force
+// follows the deformation by a substep); none of it lets stacks of rigid ones sink.
+constexpr double kWarmStart = 0.5;
 
 bool has_movable_b(const Contact& c) { return !(c.b & Contact::kStatic); }
 
@@ -51,9 +54,9 @@ void push_one(const ContactBodies& b, uint32_t i, const Vec3& impulse, const Vec
     MovingParticle& p = b.moving[i];
     p.x += shift;
     p.x_inertial += shift;
-    turn_by(p, turn);
+    if (!turn.isZero(0)) turn_by(p, turn);
     b.push[i].shift += shift;
-    b.push[i].turn += turn;
+    b.push[i].torque += angular_impulse;
 }
 
 void push_both(const ContactBodies& b, const ActiveContact& c, const Vec3& impulse) {
@@ -101,7 +104,7 @@ void resist_rolling(const ContactBodies& b, ActiveContact& c) {
 }  // namespace
 
 void prepare_contacts(const ContactBodies& b, std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity, double h,
-                      std::span<ActiveContact> io_contacts) {
+                      double recovery_speed, std::span<ActiveContact> io_contacts) {
     for (ActiveContact& c : io_contacts) {
         const uint32_t i = c.contact.a;
         c.arm_a = c.contact.point_a - b.start_position[i];
@@ -116,56 +119,78 @@ void prepare_contacts(const ContactBodies& b, std::span<const Vec3> velocity, st
         }
         c.approach_speed = -c.contact.normal.dot(approach);
         c.inverse_mass_normal = inverse_mass_along(b, c, c.contact.normal);
+        const double overlap = c.allowed_gap - c.contact.gap;
+        c.recovery = c.separate_pieces && overlap > 0 ? std::min(0.2 * overlap, recovery_speed * h) : 0.0;
+        c.wanted_gap = std::min(c.allowed_gap, c.contact.gap + c.recovery);
     }
 }
 
-void solve_contacts(const ContactBodies& b, std::span<ActiveContact> io_contacts) {
+void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, double h, std::span<ActiveContact> io_contacts) {
+    size_t first = 0;
+    for (ActiveContact& c : io_contacts) {
+        if (!(c.inverse_mass_normal > 0)) continue;
+        const auto key = std::pair(c.contact.a, c.contact.b);
+        while (first < memory.size() && std::pair(memory[first].a, memory[first].b) < key) ++first;
+        // Of the points that this pair had, the nearest, if it moved by less than a tenth of its arm.
+        const Vec3 point = b.start_rotation[c.contact.a].conjugate() * c.arm_a;
+        const ContactMemory* nearest = nullptr;
+        double least = 0.1 * point.norm();
+        for (size_t k = first; k < memory.size() && std::pair(memory[k].a, memory[k].b) == key; ++k)
+            if (const double d = (memory[k].point - point).norm(); d <= least) least = d, nearest = &memory[k];
+        if (!nearest) continue;
+        const Vec3& n = c.contact.normal;
+        c.normal_impulse = kWarmStart * h * h * nearest->normal_force;
+        c.friction_impulse = kWarmStart * h * h * (nearest->friction_force - n * n.dot(nearest->friction_force));
+        push_both(b, c, c.normal_impulse * n + c.friction_impulse);
+    }
+}
+
+void remember(const ContactBodies& b, std::span<const ActiveContact> contacts, double h, std::vector<ContactMemory>& o_memory) {
+    o_memory.clear();
+    for (const ActiveContact& c : contacts) {
+        if (c.normal_impulse <= 0) continue;
+        const Vec3 point = b.start_rotation[c.contact.a].conjugate() * c.arm_a;
+        o_memory.push_back({c.contact.a, c.contact.b, point, c.normal_impulse / (h * h), c.friction_impulse / (h * h)});
+    }
+}
+
+double solve_contacts(const ContactBodies& b, std::span<ActiveContact> io_contacts) {
+    double largest = 0;
     for (ActiveContact& c : io_contacts) {
         if (!(c.inverse_mass_normal > 0)) continue;
         const Vec3& n = c.contact.normal;
         const double gap = c.contact.gap + n.dot(relative_motion(b, c));
-        const double wanted = std::min(c.allowed_gap, c.contact.gap);
-        const double impulse = std::max(c.normal_impulse + (wanted - gap) / c.inverse_mass_normal, 0.0);
+        const double impulse = std::max(c.normal_impulse + (c.wanted_gap - gap) / c.inverse_mass_normal, 0.0);
         const double change = impulse - c.normal_impulse;
         c.normal_impulse = impulse;
+        largest = std::max(largest, std::abs(change) * c.inverse_mass_normal);
         if (change != 0) push_both(b, c, change * n);
         rub(b, c);
         resist_rolling(b, c);
     }
+    return largest;
 }
 
-void bounce(std::span<const ContactMass> mass, double h, double threshold, std::span<const ActiveContact> contacts,
-            std::span<Vec3> io_velocity, std::span<Vec3> io_angular_velocity) {
+void settle_velocities(std::span<const ContactMass> mass, double h, double threshold, std::span<const ActiveContact> contacts,
+                       std::span<Vec3> io_velocity, std::span<Vec3> io_angular_velocity) {
     for (const ActiveContact& c : contacts) {
-        if (c.restitution <= 0 || c.normal_impulse <= 0 || c.approach_speed < threshold) continue;
+        if (c.normal_impulse <= 0) continue;
         const Vec3& n = c.contact.normal;
         const uint32_t i = c.contact.a, j = c.contact.b;
         const bool movable = has_movable_b(c.contact);
         Vec3 relative = io_velocity[i] + io_angular_velocity[i].cross(c.arm_a);
         relative -= movable ? Vec3(io_velocity[j] + io_angular_velocity[j].cross(c.arm_b)) : Vec3(c.collider_motion / h);
-        const double missing = c.restitution * c.approach_speed - n.dot(relative);
-        if (missing <= 0) continue;
-        const Vec3 impulse = missing / c.inverse_mass_normal * n;
+        const double speed = n.dot(relative);
+        const double bounce = c.approach_speed > threshold ? c.restitution * c.approach_speed : 0.0;
+        double change = bounce > 0 ? std::max(bounce - speed, 0.0) : 0.0;
+        if (speed > bounce) change = -std::min(speed - bounce, c.recovery / h);
+        if (change == 0) continue;
+        const Vec3 impulse = change / c.inverse_mass_normal * n;
         io_velocity[i] += mass[i].inverse_mass * impulse;
         io_angular_velocity[i] += mass[i].inverse_inertia * c.arm_a.cross(impulse);
         if (!movable) continue;
         io_velocity[j] -= mass[j].inverse_mass * impulse;
         io_angular_velocity[j] -= mass[j].inverse_inertia * c.arm_b.cross(impulse);
-    }
-}
-
-void push_out_overlap(const ContactBodies& b, double speed, double h, std::span<const ActiveContact> contacts) {
-    for (const ActiveContact& c : contacts) {
-        if (!c.separate_pieces) continue;
-        const Vec3& n = c.contact.normal;
-        const double overlap = c.allowed_gap - c.contact.gap - n.dot(relative_motion(b, c));
-        if (overlap <= 0) continue;
-        const double wi = b.mass[c.contact.a].inverse_mass;
-        const double wj = has_movable_b(c.contact) ? b.mass[c.contact.b].inverse_mass : 0.0;
-        if (!(wi + wj > 0)) continue;
-        const Vec3 apart = std::min(0.2 * overlap, speed * h) / (wi + wj) * n;
-        b.moving[c.contact.a].x += wi * apart;
-        if (wj > 0) b.moving[c.contact.b].x -= wj * apart;
     }
 }
 

@@ -75,7 +75,8 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     detection.angular_velocity = motion.angular_velocity;
     detection.colliders = colliders_;
     detection.duration = interval.h;
-    detection.margin = kMarginShare * size / std::max<double>(1, n > 0 ? n : double(rigid_bodies_.size()));
+    margin_ = kMarginShare * size / std::max<double>(1, n > 0 ? n : double(rigid_bodies_.size()));
+    detection.margin = margin_;
     find_contacts(detection, scratch_, contacts_);
 
     out.clear();

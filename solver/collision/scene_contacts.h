@@ -30,6 +30,9 @@ public:
     void find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live, std::span<const uint8_t> held,
               const MovableMotion& motion, const Interval& interval, std::vector<ActiveContact>& out);
 
+    /// How far beyond touching contacts reach, m: a small share of a typical particle.
+    double margin() const { return margin_; }
+
     /// Call when edges broke or a state was set from outside.
     void topology_changed() { scratch_.candidates.reset(); }
 
@@ -39,6 +42,7 @@ private:
     std::vector<PlacedShape> rigid_bodies_;
     std::vector<MovingShape> colliders_;
     std::vector<Contact> contacts_;
+    double margin_ = 0;
 };
 
 }  // namespace sunder

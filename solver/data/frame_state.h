@@ -16,6 +16,15 @@ struct BrokenEdge {
     bool operator==(const BrokenEdge&) const = default;
 };
 
+/// The force of a contact that lasts, so that the next substep starts from it. `a` and `b` as in solver/collision/contact.h.
+struct ContactMemory {
+    uint32_t a = 0, b = 0;
+    Vec3 point = Vec3::Zero();                  // touching point of a, in the frame that turns with a, about its centre, m
+    double normal_force = 0;                    // N, >= 0
+    Vec3 friction_force = Vec3::Zero();         // N, world
+    bool operator==(const ContactMemory&) const = default;
+};
+
 struct RigidBodyState {
     Vec3 position = Vec3::Zero();               // centre of mass, m
     Quat orientation = Quat::Identity();
@@ -39,6 +48,7 @@ struct FrameState {
     std::vector<Quat> group_rotation;           // optimal rotation, warm start of the next one   (n_particles x 4)
     std::vector<uint8_t> edge_intact;           // 1 until fracture removes the edge              (n_edges)
     std::vector<RigidBodyState> rigid_bodies;   // (n_rigid_bodies)
+    std::vector<ContactMemory> contacts;        // of the last substep, ascending by (a, b)
     std::vector<BrokenEdge> broken;             // edges broken in the frame that ended in this state
 
     size_t n_particles() const { return position.size(); }
