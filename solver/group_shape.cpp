@@ -12,6 +12,17 @@ void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live, st
         const Vec3 a = rest.mass[i] / 5.0 * rest.radii[i].cwiseProduct(rest.radii[i]);
         particle_moment[i] = to_sym(Rbar * a.asDiagonal() * Rbar.transpose());
     }
+    rest_trace.assign(n, 0.0);
+    for (uint32_t g = 0; g < n; ++g) {
+        Vec3 center = Vec3::Zero();
+        double mass = 0, second = 0;
+        for (uint32_t s = rest.group_offset[g]; s < rest.group_offset[g + 1]; ++s) {
+            const uint32_t j = rest.group_member[s];
+            const Vec3 r = rest.rest_position[j] - rest.rest_position[g];
+            mass += rest.mass[j], center += rest.mass[j] * r, second += rest.mass[j] * r.squaredNorm();
+        }
+        rest_trace[g] = second - center.squaredNorm() / mass;
+    }
     group.assign(n, GroupShape());
     member.assign(live.n_slots(), MemberShape{Vec3::Zero(), 0, {}});
     for (uint32_t g = 0; g < n; ++g) rebuild(rest, live, plastic_deformation[g], g);
@@ -59,11 +70,11 @@ void GroupShapes::rebuild(const SimulationMesh& rest, const LiveTopology& live, 
     shape.volume_rest = (A_qq * shape.volume_gradient).trace();
 }
 
-GroupStiffness group_stiffness(const GroupShape& shape, double rest_volume, const Material& material) {
+GroupStiffness group_stiffness(const GroupShape& shape, double rest_trace, double rest_volume, const Material& material) {
     GroupStiffness s;
     if (shape.positions_trace <= 0) return s;
     const double nu = material.poisson_ratio, mu = material.youngs_modulus / (2 * (1 + nu));
-    s.k = 6 * mu * rest_volume / shape.positions_trace;
+    s.k = 6 * mu * rest_volume / rest_trace;
     s.volume_ratio = nu / (1 - 2 * nu);
     return s;
 }

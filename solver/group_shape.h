@@ -39,18 +39,22 @@ constexpr double kStretchMomentWeight = 0.1;
 struct GroupShapes {
     std::vector<GroupShape> group;              // (n_particles)
     std::vector<MemberShape> member;            // as LiveTopology's slots
+    std::vector<double> rest_trace;             // positions_trace of the whole one-ring before any flow (n_particles), kg m2
     std::vector<Sym3> particle_moment;          // Rbar_j A_j Rbar_j^T, A_j = m_j/5 diag(a2, b2, c2), kg m2 (n_particles)
 
     void reset(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation);
     void rebuild(const SimulationMesh& rest, const LiveTopology& live, const Mat3& F_P, uint32_t g);
 };
 
-/// Compliance and volume response of a group, from its material and present rest shape.
+/// Compliance and volume response of a group, from its material and rest shape.
 struct GroupStiffness {
-    double k = 0;                               // 1/alpha_g = 6 mu V_g / positions_trace, 1/s2 (numerics: mesh-independent mu)
+    double k = 0;                               // 1/alpha_g = 6 mu V_g / rest_trace, 1/s2: E/V = mu |F - R|^2 for any mesh
     double volume_ratio = 0;                    // lambda_Lame / (2 mu) = nu / (1 - 2 nu)
 };
-GroupStiffness group_stiffness(const GroupShape& shape, double rest_volume, const Material& material);
+
+/// k belongs to the whole one-ring at rest and stays when edges break or material flows: with fixed k, taking a member out
+/// of a group can only lower its energy, so that no cut ever adds any; and a crushed pair does not become rigid.
+GroupStiffness group_stiffness(const GroupShape& shape, double rest_trace, double rest_volume, const Material& material);
 
 inline Mat3 to_matrix(const Sym3& s) {
     Mat3 m;

@@ -271,7 +271,7 @@ void Substep::break_edges() {
             work.flowed[g] = 0;
             work.synced_plastic[g] = state.plastic_deformation[g];
             work.shapes.rebuild(rest(), work.live, state.plastic_deformation[g], g);
-            work.stiffness[g] = group_stiffness(work.shapes.group[g], rest().volume[g], material(g));
+            work.stiffness[g] = group_stiffness(work.shapes.group[g], work.shapes.rest_trace[g], rest().volume[g], material(g));
         }
     });
 }
@@ -327,7 +327,7 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
     }
     for (size_t g = 0; g < n; ++g) {  // materials may be animated
         const Material& material = context.input.materials[rest.body[g]];
-        w.stiffness[g] = group_stiffness(w.shapes.group[g], rest.volume[g], material);
+        w.stiffness[g] = group_stiffness(w.shapes.group[g], w.shapes.rest_trace[g], rest.volume[g], material);
         w.paper_stiffness[g] = material.stiffness;
         w.goals[g].rotation = state.group_rotation[g];
     }

@@ -1,0 +1,96 @@
+#include "solver/fracture.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/lattice_scene.h"
+
+namespace sunder {
+namespace {
+
+// A lattice at rest with loads chosen by the test.
+struct Loaded {
+    SimulationMesh rest;
+    LiveTopology live;
+    GroupShapes shapes;
+    std::vector<MovingParticle> particles;
+    std::vector<GroupStrain> strains;
+
+    explicit Loaded(const test::LatticeBody& body) : rest(test::lattice_mesh(body)) {
+        live.reset(rest, std::vector<uint8_t>(rest.n_edges(), 1));
+        shapes.reset(rest, live, std::vector<Mat3>(rest.n_particles(), Mat3::Identity()));
+        for (const Vec3& x : rest.rest_position) particles.push_back({x, Quat::Identity(), Mat3::Identity(), x, Quat::Identity()});
+        strains.resize(rest.n_particles());
+    }
+    std::vector<BrokenEdge> cut() const { return edges_to_cut(live, shapes, particles, strains, 0.5); }
+};
+
+GroupStrain pulled(double load, const Vec3& normal) { return {load, 0.1 * load, normal}; }
+
+TEST(fracture, below_the_toughness_nothing_breaks) {
+    Loaded scene({{3, 3, 3}, 0.1, 6, 1000, {}});
+    for (GroupStrain& s : scene.strains) s = pulled(1.0, Vec3::UnitZ());
+    EXPECT_TRUE(scene.cut().empty());
+}
+
+TEST(fracture, cuts_the_edges_of_the_center_that_cross_the_plane) {
+    Loaded scene({{3, 3, 3}, 0.1, 6, 1000, {}});
+    scene.strains[4 + 9] = pulled(2, Vec3(0.1, 0.2, 1).normalized());  // the middle particle
+    const auto cuts = scene.cut();
+    // The plane runs through the centre particle, both sides weigh the same: it joins the side of the normal (up), and
+    // the edges to the neighbours below go: -z, and -x and -y, which the tilted plane puts below too.
+    ASSERT_EQ(cuts.size(), 3u);
+    for (const BrokenEdge& c : cuts) {
+        EXPECT_EQ(scene.rest.edges[c.edge].b, 13u);
+        EXPECT_EQ(c.time, 0.5);
+        EXPECT_DOUBLE_EQ(c.strain, 0.2);
+    }
+}
+
+TEST(fracture, the_sign_of_the_normal_does_not_matter) {
+    Loaded scene({{3, 3, 3}, 0.1, 26, 1000, {}});
+    const Vec3 n = Vec3(0.3, -0.2, 1).normalized();
+    scene.strains[13] = pulled(2, n);
+    const auto cuts = scene.cut();
+    scene.strains[13] = pulled(2, -n);
+    EXPECT_EQ(cuts, scene.cut());
+    EXPECT_FALSE(cuts.empty());
+}
+
+TEST(fracture, a_center_on_the_plane_joins_the_heavier_side) {
+    Loaded scene({{3, 3, 3}, 0.1, 6, 1000, {}});
+    // Drop the upper neighbour: what is below is heavier, and the remaining plane through the centre of mass lies below
+    // the centre; move the particles so that the centre particle lies exactly on it.
+    scene.strains[13] = pulled(2, Vec3::UnitX());
+    scene.particles[12].x = scene.particles[13].x - Vec3(0.1, 0, 0);
+    for (uint32_t s = scene.live.begin(13); s < scene.live.end(13); ++s)  // the lower (-x) neighbour made heavier
+        if (scene.live.member(s) == 12) scene.shapes.member[s].mass *= 4;
+    scene.particles[14].x = scene.particles[13].x + 4 * Vec3(0.1, 0, 0);  // keeps the centre of mass at the centre particle
+    scene.shapes.group[13].mass = 10 * scene.rest.mass[0];
+    const auto cuts = scene.cut();
+    ASSERT_EQ(cuts.size(), 1u);
+    EXPECT_EQ(scene.rest.edges[cuts[0].edge].a, 13u);  // the edge to the light +x side
+    EXPECT_EQ(scene.rest.edges[cuts[0].edge].b, 14u);
+}
+
+// Uniform over-strain: without suppression every group would cut its own plane and leave one-layer slabs.
+TEST(fracture, only_the_most_loaded_group_of_a_neighbourhood_cuts) {
+    Loaded scene({{4, 4, 20}, 0.05, 6, 1000, {}});
+    for (size_t i = 0; i < scene.strains.size(); ++i) scene.strains[i] = pulled(2, Vec3::UnitZ());
+    const auto cuts = scene.cut();
+    EXPECT_GT(cuts.size(), 0u);
+    EXPECT_LT(cuts.size(), 10u);
+}
+
+TEST(fracture, compression_breaks_only_where_asked) {
+    Material m;
+    m.toughness = 0.1;
+    const Vec3 squeezed(-0.5, 0.05, 0.05);
+    EXPECT_LT(group_strain(squeezed, Mat3::Identity(), Quat::Identity(), m).load, 1);
+    m.compressive_toughness = 0.2;
+    const GroupStrain s = group_strain(squeezed, Mat3::Identity(), Quat::Identity(), m);
+    EXPECT_DOUBLE_EQ(s.load, 2.5);
+    EXPECT_EQ(s.normal, Vec3::UnitX());
+}
+
+}  // namespace
+}  // namespace sunder

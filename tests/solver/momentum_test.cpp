@@ -1,0 +1,57 @@
+#include "solver/momentum.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/support/lattice_scene.h"
+
+namespace sunder {
+namespace {
+
+struct Moving {
+    SimulationMesh rest = test::lattice_mesh({{3, 2, 4}, 0.1, 6, 1000, {Vec3(100, -50, 20), Quat::Identity()}});
+    std::vector<Mat3> inertia = std::vector<Mat3>(rest.n_particles(), 1e-3 * Mat3(Vec3(1, 2, 2.5).asDiagonal()));
+    std::vector<Vec3> x = rest.rest_position, v = x, w = x;
+    std::vector<uint32_t> all;
+    Moving() {
+        std::mt19937_64 rng(7);
+        std::normal_distribution<double> normal;
+        for (uint32_t i = 0; i < x.size(); ++i) {
+            all.push_back(i);
+            x[i] += Vec3(100, 0, 0);
+            v[i] = Vec3(normal(rng), normal(rng), normal(rng));
+            w[i] = Vec3(normal(rng), normal(rng), normal(rng));
+        }
+    }
+};
+
+TEST(momentum, any_angular_momentum_can_be_set_exactly_without_touching_the_linear_one) {
+    Moving m;
+    const Vec3 wanted(0.3, -2, 1);
+    const Vec3 velocity = piece_momentum(m.rest, m.inertia, m.all, m.x, m.v, m.w).velocity;
+    set_angular_momentum(m.rest, m.inertia, m.all, wanted, m.x, m.v, m.w);
+    const PieceMomentum after = piece_momentum(m.rest, m.inertia, m.all, m.x, m.v, m.w);
+    EXPECT_LE((after.angular - wanted).norm(), 1e-10);
+    EXPECT_LE((after.velocity - velocity).norm(), 1e-12);
+}
+
+TEST(momentum, a_rigid_spin_has_the_inertia_of_the_whole) {
+    Moving m;
+    const Vec3 spin(0, 0, 2);
+    const Vec3 center = piece_momentum(m.rest, m.inertia, m.all, m.x, m.v, m.w).center;
+    for (uint32_t i : m.all) m.v[i] = Vec3(1, 2, 3) + spin.cross(m.x[i] - center), m.w[i] = spin;
+    const PieceMomentum p = piece_momentum(m.rest, m.inertia, m.all, m.x, m.v, m.w);
+    EXPECT_LE((p.angular - p.inertia * spin).norm(), 1e-10 * p.angular.norm());
+}
+
+TEST(momentum, a_point_without_inertia_stays_finite) {
+    Moving m;
+    for (Mat3& h : m.inertia) h.setZero();
+    const std::vector<uint32_t> one = {0};
+    set_angular_momentum(m.rest, m.inertia, one, Vec3(1, 0, 0), m.x, m.v, m.w);
+    EXPECT_TRUE(m.v[0].allFinite() && m.w[0].allFinite());
+}
+
+}  // namespace
+}  // namespace sunder
