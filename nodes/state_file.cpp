@@ -27,6 +27,7 @@ std::vector<PlyElement> layout() {
             {"group", 0, doubles("qw qx qy qz")},
             {"rigid_body", 0, doubles(kPlacement)},
             {"broken_edge", 0, ints("edge") + doubles("time strain")},
+            {"contact", 0, ints("a b") + doubles("px py pz force fx fy fz")},
             {"clock", 0, ints("frame") + doubles("time")}};
 }
 
@@ -60,7 +61,8 @@ public:
 
     Result<StateFile> decode() {
         for (Status (Decoder::*read)() : {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles, &Decoder::read_edges,
-                                          &Decoder::read_groups, &Decoder::read_rigid_bodies, &Decoder::read_broken})
+                                          &Decoder::read_groups, &Decoder::read_rigid_bodies, &Decoder::read_broken,
+                                          &Decoder::read_contacts})
             if (Status s = (this->*read)(); !s) return s.error();
         return std::move(out_);
     }
@@ -89,7 +91,7 @@ private:
     }
 
     Status read_clock() {
-        const PlyElement& e = (*elements_)[5];
+        const PlyElement& e = (*elements_)[6];
         if (e.count != 1) return fault("has " + std::to_string(e.count) + " clocks instead of one");
         out_.frame = read_number<int32_t>(row(e, 0));
         if (load(row(e, 0) + 4, &out_.state.time, 1) >= 0) return not_finite(e, 0, 1);
@@ -172,6 +174,22 @@ private:
         return {};
     }
 
+    Status read_contacts() {
+        const PlyElement& e = (*elements_)[5];
+        out_.state.contacts.resize(e.count);
+        double v[7];
+        for (size_t i = 0; i < e.count; ++i) {
+            ContactMemory& c = out_.state.contacts[i];
+            c.a = read_number<uint32_t>(row(e, i));
+            c.b = read_number<uint32_t>(row(e, i) + 4);
+            if (const int bad = load(row(e, i) + 8, v, 7); bad >= 0) return not_finite(e, i, bad + 2);
+            c.point = Vec3(v[0], v[1], v[2]);
+            c.normal_force = v[3];
+            c.friction_force = Vec3(v[4], v[5], v[6]);
+        }
+        return {};
+    }
+
     const PlyFile& file_;
     const std::string& where_;
     const std::vector<PlyElement>* elements_ = nullptr;
@@ -184,7 +202,7 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
     const size_t n = s.n_particles();
     assert(rest.n_particles() == n && rest.n_edges() == s.edge_intact.size());
     std::vector<PlyElement> elements = layout();
-    const size_t counts[] = {n, s.edge_intact.size(), s.group_rotation.size(), s.rigid_bodies.size(), s.broken.size(), 1};
+    const size_t counts[] = {n, s.edge_intact.size(), s.group_rotation.size(), s.rigid_bodies.size(), s.broken.size(), s.contacts.size(), 1};
     size_t total = 4096;
     for (size_t e = 0; e < elements.size(); ++e) {
         elements[e].count = counts[e];
@@ -210,6 +228,11 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
         bytes.append(v, sizeof v);
     }
     for (const BrokenEdge& b : s.broken) bytes.number(b.edge), bytes.number(b.time), bytes.number(b.strain);
+    for (const ContactMemory& c : s.contacts) {
+        bytes.number(c.a), bytes.number(c.b);
+        const double v[7] = {c.point.x(), c.point.y(), c.point.z(), c.normal_force, c.friction_force.x(), c.friction_force.y(), c.friction_force.z()};
+        bytes.append(v, sizeof v);
+    }
     bytes.number(int32_t{frame}), bytes.number(s.time);
     return bytes;
 }
