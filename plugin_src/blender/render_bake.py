@@ -112,15 +112,22 @@ def floor_height(bake):
 
 
 def subject_box(bake, frames):
-    """What the camera must see: the bodies whole at first, and most of them (2nd to 98th percentile) later."""
+    """What the camera must see: the bodies whole at first, later most of them (5th to 95th percentile), but nothing
+    farther than a third of their size from where they began: a few pieces that fly off must not make the rest small."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for frame in {frames[0], frames[len(frames) // 2], frames[-1]}:
+    for pattern in bake.meshes:
+        positions = bake.mesh_frame(pattern, bake.frames[0])[0]
+        low, high = np.minimum(low, positions.min(0)), np.maximum(high, positions.max(0))
+    reach = np.linalg.norm(high - low) / 3
+    nearest, farthest = low - reach, high + reach
+    for frame in {frames[len(frames) // 2], frames[-1]}:
         for pattern in bake.meshes:
-            positions = bake.mesh_frame(pattern, frame)[0]
-            share = (0, 100) if frame == frames[0] else (2, 98)
-            low = np.minimum(low, np.percentile(positions, share[0], axis=0))
-            high = np.maximum(high, np.percentile(positions, share[1], axis=0))
-    high[2] += 0.30 * (high[2] - low[2])  # room for what falls from above
+            most = np.percentile(bake.mesh_frame(pattern, frame)[0], (5, 95), axis=0)
+            low, high = np.minimum(low, most[0]), np.maximum(high, most[1])
+        for node, position in zip(bake.rigid_bodies, bake.rigid_body_poses(frame)[0]):
+            high[2] = max(high[2], position[2] + node.get("radius", 0.5))
+    low, high = np.maximum(low, nearest), np.minimum(high, farthest)
+    high[2] += 0.12 * (high[2] - low[2])  # room for what falls from above
     return low, high
 
 
