@@ -174,15 +174,15 @@ std::vector<SocketDescription> inputs() {
 std::vector<ParameterDescription> parameters() {
     return {
         {.name = "method", .label = "Method", .type = ParameterType::choice, .default_value = "projective",
-         .sentence = "projective: stiffness in Pa, the same for any order of particles; gauss_seidel: the paper's, for comparison, "
-                     "with `stiffness` of the body as a share per sweep",
-         .choices = {"projective", "gauss_seidel"}},
+         .sentence = "projective: stiffness in Pa, however stiff; jacobi: the same by cheap sweeps that leave stiff bodies too soft; "
+                     "gauss_seidel: the paper's, for comparison, with the bodies' `stiffness` as a share per sweep",
+         .choices = {"projective", "jacobi", "gauss_seidel"}},
         {.name = "substeps", .label = "Substeps", .type = ParameterType::integer, .min = 1, .max = 1000, .default_value = 8,
          .sentence = "Steps per frame: more for stiff materials and fast impacts"},
         {.name = "iterations", .label = "Iterations", .type = ParameterType::integer, .min = 1, .max = 1000, .default_value = 2,
          .sentence = "Sweeps per substep: more carry a push further through a body"},
         {.name = "over_relaxation", .label = "Over-Relaxation", .min = 0.1, .max = 1.9, .default_value = 1.5,
-         .sentence = "How far each sweep goes beyond its own answer, to arrive sooner; 1: not at all"},
+         .sentence = "Of method jacobi: how far each sweep goes beyond its own answer, to arrive sooner; 1: not at all"},
         {.name = "gravity", .label = "Gravity", .type = ParameterType::vector3, .unit = "m/s2", .min = -1e6, .max = 1e6,
          .default_value = {0.0, 0.0, -9.81}, .sentence = "Acceleration of all that may move", .animatable = true},
         {.name = "damping", .label = "Damping", .unit = "1/s", .min = 0, .max = 1e4, .default_value = 0.0,

@@ -93,7 +93,8 @@ Result<SceneInput> scene_input(CookContext& context) {
 
 SolverSettings settings_of(const Parameters& p) {
     SolverSettings s;
-    s.method = p.text("method") == "gauss_seidel" ? Method::gauss_seidel : Method::projective;
+    const std::string method = p.text("method");
+    s.method = method == "gauss_seidel" ? Method::gauss_seidel : method == "jacobi" ? Method::jacobi : Method::projective;
     s.substeps = p.integer("substeps");
     s.iterations = p.integer("iterations");
     s.over_relaxation = p.number("over_relaxation");
