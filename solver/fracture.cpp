@@ -6,12 +6,11 @@
 namespace sunder {
 namespace {
 
-// +1 or -1: on which side of the plane the group's centre particle goes.
+// +1 or -1: on which side of the plane the group's centre particle goes. `on_the_plane`: closer than this, m.
 int side_of_center(const LiveTopology& live, const GroupShapes& shapes, std::span<const MovingParticle> particles, uint32_t g,
-                   const Vec3& on_plane, const Vec3& normal) {
+                   const Vec3& on_plane, const Vec3& normal, double on_the_plane) {
     const double distance = normal.dot(particles[g].x - on_plane);
-    const double size = std::sqrt(shapes.group[g].positions_trace / shapes.group[g].mass);
-    if (std::abs(distance) >= 1e-6 * size) return distance > 0 ? 1 : -1;
+    if (std::abs(distance) >= on_the_plane) return distance > 0 ? 1 : -1;
     double balance = 0;  // mass on the normal's side less mass on the other
     for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
         if (live.member(s) == g) continue;
@@ -55,11 +54,12 @@ std::vector<BrokenEdge> edges_to_cut(const LiveTopology& live, const GroupShapes
 
         const Vec3 normal = oriented(strains[g].normal);
         const Vec3 center = group_moments(live, shapes, particles, g).center;
-        const int own_side = side_of_center(live, shapes, particles, g, center, normal);
+        const double on_the_plane = 1e-6 * std::sqrt(shapes.group[g].positions_trace / shapes.group[g].mass);
+        const int own_side = side_of_center(live, shapes, particles, g, center, normal, on_the_plane);
         for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
             if (live.member(s) == g) continue;
             const double distance = normal.dot(particles[live.member(s)].x - center);
-            if (distance * own_side < 0) cuts.push_back({live.edge(s), time, strains[g].strain});
+            if (distance * own_side < -on_the_plane) cuts.push_back({live.edge(s), time, strains[g].strain});
         }
     }
     // Two groups may cut the same edge only if neither is in the other's ring: cannot be, but edges come out unordered.

@@ -9,7 +9,7 @@ namespace sunder {
 StretchBasis stretch_basis(const Mat3& A_qq) {
     const Eigen::SelfAdjointEigenSolver<Mat3> eigen(A_qq);
     Vec3 a = eigen.eigenvalues();
-    a = a.cwiseMax(1e-9 * std::max(a(2), 1e-300));
+    a = a.cwiseMax(std::max(1e-9 * a(2), 1e-100));  // a group of no extent at all has no strain either
     StretchBasis basis;
     basis.V = eigen.eigenvectors();
     for (int i = 0; i < 3; ++i)

@@ -123,7 +123,7 @@ TEST(solver, numbers_gone_bad_are_reported_with_the_particle_and_not_spread) {
     const PulledBar bar;
     const auto solver = test::make_solver(bar.scene);
     FrameState state = solver->initial_state({bar.material});
-    state.velocity[77] = Vec3(0, 0, 3e5);
+    state.velocity[77] = Vec3(0, 0, 1e9);
     const FrameState before = state;
     const auto result = solver->advance(bar.input(0), bar.settings, state);
     ASSERT_FALSE(result);
