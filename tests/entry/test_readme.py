@@ -1,4 +1,4 @@
-"""What README.md and docs/files.md show first works as printed: the graph bakes, the scripts run."""
+"""What the documents show works as printed: the first graph bakes, scripts run, the node reference is up to date."""
 import json
 import os
 import re
@@ -49,6 +49,10 @@ class Readme(unittest.TestCase):
         lines = self.run_here(sys.executable, "-c", block("README.md", "python", "import sunder")).splitlines()
         self.assertEqual(len(lines), 3)
         self.assertTrue(lines[2].startswith("None 0 edges broken"), lines)
+
+    def test_the_node_reference_is_what_the_nodes_say(self):
+        said = self.run_here(PROGRAM, "nodes", "--markdown")
+        self.assertEqual(said, (ROOT / "docs/nodes.md").read_text(), "run: ./sunder nodes --markdown > docs/nodes.md")
 
     def test_the_reader_of_states_reads_states(self):
         self.run_here(PROGRAM, "bake", "beam.json", "-o", "DIR", "--frames", "1:24")
