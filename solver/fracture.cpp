@@ -19,6 +19,9 @@ int side_of_center(const LiveTopology& live, const GroupShapes& shapes, std::spa
     return std::abs(balance) > 1e-9 * shapes.group[g].mass ? (balance > 0 ? 1 : -1) : 1;
 }
 
+// Loads that differ by less than a millionth are equal: in a symmetric body rounding must not choose the crack.
+int64_t rounded(double load) { return std::llround(load * 1e6); }
+
 // Normals have no sign of their own: the first coordinate that is not small points up.
 Vec3 oriented(const Vec3& n) {
     for (int i = 0; i < 3; ++i)
@@ -48,7 +51,8 @@ std::vector<BrokenEdge> edges_to_cut(const LiveTopology& live, const GroupShapes
         bool most_loaded = true;
         for (uint32_t s = live.begin(g); s < live.end(g) && most_loaded; ++s) {
             const uint32_t j = live.member(s);
-            most_loaded = strains[j].load < strains[g].load || (strains[j].load == strains[g].load && j >= g);
+            const int64_t own = rounded(strains[g].load), other = rounded(strains[j].load);
+            most_loaded = other < own || (other == own && j >= g);
         }
         if (!most_loaded) continue;
 

@@ -21,7 +21,7 @@ struct GroupStrain {
 GroupStrain group_strain(const Vec3& elastic_log_strain, const Mat3& directions, const Quat& rotation, const Material& material);
 
 /// Edges to cut, ascending. Two phases: every group's strain is known before anything is cut. A group cuts only if it is the most
-/// loaded of its one-ring (ties: the lower index), so that one crack forms and not one a layer; it cuts the edges from its
+/// loaded of its one-ring (ties, to a millionth: the lower index), so that one crack forms and not one a layer; it cuts the edges from its
 /// centre that cross the plane through its centre of mass. If the centre particle lies on the plane (closer than
 /// 1e-6 of the group's size) it joins the heavier side, and the side of the normal where both weigh the same; a neighbour
 /// on the plane stays with the centre.

@@ -1,0 +1,125 @@
+// Where fracture depends on order, step size or luck in the paper's plain method (rows 18-22).
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/stability/bars.h"
+
+namespace sunder {
+namespace {
+
+using test::Bar;
+
+struct Pull {
+    size_t cuts = 0, pieces = 0, crumbs = 0;
+    double first = -1;
+    std::set<uint32_t> edges;
+};
+
+// The bar's head pulled up at 0.5 m/s for a second.
+Pull pull(Bar& bar, int steps_a_second) {
+    bar.material.toughness = 0.15;
+    bar.settings.substeps = 1;
+    bar.start();
+    Pull result;
+    const double h = 1.0 / steps_a_second;
+    for (int f = 0; f < steps_a_second; ++f) {
+        const StepReport r = bar.frame(h, {Vec3(0, 0, 0.5 * f * h), Quat::Identity()}, {Vec3(0, 0, 0.5 * (f + 1) * h), Quat::Identity()});
+        if (r.edges_broken > 0 && result.first < 0) result.first = bar.state.time;
+    }
+    for (uint32_t e = 0; e < bar.state.edge_intact.size(); ++e)
+        if (!bar.state.edge_intact[e]) result.edges.insert(e);
+    result.cuts = result.edges.size();
+    std::vector<size_t> count;
+    for (uint32_t p : connected_pieces(bar.scene.rest, bar.state.edge_intact)) {
+        if (p >= count.size()) count.resize(p + 1, 0);
+        ++count[p];
+    }
+    result.pieces = count.size();
+    result.crumbs = static_cast<size_t>(std::count(count.begin(), count.end(), size_t{1}));
+    return result;
+}
+
+TEST(fracture_and_step, cuts_times_and_pieces_agree_from_192_to_480_steps_a_second) {
+    for (int neighbours : {6, 26}) {
+        std::vector<Pull> results;
+        for (int hz : {192, 240, 480}) {  // from the default rate up
+            Bar bar(4, neighbours);
+            results.push_back(pull(bar, hz));
+            std::printf("%d neighbours, %d Hz: %zu cuts, first at %.3f s, %zu pieces, %zu crumbs\n", neighbours, hz, results.back().cuts,
+                        results.back().first, results.back().pieces, results.back().crumbs);
+        }
+        for (const Pull& r : results) {
+            EXPECT_NEAR(double(r.cuts), double(results[1].cuts), 0.1 * double(results[1].cuts));
+            EXPECT_NEAR(r.first, results[1].first, 0.02);
+            EXPECT_EQ(r.pieces, results[1].pieces);
+            EXPECT_EQ(r.crumbs, 0u);
+        }
+    }
+}
+
+TEST(fracture_and_jitter, rounding_in_the_input_does_not_choose_the_crack) {
+    Bar bar, shaken;
+    for (size_t i = 0; i < shaken.scene.rest.n_particles(); ++i)
+        shaken.scene.rest.rest_position[i] += 1e-12 * Vec3(std::sin(7.0 * double(i)), std::sin(11.0 * double(i)), std::sin(13.0 * double(i)));
+    const Pull a = pull(bar, 192), b = pull(shaken, 192);
+    EXPECT_EQ(a.edges, b.edges);
+    EXPECT_GT(a.cuts, 0u);
+}
+
+TEST(overstrain, a_uniform_stretch_tears_once_and_leaves_no_crumbs) {
+    Bar bar;
+    bar.scene.pins.clear();
+    bar.material.toughness = 0.15;
+    bar.start();
+    for (Vec3& x : bar.state.position) x.z() *= 1.3;
+    const FrameInput in = test::quiet_input(bar.scene, bar.material);
+    for (int f = 0; f < 24; ++f) test::advance(*bar.solver, in, bar.settings, bar.state);
+    const auto piece = connected_pieces(bar.scene.rest, bar.state.edge_intact);
+    std::vector<size_t> count(*std::max_element(piece.begin(), piece.end()) + 1, 0);
+    for (uint32_t p : piece) ++count[p];
+    std::printf("%zu cuts, %zu pieces\n", test::count_broken(bar.state), count.size());
+    EXPECT_LE(test::count_broken(bar.state), bar.scene.rest.n_edges() / 4);
+    EXPECT_EQ(std::count(count.begin(), count.end(), size_t{1}), 0);
+}
+
+TEST(compression, breaks_nothing_by_default) {
+    Scene scene = test::lattice_scene({{4, 4, 8}, 0.05, 6, 1000, {}});  // too stout to buckle, which would pull one side
+    test::add_pin(scene, [](const Vec3& x) { return x.z() < 0.1; });
+    test::add_pin(scene, [](const Vec3& x) { return x.z() > 0.3; });
+    Material material;
+    material.toughness = 0.15;
+    const auto solver = test::make_solver(scene);
+    FrameState state = solver->initial_state({material});
+    for (int f = 0; f < 24; ++f) {  // the free 0.2 m to 60 %
+        FrameInput in = test::quiet_input(scene, material);
+        in.pins[1].begin.position.z() = -0.08 * f / 24;
+        in.pins[1].end.position.z() = -0.08 * (f + 1) / 24;
+        test::advance(*solver, in, {}, state);
+    }
+    double strain = 0;
+    for (double e : state.strain) strain = std::max(strain, e);
+    EXPECT_GT(strain, 0.4);  // far past the toughness, in compression
+    EXPECT_EQ(test::count_broken(state), 0u);
+}
+
+TEST(pop, breaking_stress_free_edges_moves_nothing) {
+    Bar bar;
+    bar.scene.pins.clear();
+    bar.material.yield = 0.02;
+    bar.start();
+    const Mat3 F = Vec3(std::sqrt(1 / 1.5), std::sqrt(1 / 1.5), 1.5).asDiagonal();
+    for (size_t i = 0; i < bar.state.n_particles(); ++i) {
+        bar.state.plastic_deformation[i] = F;
+        bar.state.position[i] = F * bar.scene.rest.rest_position[i];
+    }
+    for (size_t e = 0; e < bar.state.edge_intact.size(); e += 3) bar.state.edge_intact[e] = 0;
+    const std::vector<Vec3> before = bar.state.position;
+    bar.settings.self_collision = false;  // spheres that plastic flow pushed into one another do touch; not meant here
+    const FrameInput in = test::quiet_input(bar.scene, bar.material);
+    for (int f = 0; f < 4; ++f) test::advance(*bar.solver, in, bar.settings, bar.state);
+    for (size_t i = 0; i < before.size(); ++i) EXPECT_LE((bar.state.position[i] - before[i]).norm(), 1e-10 * 0.05);
+}
+
+}  // namespace
+}  // namespace sunder
