@@ -16,10 +16,14 @@ struct MeshReport {
     double volume = 0, area = 0;                // signed volume, m3; m2
     Aabb bounds;
     std::vector<std::string> faults;            // sentences with the first place, "12 open edges, first near (x y z)"
+    bool has_bad_numbers = false;               // non-finite coordinates or corners without vertex: nothing else is counted
+
+    /// There are triangles, and their numbers mean something.
+    bool is_usable() const { return n_triangles > 0 && !has_bad_numbers; }
 
     /// Closed, 2-manifold, consistently oriented, positive volume: it bounds a solid.
     bool is_solid() const {
-        return n_triangles > 0 && open_edges + non_manifold_edges + inconsistent_edges + non_manifold_vertices == 0 && volume > 0;
+        return is_usable() && open_edges + non_manifold_edges + inconsistent_edges + non_manifold_vertices == 0 && volume > 0;
     }
 };
 

@@ -23,6 +23,9 @@ struct PrefractureSettings {
     Status check(const std::string& where) const;   // ranges
 };
 
+/// Fragments whose volumes sum to something farther from the source's than this share are refused.
+constexpr double kMaxVolumeError = 0.05;
+
 /// Cuts a solid mesh. `where` names the mesh in errors. Errors: open / self-intersecting / zero-volume mesh, more pieces
 /// than cells, a fragment that could not be closed. Deterministic: same mesh and settings, same bits.
 Result<FragmentSet> prefracture(const TriMesh& mesh, const PrefractureSettings& settings, const std::string& where,

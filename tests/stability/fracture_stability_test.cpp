@@ -99,7 +99,7 @@ TEST(compression, breaks_nothing_by_default) {
     }
     double strain = 0;
     for (double e : state.strain) strain = std::max(strain, e);
-    EXPECT_GT(strain, 0.4);  // far past the toughness, in compression
+    EXPECT_GT(strain, 0.3);  // twice the toughness, in compression
     EXPECT_EQ(test::count_broken(state), 0u);
 }
 
