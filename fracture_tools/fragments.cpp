@@ -1,0 +1,170 @@
+#include "fracture_tools/fragments.h"
+
+#include <algorithm>
+#include <numeric>
+#include <tuple>
+
+#include "fracture_tools/interfaces.h"
+#include "fracture_tools/mesh_checks.h"
+#include "fracture_tools/prefracture.h"
+#include "fracture_tools/surface_lookup.h"
+
+namespace sunder {
+namespace {
+
+Triangle reversed(const Triangle& t) { return {t[0], t[2], t[1]}; }
+
+/// Puts the faces that bound fragments into the set, in the set's order. Gives the face of each outer triangle.
+std::vector<uint32_t> gather_faces(const CellComplex& complex, std::span<const uint32_t> label, FragmentSet& io_set) {
+    struct Entry { uint32_t a, b, face; };      // b: kOutside for outer faces
+    std::vector<Entry> outer, cut;
+    for (uint32_t i = 0; i < complex.faces.size(); ++i) {
+        const CellFace& f = complex.faces[i];
+        const uint32_t a = label[f.cell];
+        if (f.neighbour == CellFace::kOutside)
+            outer.push_back({a, CellFace::kOutside, i});
+        else if (const uint32_t b = label[f.neighbour]; a != b)
+            cut.push_back({std::min(a, b), std::max(a, b), i});
+    }
+    auto before = [](const Entry& x, const Entry& y) { return std::tie(x.a, x.b, x.face) < std::tie(y.a, y.b, y.face); };
+    std::sort(outer.begin(), outer.end(), before);
+    std::sort(cut.begin(), cut.end(), before);
+
+    std::vector<uint32_t> outer_face;
+    size_t next = 0;
+    for (uint32_t i = 0; i < io_set.fragments.size(); ++i) {
+        io_set.fragments[i].outer_begin = static_cast<uint32_t>(outer_face.size());
+        for (; next < outer.size() && outer[next].a == i; ++next) {
+            io_set.outer_triangles.push_back(complex.faces[outer[next].face].vertices);
+            outer_face.push_back(outer[next].face);
+        }
+        io_set.fragments[i].outer_end = static_cast<uint32_t>(outer_face.size());
+    }
+    for (const Entry& e : cut) {
+        if (io_set.interfaces.empty() || io_set.interfaces.back().a.value != e.a || io_set.interfaces.back().b.value != e.b) {
+            Interface face;
+            face.a = FragmentId(e.a);
+            face.b = FragmentId(e.b);
+            face.triangle_begin = static_cast<uint32_t>(io_set.interface_triangles.size());
+            io_set.interfaces.push_back(face);
+        }
+        const CellFace& f = complex.faces[e.face];
+        io_set.interface_triangles.push_back(label[f.cell] == e.a ? f.vertices : reversed(f.vertices));
+        io_set.interfaces.back().triangle_end = static_cast<uint32_t>(io_set.interface_triangles.size());
+    }
+    return outer_face;
+}
+
+/// Keeps the vertices that some triangle uses, in their order.
+void gather_vertices(const CellComplex& complex, FragmentSet& io_set) {
+    constexpr uint32_t kUnused = 0xffffffffu;
+    std::vector<uint32_t> number(complex.vertices.size(), kUnused);
+    for (const auto* triangles : {&io_set.outer_triangles, &io_set.interface_triangles})
+        for (const Triangle& t : *triangles)
+            for (uint32_t v : t) number[v] = 0;
+    for (uint32_t v = 0; v < number.size(); ++v)
+        if (number[v] != kUnused) {
+            number[v] = static_cast<uint32_t>(io_set.vertices.size());
+            io_set.vertices.push_back(complex.vertices[v]);
+        }
+    for (auto* triangles : {&io_set.outer_triangles, &io_set.interface_triangles})
+        for (Triangle& t : *triangles)
+            for (uint32_t& v : t) v = number[v];
+}
+
+/// UVs of the source at points of the new surface.
+class SourceUvs {
+public:
+    explicit SourceUvs(const TriMesh& source) : source_(source), lookup_(source) {}
+
+    /// Of a corner at `p` of a face with centroid `middle`, which belongs to source triangle `home`. The nearest point's
+    /// UVs, unless they lie beyond a seam: then those that `home` would have if it went on.
+    Vec2f at(const Vec3& p, const Vec3& middle, uint32_t home) const {
+        const Vec2f extended = in_plane_of(home, p);
+        const SurfacePoint near = lookup_.nearest(p + 0.01 * (middle - p));  // from edges a little into the own face
+        const Vec2f exact = blend(near.triangle, near.barycentric);
+        const float spread = (extended - in_plane_of(home, middle)).norm();
+        return (exact - extended).norm() <= 1.5f * spread ? exact : extended;
+    }
+
+private:
+    Vec2f blend(uint32_t t, const Vec3& weights) const {
+        Vec2f uv = Vec2f::Zero();
+        for (int c = 0; c < 3; ++c) uv += float(weights[c]) * source_.corner_uvs[3 * t + c];
+        return uv;
+    }
+    /// Barycentric coordinates of the foot of p on the plane of t, which may be outside of t.
+    Vec2f in_plane_of(uint32_t t, const Vec3& p) const {
+        const Vec3 &a = source_.positions[source_.triangles[t][0]], &b = source_.positions[source_.triangles[t][1]],
+                   &c = source_.positions[source_.triangles[t][2]];
+        const Vec3 n = (b - a).cross(c - a);
+        if (n.squaredNorm() == 0) return source_.corner_uvs[3 * t];
+        const double v = (p - a).cross(c - a).dot(n) / n.squaredNorm(), w = (b - a).cross(p - a).dot(n) / n.squaredNorm();
+        return blend(t, Vec3(1 - v - w, v, w));
+    }
+
+    const TriMesh& source_;
+    SurfaceLookup lookup_;
+};
+
+void carry_attributes(const CellComplex& complex, const std::vector<uint32_t>& outer_face, const TriMesh& source,
+                      FragmentSet& io_set) {
+    const bool has_materials = !source.triangle_material.empty();
+    for (uint32_t f : outer_face)
+        io_set.outer_material.push_back(has_materials ? source.triangle_material[complex.faces[f].source_triangle] : 0);
+    io_set.material_names = source.material_names;
+    io_set.interior_material = std::max<int32_t>(1, static_cast<int32_t>(source.material_names.size()));
+    for (int32_t m : source.triangle_material) io_set.interior_material = std::max(io_set.interior_material, m + 1);
+
+    if (source.corner_uvs.empty()) return;
+    const SourceUvs uvs(source);
+    for (uint32_t f : outer_face) {
+        const auto& [a, b, c] = complex.faces[f].vertices;
+        const Vec3 middle = (complex.vertices[a] + complex.vertices[b] + complex.vertices[c]) / 3;
+        for (uint32_t v : {a, b, c})
+            io_set.outer_corner_uvs.push_back(uvs.at(complex.vertices[v], middle, complex.faces[f].source_triangle));
+    }
+}
+
+/// A group of the source's vertices becomes the fragments that have the surface nearest to them.
+void carry_groups(const TriMesh& source, FragmentSet& io_set) {
+    if (source.vertex_groups.empty() || io_set.outer_triangles.empty()) return;
+    std::vector<FragmentId> owner(io_set.outer_triangles.size());
+    for (size_t i = 0; i < io_set.fragments.size(); ++i)
+        std::fill(owner.begin() + io_set.fragments[i].outer_begin, owner.begin() + io_set.fragments[i].outer_end, FragmentId(i));
+    const SurfaceLookup lookup(MeshView(io_set.vertices, io_set.outer_triangles));
+    for (const auto& [name, vertices] : source.vertex_groups) {
+        std::vector<FragmentId>& group = io_set.vertex_groups[name];
+        for (uint32_t v : vertices) group.push_back(owner[lookup.nearest(source.positions[v]).triangle]);
+        std::sort(group.begin(), group.end());
+        group.erase(std::unique(group.begin(), group.end()), group.end());
+    }
+}
+
+}  // namespace
+
+void find_source_triangles(const TriMesh& source, CellComplex& io_complex) {
+    const SurfaceLookup lookup(source);
+    for (CellFace& f : io_complex.faces) {
+        if (f.neighbour != CellFace::kOutside) continue;
+        const auto& [a, b, c] = f.vertices;
+        f.source_triangle = lookup.nearest((io_complex.vertices[a] + io_complex.vertices[b] + io_complex.vertices[c]) / 3).triangle;
+    }
+}
+
+FragmentSet make_fragments(const CellComplex& complex, std::span<const uint32_t> label, uint32_t n_labels,
+                           const TriMesh& source) {
+    FragmentSet set;
+    set.fragments.resize(n_labels);
+    const std::vector<uint32_t> outer_face = gather_faces(complex, label, set);
+    gather_vertices(complex, set);
+    carry_attributes(complex, outer_face, source, set);
+    carry_groups(source, set);
+    set.source_volume = mesh_volume(source);
+    set.source_area = mesh_area(source);
+    measure_fragments(set);
+    assign_interface_uvs(set);
+    return set;
+}
+
+}  // namespace sunder

@@ -1,0 +1,128 @@
+#include "fracture_tools/prefracture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+
+#include "fracture_tools/cell_complex.h"
+#include "fracture_tools/fragments.h"
+#include "fracture_tools/kmeans.h"
+#include "fracture_tools/label_repair.h"
+#include "fracture_tools/mesh_checks.h"
+#include "fracture_tools/mesh_repair.h"
+#include "fracture_tools/sharp_edges.h"
+#include "fracture_tools/tetrahedralize.h"
+
+namespace sunder {
+namespace {
+
+/// N tetrahedra fill a volume V when cells have the size (kCellsPerCube V / N)^(1/3). Measured on Mesh_3: 5.1 to 6
+/// above 20,000 tetrahedra; where the surface dominates there are more of them, which does no harm.
+constexpr double kCellsPerCube = 5.5;
+/// The new surface's distance from the mesh, as a share of the cell size and, for few pieces, of the box's diagonal.
+constexpr double kSurfaceDistance = 0.07, kLargestSurfaceDistance = 0.002;
+/// Cells are made smaller and meshed again when there are fewer than this share of the wanted ones, this often.
+constexpr double kEnoughCells = 0.6;
+constexpr int kMeshingAttempts = 3;
+constexpr double kVolumeErrorToTell = 0.01;
+
+std::string percent(double share) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.2g %%", 100 * share);
+    return text;
+}
+
+double volume_of(const TetMesh& mesh) {
+    double sum = 0;
+    for (const auto& [a, b, c, d] : mesh.tets)
+        sum += (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]).dot(mesh.vertices[d] - mesh.vertices[a]) / 6;
+    return sum;
+}
+
+/// The mesh as cut, or why it cannot be.
+Result<TriMesh> make_solid(const TriMesh& mesh, const PrefractureSettings& settings, const std::string& where,
+                           std::vector<std::string>& io_warnings) {
+    if (settings.repair) return repair_mesh(mesh, where, io_warnings);
+    if (Status s = require_solid(mesh, where); !s) return s.error();
+    return mesh;
+}
+
+/// Tetrahedra enough for the pieces, with the mesh's volume; cells shrink until both hold.
+Result<TetMesh> fill(const TriMesh& mesh, const PrefractureSettings& settings, const std::string& where,
+                     std::vector<std::string>& io_warnings, const Progress& progress) {
+    const MeshReport report = check_mesh(mesh);
+    const double wanted = settings.pieces * settings.cells_per_piece;
+    TetrahedralizeSettings cells;
+    cells.cell_size = std::cbrt(kCellsPerCube * report.volume / wanted);
+    cells.surface_distance = std::min(kSurfaceDistance * cells.cell_size, kLargestSurfaceDistance * report.bounds.diagonal());
+    cells.max_vertices = static_cast<size_t>(4 * wanted) + 200'000;
+    for (int attempt = 1;; ++attempt) {
+        if (!progress.report(double(attempt - 1) / kMeshingAttempts, "filling the mesh with cells")) return cancelled();
+        cells.sharp_angle = settings.sharp_angle > 0 ? settings.sharp_angle : choose_sharp_angle(mesh, cells.cell_size);
+        Result<TetMesh> tets = tetrahedralize(mesh, cells, where);
+        if (!tets) return tets;
+        const double error = std::abs(volume_of(*tets) - report.volume) / report.volume;
+        const double share = double(tets->tets.size()) / wanted;
+        if (attempt < kMeshingAttempts && (share < kEnoughCells || error > kMaxVolumeError)) {
+            cells.cell_size *= share < kEnoughCells ? std::cbrt(std::max(share, 0.05)) : 0.8;
+            cells.surface_distance = std::min(0.5 * cells.surface_distance, kSurfaceDistance * cells.cell_size);
+            continue;
+        }
+        if (error > kMaxVolumeError)
+            return bad_input(where, "the cells' volume is " + percent(error) + " off the mesh's",
+                             "remove self-intersections, or use more cells per piece");
+        if (tets->tets.size() < size_t(settings.pieces))
+            return bad_input(where, "there are " + std::to_string(tets->tets.size()) + " cells for " +
+                                        std::to_string(settings.pieces) + " pieces", "ask for fewer pieces");
+        if (error > kVolumeErrorToTell)
+            io_warnings.push_back(where + ": the cells' volume is " + percent(error) + " off the mesh's (use more cells per piece)");
+        return tets;
+    }
+}
+
+}  // namespace
+
+Status PrefractureSettings::check(const std::string& where) const {
+    auto refuse = [&](const char* parameter, std::string what) {
+        Error e = bad_input(where, std::move(what));
+        e.parameter = parameter;
+        return e;
+    };
+    if (pieces < 1 || pieces > 100'000) return refuse("pieces", "pieces must be 1 to 100000, not " + std::to_string(pieces));
+    if (!(cells_per_piece >= 4 && cells_per_piece <= 1000)) return refuse("cells_per_piece", "cells per piece must be 4 to 1000");
+    if (!(sharp_angle >= 0 && sharp_angle <= 180)) return refuse("sharp_angle", "the sharp angle must be 0 to 180 degrees");
+    return {};
+}
+
+Result<FragmentSet> prefracture(const TriMesh& mesh, const PrefractureSettings& settings, const std::string& where,
+                                const Progress& progress) {
+    if (Status s = settings.check(where); !s) return s.error();
+    if (!progress.report(0, "checking the mesh")) return cancelled();
+    std::vector<std::string> warnings;
+    Result<TriMesh> solid = make_solid(mesh, settings, where, warnings);
+    if (!solid) return solid.error();
+
+    Result<TetMesh> tets = fill(*solid, settings, where, warnings, progress.part(0.1, 0.6));
+    if (!tets) return tets.error();
+    CellComplex complex = make_cell_complex(*tets);
+    find_source_triangles(*solid, complex);
+
+    Result<std::vector<uint32_t>> label = kmeans_clusters(complex.cell_centroid, complex.cell_volume, settings.pieces,
+                                                          settings.seed, progress.part(0.6, 0.8));
+    if (!label) return label.error();
+    if (!progress.report(0.8, "joining cells")) return cancelled();
+    const LabelRepair labels = repair_labels(complex, settings.pieces, *label);
+    if (labels.n_labels != uint32_t(settings.pieces))
+        warnings.push_back(where + ": " + std::to_string(labels.n_labels) + " pieces were made instead of " +
+                           std::to_string(settings.pieces) + ": the mesh has separate parts");
+
+    if (!progress.report(0.9, "making fragments")) return cancelled();
+    FragmentSet set = make_fragments(complex, *label, labels.n_labels, *solid);
+    set.warnings = std::move(warnings);
+    if (Status s = check_fragments(set); !s) return s.error();
+    if (!progress.report(1, "fragments are ready")) return cancelled();
+    return set;
+}
+
+}  // namespace sunder
