@@ -85,8 +85,11 @@ Status BakeFolder::check_inside(const std::string& path) const {
 Status BakeFolder::check_writable(const std::string& path, const std::set<std::string>& listed) const {
     if (Status s = check_inside(path); !s) return s;
     const fs::path full = path_ / path;
-    if (!is_there(full)) return {};
     std::error_code code;
+    for (fs::path folder = full.parent_path(); folder != path_; folder = folder.parent_path())
+        if (is_there(folder) && !fs::is_directory(folder, code))
+            return bad_input(folder.string(), "is a file where a folder is needed", "choose another folder, or move it away");
+    if (!is_there(full)) return {};
     if (fs::is_regular_file(fs::symlink_status(full, code)) && (listed.contains(path) || (has_manifest() && bears_mark(full)))) return {};
     return bad_input(full.string(), "is there already and is not part of this bake", "choose another folder, or move it away");
 }

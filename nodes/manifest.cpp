@@ -41,7 +41,9 @@ public:
             if constexpr (std::is_same_v<T, std::string>) {
                 if (value.is_string()) return value.get<T>();
             } else {
-                if (value.is_number_integer() && value == Json(value.get<T>())) return value.get<T>();
+                // Of two integers the library compares -5 and 2^64 - 5 as equal.
+                const bool fits_sign = std::is_signed_v<T> || value.is_number_unsigned();
+                if (value.is_number_integer() && fits_sign && value == Json(value.get<T>())) return value.get<T>();
             }
         }
         note(name);
