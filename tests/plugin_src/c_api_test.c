@@ -1,0 +1,174 @@
+/* The C interface from plain C: what a host would do, and what a clumsy one would. Argument: a folder to bake into. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "plugin_src/c_api/sunder.h"
+
+static int failures = 0;
+
+#define CHECK(condition)                                                           \
+    do {                                                                           \
+        if (!(condition)) {                                                        \
+            fprintf(stderr, "line %d: not true: %s\n", __LINE__, #condition);      \
+            ++failures;                                                            \
+        }                                                                          \
+    } while (0)
+
+static const char *const scene =
+    "{\"sunder\": 1, \"frame_range\": [1, 4], \"nodes\": {"
+    "\"bar\": {\"type\": \"lattice\", \"cells\": [2, 2, 4], \"size\": [0.2, 0.2, 0.4]},"
+    "\"clay\": {\"type\": \"body\", \"fragments\": \"@bar.fragments\"},"
+    "\"sim\": {\"type\": \"solver\", \"bodies\": [\"@clay.body\"]},"
+    "\"cache\": {\"type\": \"bake_state\", \"state\": \"@sim.state\"}}}";
+
+static sunder_error error_of(const sunder_graph *graph) {
+    sunder_error e;
+    memset(&e, 0, sizeof e);
+    e.struct_size = sizeof e;
+    sunder_graph_error(graph, &e);
+    return e;
+}
+
+struct watch {
+    int calls, stop_after;
+};
+
+static int32_t on_progress(void *user, double fraction, const char *text) {
+    struct watch *w = user;
+    CHECK(fraction >= 0 && fraction <= 1 && text != NULL);
+    return ++w->calls <= w->stop_after;
+}
+
+static void edits_and_errors(sunder_graph *graph) {
+    const char *json = NULL;
+    CHECK(sunder_graph_add_node(graph, "floor", "collider") == SUNDER_OK);
+    CHECK(sunder_graph_set(graph, "floor", "friction", "0.25") == SUNDER_OK);
+    CHECK(sunder_graph_get(graph, "floor", "friction", &json) == SUNDER_OK && strcmp(json, "0.25") == 0);
+    CHECK(sunder_graph_connect(graph, "floor.collider", "sim.colliders") == SUNDER_OK);
+    CHECK(sunder_graph_get(graph, "sim", "colliders", &json) == SUNDER_OK && strcmp(json, "[\"@floor.collider\"]") == 0);
+    CHECK(sunder_graph_disconnect(graph, "sim.colliders") == SUNDER_OK);
+    CHECK(sunder_graph_reset(graph, "floor", "friction") == SUNDER_OK);
+    CHECK(sunder_graph_set(graph, "clay", "toughness", "{\"keys\": [[1, 1.0], [3, 2.0]]}") == SUNDER_OK);
+    CHECK(sunder_graph_get_at(graph, "clay", "toughness", 2, &json) == SUNDER_OK && strcmp(json, "1.5") == 0);
+    CHECK(sunder_graph_reset(graph, "clay", "toughness") == SUNDER_OK);
+
+    CHECK(sunder_graph_set(graph, "clay", "density", "-3") == SUNDER_BAD_INPUT);
+    CHECK(strcmp(error_of(graph).node, "clay") == 0 && strcmp(error_of(graph).parameter, "density") == 0);
+    CHECK(strlen(error_of(graph).what) > 0 && strstr(error_of(graph).text, error_of(graph).what) != NULL);
+    CHECK(sunder_graph_set(graph, "clay", "density", "{") == SUNDER_BAD_INPUT);
+    CHECK(sunder_graph_set(graph, "clay", "denisty", "1") == SUNDER_BAD_INPUT);
+    CHECK(sunder_graph_connect(graph, "bar.fragments", "sim.bodies") == SUNDER_BAD_INPUT);
+    CHECK(sunder_graph_connect(graph, "no dot", "sim.bodies") == SUNDER_BAD_INPUT);
+    CHECK(sunder_graph_parse(graph, "{\"sunder\": 1", "here", "") == SUNDER_BAD_INPUT);
+    CHECK(sunder_graph_set_frame_range(graph, 4, 1) == SUNDER_BAD_INPUT);
+    CHECK(sunder_graph_remove_node(graph, "floor") == SUNDER_OK);
+    CHECK(error_of(graph).status == SUNDER_OK && strcmp(error_of(graph).text, "") == 0);
+
+    /* A clumsy host: NULL where something must be, and structs whose size was forgotten. */
+    CHECK(sunder_graph_set(graph, NULL, "a", "1") == SUNDER_BAD_USAGE);
+    CHECK(sunder_graph_json(graph, 0, NULL) == SUNDER_BAD_USAGE);
+    CHECK(sunder_graph_load(NULL, "a") == SUNDER_BAD_USAGE);
+    CHECK(sunder_graph_evaluate(graph, "sim.state", 1, NULL, NULL) == SUNDER_BAD_USAGE);
+    CHECK(sunder_graph_bake(graph, NULL, NULL, NULL) == SUNDER_BAD_USAGE);
+    sunder_graph_error(NULL, NULL);
+    sunder_graph_free(NULL);
+    sunder_value_free(NULL);
+    sunder_graph_cancel(NULL);
+}
+
+static void values(sunder_graph *graph) {
+    sunder_value *value = NULL, *fragments = NULL, *piece = NULL;
+    struct watch w = {0, 1000000};
+    sunder_progress progress = {sizeof(sunder_progress), on_progress, &w};
+    CHECK(sunder_graph_evaluate(graph, "sim.state", 3, &progress, &value) == SUNDER_OK);
+    CHECK(w.calls > 0);
+    if (!value) return;
+    CHECK(strcmp(sunder_value_type(value), "state") == 0);
+    CHECK(sunder_value_array_count(value) > 10);
+    CHECK(sunder_value_array_name(value, 100000) == NULL);
+
+    sunder_array a;
+    memset(&a, 0, sizeof a);
+    CHECK(sunder_value_array(value, "position", &a) == SUNDER_BAD_USAGE);   /* struct_size is not set */
+    for (uint32_t i = 0; i < sunder_value_array_count(value); ++i) {
+        a.struct_size = sizeof a;
+        CHECK(sunder_value_array(value, sunder_value_array_name(value, i), &a) == SUNDER_OK);
+        CHECK(a.rank >= 1 && a.rank <= 4 && (a.data != NULL || a.shape[0] == 0));
+    }
+    a.struct_size = sizeof a;
+    CHECK(sunder_value_array(value, "orientation", &a) == SUNDER_OK);
+    CHECK(a.type == SUNDER_FLOAT64 && a.rank == 2 && a.shape[0] == 16 && a.shape[1] == 4);
+    const double *q = a.data;
+    CHECK(fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1) < 1e-9);
+    CHECK(fabs(q[0]) > 0.99);                                               /* w stands first; it only falls */
+    CHECK(sunder_value_array(value, "positoin", &a) == SUNDER_BAD_USAGE);
+    sunder_error e;
+    memset(&e, 0, sizeof e);
+    e.struct_size = sizeof e;
+    sunder_value_error(value, &e);
+    CHECK(strstr(e.text, "positoin") != NULL);
+
+    CHECK(sunder_graph_evaluate(graph, "bar.fragments", 1, NULL, &fragments) == SUNDER_OK);
+    CHECK(sunder_value_part(fragments, "fragment_mesh", 0, &piece) == SUNDER_OK && strcmp(sunder_value_type(piece), "mesh") == 0);
+    sunder_value_free(piece);
+    CHECK(sunder_value_part(fragments, "fragment_mesh", 16, &piece) == SUNDER_BAD_USAGE && piece == NULL);
+    sunder_value_free(fragments);
+
+    /* Cancelled by the host's answer: no value, and the graph works on. */
+    sunder_value *none = (sunder_value *)&w;
+    w.calls = 0, w.stop_after = 0;
+    CHECK(sunder_graph_evaluate(graph, "sim.state", 4, &progress, &none) == SUNDER_CANCELLED && none == NULL);
+    CHECK(error_of(graph).status == SUNDER_CANCELLED);
+    sunder_value *next = NULL;
+    CHECK(sunder_graph_evaluate(graph, "sim.state", 4, NULL, &next) == SUNDER_OK);
+    CHECK(sunder_graph_seed_state(graph, "sim", 2, value) == SUNDER_OK);
+    CHECK(sunder_graph_seed_state(graph, "clay", 2, value) == SUNDER_BAD_INPUT);
+    sunder_value_free(next);
+    sunder_value_free(value);
+}
+
+static void files(sunder_graph *graph, const char *folder) {
+    sunder_bake_settings settings;
+    sunder_bake_report report;
+    memset(&settings, 0, sizeof settings);
+    memset(&report, 0, sizeof report);
+    settings.struct_size = sizeof settings, settings.folder = folder, settings.start = SUNDER_BAKE_RESTART;
+    settings.has_frames = 1, settings.first_frame = 1, settings.last_frame = 3;
+    report.struct_size = sizeof report;
+    CHECK(sunder_graph_bake(graph, &settings, NULL, &report) == SUNDER_OK);
+    CHECK(report.n_frames == 3 && report.last_frame == 3 && report.bytes > 1000);
+    settings.start = SUNDER_BAKE_FRESH;
+    CHECK(sunder_graph_bake(graph, &settings, NULL, NULL) == SUNDER_BAD_INPUT);
+    settings.start = 9;
+    CHECK(sunder_graph_bake(graph, &settings, NULL, NULL) == SUNDER_BAD_USAGE);
+    const char *json = NULL;
+    CHECK(sunder_graph_verify_bake(graph, folder, NULL, &json) == SUNDER_OK && strstr(json, "\"faults\":[]") != NULL);
+
+    char path[1000];
+    snprintf(path, sizeof path, "%s/state/sim.0002.ply", folder);
+    sunder_value *state = NULL;
+    CHECK(sunder_graph_read_state(graph, path, &state) == SUNDER_OK && strcmp(sunder_value_type(state), "state") == 0);
+    sunder_value_free(state);
+    snprintf(path, sizeof path, "%s/manifest.json", folder);
+    CHECK(sunder_graph_read_state(graph, path, &state) == SUNDER_BAD_INPUT && state == NULL);
+}
+
+int main(int argc, char **argv) {
+    sunder_graph *graph = NULL;
+    if (argc != 2) return 2;
+    CHECK(sunder_abi_version() == SUNDER_ABI_VERSION);
+    CHECK(strlen(sunder_version()) >= 5);
+    CHECK(strstr(sunder_node_types_json(), "\"prefracture\"") != NULL);
+    CHECK(sunder_graph_create(SUNDER_ABI_VERSION + 1, &graph) == SUNDER_BAD_USAGE && graph == NULL);
+    CHECK(sunder_graph_create(SUNDER_ABI_VERSION, &graph) == SUNDER_OK && graph != NULL);
+    if (!graph) return 1;
+    CHECK(sunder_graph_parse(graph, scene, "scene", "") == SUNDER_OK);
+    edits_and_errors(graph);
+    values(graph);
+    files(graph, argv[1]);
+    sunder_graph_free(graph);
+    printf("%d failures\n", failures);
+    return failures != 0;
+}
