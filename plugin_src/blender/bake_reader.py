@@ -131,3 +131,7 @@ class Bake:
                             f"the graph {len(self.rigid_bodies)}")
         return (np.stack([rows[n] for n in ("x", "y", "z")], 1),
                 np.stack([rows[n] for n in ("qw", "qx", "qy", "qz")], 1))
+
+    def edges_broken(self, frame):
+        """How many edges broke in that frame; 0 for a bake without states."""
+        return sum(len(read_ply(self.path(p, frame)).get("broken_edge", ())) for p in self.states)

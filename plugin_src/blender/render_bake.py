@@ -29,18 +29,30 @@ def arguments():
     parser = argparse.ArgumentParser(prog="render_bake.py")
     parser.add_argument("bake")
     parser.add_argument("out")
-    parser.add_argument("--frames", help="numbers and ranges, as 1,5,10:20 (default: 12 spread over the bake)")
+    parser.add_argument("--frames", help="numbers and ranges, as 1,5,10:20 (default: 12, most of them where most breaks)")
     parser.add_argument("--sheet", help="write a contact sheet of the rendered frames to this PNG")
     parser.add_argument("--width", type=int, default=640, help="pixels; the picture is 16:9")
     parser.add_argument("--engine", choices=["cycles", "eevee", "workbench"], default="cycles")
-    parser.add_argument("--samples", type=int, default=32, help="light paths per pixel")
+    parser.add_argument("--samples", type=int, default=24, help="light paths per pixel")
     return parser.parse_args(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else [])
 
 
-def chosen_frames(text, there):
+def telling_frames(bake, count=12):
+    """Frames at equal shares of what happens: half of it is time that passes, half is edges that break."""
+    broken = np.array([bake.edges_broken(f) for f in bake.frames], float)
+    happens = 1 / len(broken) + broken / max(broken.sum(), 1)
+    done = np.cumsum(happens) - happens[0]
+    count = min(count, len(broken))
+    picked = np.searchsorted(done, np.linspace(0, done[-1], count) - 1e-9)
+    for i in range(1, count):  # no frame twice
+        picked[i] = max(picked[i], picked[i - 1] + 1)
+    return [bake.frames[i] for i in np.minimum(picked, len(broken) - count + np.arange(count))]
+
+
+def chosen_frames(text, bake):
+    there = bake.frames
     if not text:
-        count = min(12, len(there))
-        return [there[round(i)] for i in np.linspace(0, len(there) - 1, count)]
+        return telling_frames(bake)
     frames = []
     for part in text.split(","):
         first, _, last = part.partition(":")
@@ -113,12 +125,12 @@ def floor_height(bake):
 
 def subject_box(bake, frames):
     """What the camera must see: the bodies whole at first, later most of them (5th to 95th percentile), but nothing
-    farther than a third of their size from where they began: a few pieces that fly off must not make the rest small."""
+    farther than a seventh of their size from where they began: a few pieces that fly off must not make the rest small."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for pattern in bake.meshes:
         positions = bake.mesh_frame(pattern, bake.frames[0])[0]
         low, high = np.minimum(low, positions.min(0)), np.maximum(high, positions.max(0))
-    reach = np.linalg.norm(high - low) / 3
+    reach = np.linalg.norm(high - low) / 7
     nearest, farthest = low - reach, high + reach
     for frame in {frames[len(frames) // 2], frames[-1]}:
         for pattern in bake.meshes:
@@ -209,7 +221,7 @@ def contact_sheet(pictures, path):
 def main():
     options = arguments()
     bake = Bake(options.bake)
-    frames = chosen_frames(options.frames, bake.frames)
+    frames = chosen_frames(options.frames, bake)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     set_engine(options)
     low, high = subject_box(bake, frames)
