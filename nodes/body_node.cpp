@@ -91,9 +91,10 @@ NodeType body_node() {
                   .default_value = 2e5, .sentence = "Stiffness: stress per stretch (rubber 1e6, wood 1e10, steel 2e11)"}),
         material({.name = "poisson_ratio", .label = "Poisson's Ratio", .min = 0, .max = 0.45, .default_value = 0.0,
                   .sentence = "Thinning across per stretch along; solids keep their volume better as it nears 0.5"}),
-        material({.name = "yield", .label = "Yield", .min = 0, .min_excluded = true, .default_value = nullptr,
-                  .sentence = "Change of shape (logarithmic strain without its change of volume) from which it stays dented; null: never",
-                  .nullable = true}),
+        // Not animatable: it is where each group's own yield starts, which then lives in the state and hardens.
+        {.name = "yield", .label = "Yield", .min = 0, .min_excluded = true, .default_value = nullptr,
+         .sentence = "Change of shape (logarithmic strain without its change of volume) from which it stays dented; null: never",
+         .nullable = true},
         material({.name = "flow_rate", .label = "Flow Rate", .unit = "1/s", .min = 0, .max = 1e6, .default_value = 30.0,
                   .sentence = "How fast strain beyond the yield becomes permanent: its share per second"}),
         material({.name = "hardening", .label = "Hardening", .min = 0, .max = 1e3, .default_value = 0.0,

@@ -68,7 +68,8 @@ TEST(Description, json_tells_ranges_units_and_choices) {
         const std::string name = p["name"];
         EXPECT_TRUE(name != "poisson_ratio" || p["max"] == 0.45);
         EXPECT_TRUE(name != "density" || (p["above"] == 0 && p["unit"] == "kg/m3" && !p.contains("min")));
-        EXPECT_TRUE(name != "yield" || (p["nullable"] == true && p["default"].is_null() && p["animatable"] == true));
+        EXPECT_TRUE(name != "yield" || (p["nullable"] == true && p["default"].is_null() && p["animatable"] == false));
+        EXPECT_TRUE(name != "toughness" || p["animatable"] == true);
     }
     EXPECT_EQ(body["inputs"][0]["type"], "fragments");
 }
