@@ -44,12 +44,13 @@ int run_fracture(const Options& options) {
     constexpr double kCuttingShare = 0.9;
     auto value = graph.evaluate(kCutter, "fragments", graph.frame_range()[0], bar.progress().part(0, kCuttingShare));
     if (!value) return fail((bar.clear(), value.error()), "sunder fracture");
-    const auto& set = std::get<std::shared_ptr<const FragmentSet>>(*value);
-    const Status written = write_fragments(*set, options.folder, bar.progress().part(kCuttingShare, 1));
+    FragmentSet set = *std::get<std::shared_ptr<const FragmentSet>>(*value);
+    set.source_path = options.mesh;
+    const Status written = write_fragments(set, options.folder, bar.progress().part(kCuttingShare, 1));
     bar.clear();
     if (!written) return fail(written.error(), "sunder fracture");
-    for (const std::string& warning : set->warnings) std::fprintf(stderr, "sunder: warning: %s: %s\n", options.mesh.c_str(), warning.c_str());
-    std::printf("%s: %zu fragments, %zu interfaces\n", options.folder.c_str(), set->fragments.size(), set->interfaces.size());
+    for (const std::string& warning : set.warnings) std::fprintf(stderr, "sunder: warning: %s: %s\n", options.mesh.c_str(), warning.c_str());
+    std::printf("%s: %zu fragments, %zu interfaces\n", options.folder.c_str(), set.fragments.size(), set.interfaces.size());
     return kDone;
 }
 

@@ -1,0 +1,101 @@
+"""sunder fracture: closed pieces that fill the mesh, and their listing."""
+import json
+
+import numpy as np
+import pytest
+
+import sunder as package
+from conftest import contents, obj_text
+
+
+def read_piece(path):
+    """Positions (v, 3) double, triangles (t, 3), material (t,)."""
+    data = path.read_bytes()
+    header, _, _ = data.partition(b"end_header\n")
+    words = [line.split() for line in header.decode().splitlines()]
+    count = {w[1]: int(w[2]) for w in words if w[0] == "element"}
+    at = len(header) + len(b"end_header\n")
+    positions = np.frombuffer(data, "<f8", 3 * count["vertex"], at).reshape(-1, 3)
+    row = [("n", "u1"), ("v", "<i4", 3), ("material", "<i4")]
+    if ["property", "list", "uchar", "float", "texcoord"] in words:
+        row += [("k", "u1"), ("uv", "<f4", 6)]
+    faces = np.frombuffer(data, row, count["face"], at + positions.nbytes)
+    assert at + positions.nbytes + faces.nbytes == len(data)
+    return positions, faces["v"], faces["material"]
+
+
+def volume(positions, triangles):
+    a, b, c = (positions[triangles[:, i]] for i in range(3))
+    return np.einsum("ij,ij->", a, np.cross(b, c)) / 6
+
+
+@pytest.fixture
+def cut(sunder, tmp_path):
+    (tmp_path / "cube.obj").write_text(obj_text())
+    run = sunder("fracture", "cube.obj", "-o", "cut", "--pieces", "12", "--seed", "3")
+    assert run.status == 0, run.err
+    return tmp_path / "cut"
+
+
+def test_pieces_are_closed_and_fill_the_cube(cut):
+    listing = json.loads((cut / "fragments.json").read_text())
+    fragments = listing["fragments"]
+    assert len(fragments) == 12 == len(list((cut / "pieces").iterdir()))
+    assert listing["checks"]["closed"] and listing["source"]["path"].endswith("cube.obj")
+    total, seen = 0, {}
+    for fragment in fragments:
+        positions, triangles, material = read_piece(cut / fragment["file"])
+        directed = {(int(t[i]), int(t[(i + 1) % 3])) for t in triangles for i in range(3)}
+        assert len(directed) == 3 * len(triangles) and all((b, a) in directed for a, b in directed)
+        assert volume(positions, triangles) == pytest.approx(fragment["volume"], rel=1e-9)      # the same integral, other order
+        assert set(material) <= {0, listing["interior_material"]}
+        total += fragment["volume"]
+        for p in positions:
+            seen.setdefault(p.tobytes(), set()).add(fragment["id"])
+    assert total == pytest.approx(1, rel=1e-6)  # the surface of a cube is kept; rounding only
+    shared = {pair for owners in seen.values() for pair in ((a, b) for a in owners for b in owners if a < b)}
+    for interface in listing["interfaces"]:     # what touches has vertices of the same bits
+        assert (interface["a"], interface["b"]) in shared
+        assert interface["area"] > 0 and np.linalg.norm(interface["normal"]) == pytest.approx(1, abs=1e-6)
+
+
+def test_the_same_seed_gives_the_same_files(sunder, cut, tmp_path):
+    assert sunder("fracture", "cube.obj", "-o", "again", "--pieces", "12", "--seed", "3").status == 0
+    assert contents(tmp_path / "again") == contents(cut)
+    assert sunder("fracture", "cube.obj", "-o", "other", "--pieces", "12", "--seed", "4").status == 0
+    assert contents(tmp_path / "other") != contents(cut)
+
+
+def test_a_second_cut_replaces_the_first_and_leaves_no_stale_piece(sunder, cut):
+    (cut / "notes.txt").write_text("mine")
+    assert sunder("fracture", "cube.obj", "-o", "cut", "--pieces", "5").status == 0
+    n = len(json.loads((cut / "fragments.json").read_text())["fragments"])
+    assert n < 12
+    assert len(list((cut / "pieces").iterdir())) == n
+    assert (cut / "notes.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize("name", ["fragments.json", "pieces/piece.0003.ply", "pieces"])
+def test_foreign_files_are_not_replaced(sunder, tmp_path, name):
+    (tmp_path / "cube.obj").write_text(obj_text())
+    foreign = tmp_path / "cut" / name
+    foreign.parent.mkdir(parents=True)
+    foreign.write_text("mine")
+    run = sunder("fracture", "cube.obj", "-o", "cut", "--pieces", "5")
+    assert run.status in (1, 3) and len(run.errors) == 1, run.err
+    assert contents(tmp_path / "cut") == {name: b"mine"}
+
+
+def test_the_package_cuts_the_same_pieces(cut, tmp_path):
+    g = package.Graph()
+    g.add("mesh_file", "file", path=str(tmp_path / "cube.obj"))
+    g.add("prefracture", "pieces", mesh="@file.mesh", pieces=12, seed=3)
+    fragments = g.evaluate("pieces.fragments")
+    listing = json.loads((cut / "fragments.json").read_text())
+    assert np.array_equal(fragments.volume, [f["volume"] for f in listing["fragments"]])
+    assert np.array_equal(fragments.interfaces.pair, [[i["a"], i["b"]] for i in listing["interfaces"]])
+    positions, triangles, _ = read_piece(cut / "pieces" / "piece.0004.ply")
+    mesh = fragments.fragment_mesh(3)
+    assert np.array_equal(mesh.positions, positions) and np.array_equal(mesh.triangles, triangles)
+    fragments.save(tmp_path / "saved")
+    assert contents(tmp_path / "saved")["pieces/piece.0004.ply"] == (cut / "pieces" / "piece.0004.ply").read_bytes()
