@@ -94,10 +94,25 @@ bool LiveRings::joined(uint32_t i, uint32_t j) const {
     return edge.empty() || edge_intact[edge[found - member.begin()]] != 0;
 }
 
+bool LiveRings::near(uint32_t i, uint32_t j) const {
+    if (i >= begin.size() || j >= begin.size()) return false;
+    if (joined(i, j)) return true;
+    const auto intact = [&](uint32_t s) { return edge.empty() || edge_intact[edge[s]] != 0; };
+    for (uint32_t s = begin[i], t = begin[j]; s < end[i] && t < end[j];) {  // a third that both rings hold
+        if (member[s] == member[t]) {
+            if (intact(s) && intact(t)) return true;
+            ++s, ++t;
+        } else {
+            member[s] < member[t] ? ++s : ++t;
+        }
+    }
+    return false;
+}
+
 bool PairFilter::excludes(uint32_t i, uint32_t j) const {
     if (i >= n_particles || j >= n_particles) return false;
     const bool same_body = body.empty() || body[i] == body[j];
-    return same_body && (!self_collision || rings.joined(i, j));
+    return same_body && (!self_collision || rings.near(i, j));
 }
 
 void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, OverlapScratch& s, std::vector<Pair>& out) {

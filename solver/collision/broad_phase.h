@@ -19,6 +19,10 @@ struct LiveRings {
     std::span<const uint8_t> edge_intact;       // (n_edges), with `edge`
 
     bool joined(uint32_t i, uint32_t j) const;
+
+    /// Joined, or both joined to a third: shape matching keeps such two apart, and their ellipsoids, which overlap at
+    /// rest, would only jam a body that is squeezed.
+    bool near(uint32_t i, uint32_t j) const;
 };
 
 /// Pairs that never touch, however near they are.

@@ -23,7 +23,7 @@ struct DetectionInput {
     std::span<const Ellipsoid> particles;       // (n_particles)
     std::span<const uint32_t> body;             // (n_particles), or empty: one body
     std::span<const uint8_t> pinned;            // (n_particles), or empty; two driven things give no contact
-    LiveRings rings;                            // particles joined by an intact edge give no contact
+    LiveRings rings;                            // particles near one another in it give no contact
     bool self_collision = true;                 // particles of one body against one another
     std::span<const PlacedShape> rigid_bodies;  // spheres or boxes (n_rigid_bodies)
     std::span<const Vec3> velocity;             // (n_movables), m/s
