@@ -30,8 +30,10 @@ std::string file_name_of(const std::string& node) {
     constexpr const char* kDigits = "0123456789abcdef";
     std::string name;
     for (unsigned char c : node)
-        if (std::isalnum(c) || c == '_' || c == '-') name += static_cast<char>(c);
-        else name += '%', name += kDigits[c >> 4], name += kDigits[c & 15];
+        if (std::isalnum(c) || c == '_' || c == '-')
+            name += static_cast<char>(c);
+        else
+            name += '%', name += kDigits[c >> 4], name += kDigits[c & 15];
     return name;
 }
 
@@ -42,7 +44,8 @@ public:
         : graph_(graph), settings_(settings), progress_(progress) {}
 
     Result<BakeReport> run() {
-        for (Status (Baker::*step)() : {&Baker::find_nodes, &Baker::choose_frames, &Baker::check_paths, &Baker::prepare_folder})
+        for (Status (Baker::*step)() :
+             {&Baker::find_nodes, &Baker::choose_frames, &Baker::check_paths, &Baker::prepare_folder})
             if (Status s = (this->*step)(); !s) return s.error();
         const int last = manifest_.frame_range[1];
         report_.frames = manifest_.frame_range;
@@ -81,7 +84,8 @@ private:
             if (wires)
                 for (const SocketReference& w : *wires) find_solvers(w.node, seen);
         }
-        if (const SocketDescription* state = find_output(description, SocketType::state)) solvers_.push_back({node, state->name});
+        if (const SocketDescription* state = find_output(description, SocketType::state))
+            solvers_.push_back({node, state->name});
     }
 
     Status choose_frames() {
@@ -89,7 +93,8 @@ private:
         const std::string range = std::to_string(frames_[0]) + ":" + std::to_string(frames_[1]);
         if (frames_[0] > frames_[1]) return bad_input("frames", range + " is reversed", "the first frame stands first");
         if (frames_[0] < graph_.frame_range()[0])
-            return bad_input("frames", range + " begins before the simulation does", "it begins at frame " + std::to_string(graph_.frame_range()[0]));
+            return bad_input("frames", range + " begins before the simulation does",
+                             "it begins at frame " + std::to_string(graph_.frame_range()[0]));
         if (frames_[1] > 1'000'000) return bad_input("frames", range + " is out of range", "permitted: up to 1000000");
         return {};
     }
@@ -98,7 +103,9 @@ private:
     Status check_paths() {
         std::map<std::string, std::string> owner;
         for (const Output& bake : bake_nodes_) {
-            const auto fault = [&](std::string what, std::string mend) -> Status { return node_error(bake.node, "path", std::move(what), std::move(mend)); };
+            const auto fault = [&](std::string what, std::string mend) -> Status {
+                return node_error(bake.node, "path", std::move(what), std::move(mend));
+            };
             const auto pattern = graph_.parameter(bake.node, "path");
             if (!pattern || !pattern->is_string()) return fault("is not a path", "give a path below the output folder");
             const std::string text = pattern->get<std::string>();
@@ -106,12 +113,17 @@ private:
             const bool is_state = !graph_.wires({bake.node, "mesh"});
             const std::string extension = std::filesystem::path(text).extension().string();
             if (extension != ".ply" && (is_state || extension != ".obj"))
-                return fault((is_state ? "states are not written as '" : "meshes are not written as '") + extension + "'",
-                             is_state ? "end the path in .ply" : "end the path in .ply or .obj");
-            if (text.starts_with(std::string(kResumeFolder) + "/")) return fault("the folder " + std::string(kResumeFolder) + " is kept for resuming", "choose another one");
+                return fault(
+                    (is_state ? "states are not written as '" : "meshes are not written as '") + extension + "'",
+                    is_state ? "end the path in .ply" : "end the path in .ply or .obj");
+            if (text.starts_with(std::string(kResumeFolder) + "/"))
+                return fault("the folder " + std::string(kResumeFolder) + " is kept for resuming",
+                             "choose another one");
             for (int frame = frames_[0]; frame <= frames_[1]; ++frame) {
                 const auto [other, is_new] = owner.try_emplace(output_path(text, frame), bake.node);
-                if (!is_new) return fault("writes the same file as node '" + other->second + "': " + other->first, "give each its own path");
+                if (!is_new)
+                    return fault("writes the same file as node '" + other->second + "': " + other->first,
+                                 "give each its own path");
             }
         }
         paths_ = std::move(owner);
@@ -139,21 +151,28 @@ private:
             std::error_code code;
             const auto hidden = folder_->path() / kResumeFolder;
             if (std::filesystem::exists(std::filesystem::symlink_status(hidden, code)))
-                return bad_input(hidden.string(), "is there already and is not part of this bake", "choose another folder, or move it away");
+                return bad_input(hidden.string(), "is there already and is not part of this bake",
+                                 "choose another folder, or move it away");
             if (Status s = check_free({}); !s) return s;
             return folder_->write_manifest(manifest_);
         }
         auto text = read_file(folder_->path() / kManifestName);
         if (!text) return text.error();
         if (!is_own_manifest(*text))
-            return bad_input((folder_->path() / kManifestName).string(), "is there already and is not the manifest of a bake", "choose another folder, or move it away");
+            return bad_input((folder_->path() / kManifestName).string(),
+                             "is there already and is not the manifest of a bake",
+                             "choose another folder, or move it away");
         switch (settings_.start) {
             case BakeStart::fresh:
                 // A bake that failed before its first frame leaves nothing that could be lost.
-                if (const auto old = parse_manifest(*text, settings_.folder); old && old->frames.empty()) return restart(*text);
-                return bad_input(settings_.folder, "holds a bake already", "--resume goes on with it, --restart bakes it anew");
-            case BakeStart::restart: return restart(*text);
-            case BakeStart::resume: return resume(*text);
+                if (const auto old = parse_manifest(*text, settings_.folder); old && old->frames.empty())
+                    return restart(*text);
+                return bad_input(settings_.folder, "holds a bake already",
+                                 "--resume goes on with it, --restart bakes it anew");
+            case BakeStart::restart:
+                return restart(*text);
+            case BakeStart::resume:
+                return resume(*text);
         }
         return {};
     }
@@ -184,7 +203,9 @@ private:
         if (!check) return check.error();
         const size_t n_faults = check->faults.size() - (check->missing_frames.empty() ? 0 : 1);
         if (n_faults > 0)
-            return bad_input(where, "does not tell the truth: " + check->faults.front() + (n_faults > 1 ? ", and " + std::to_string(n_faults - 1) + " more" : ""),
+            return bad_input(where,
+                             "does not tell the truth: " + check->faults.front() +
+                                 (n_faults > 1 ? ", and " + std::to_string(n_faults - 1) + " more" : ""),
                              "put the files back, or bake anew with --restart");
         const std::set<std::string> listed = listed_paths(*old);
         if (Status s = check_free(listed); !s) return s;
@@ -201,13 +222,19 @@ private:
 
     Status seed_solvers(int frame) {
         for (const Output& solver : solvers_) {
-            const auto saved = std::find_if(manifest_.resume.begin(), manifest_.resume.end(), [&](const ManifestFile& f) { return f.node == solver.node; });
+            const auto saved = std::find_if(manifest_.resume.begin(), manifest_.resume.end(),
+                                            [&](const ManifestFile& f) { return f.node == solver.node; });
             if (saved == manifest_.resume.end())
-                return bad_input((folder_->path() / kManifestName).string(), "names no state of node '" + solver.node + "' to resume from", "bake anew with --restart");
+                return bad_input((folder_->path() / kManifestName).string(),
+                                 "names no state of node '" + solver.node + "' to resume from",
+                                 "bake anew with --restart");
             const std::string path = (folder_->path() / saved->path).string();
             auto file = read_state_file(path);
             if (!file) return file.error();
-            if (file->frame != frame) return bad_input(path, "is frame " + std::to_string(file->frame) + " instead of " + std::to_string(frame), "bake anew with --restart");
+            if (file->frame != frame)
+                return bad_input(path,
+                                 "is frame " + std::to_string(file->frame) + " instead of " + std::to_string(frame),
+                                 "bake anew with --restart");
             if (Status s = graph_.seed_state(solver.node, frame, file->state, progress_.part(0, 0)); !s) return s;
             const auto value = graph_.evaluate(solver.node, solver.socket, frame);
             if (!value) return value.error();
@@ -217,7 +244,8 @@ private:
         return {};
     }
 
-    Result<ManifestFile> write(const std::string& node, const std::string& path, const ByteBuffer& bytes, BakedFrame& io_done) {
+    Result<ManifestFile> write(const std::string& node, const std::string& path, const ByteBuffer& bytes,
+                               BakedFrame& io_done) {
         auto stamp = folder_->write(path, bytes.view());
         if (!stamp) return stamp.error();
         ++io_done.n_files;
@@ -232,13 +260,14 @@ private:
         if (!progress.report(0, text)) return cancelled();
 
         // Solvers first: they take the time, and this is where cancelling is looked for.
-        constexpr double kSolverShare = 0.8;    // of a frame's progress
+        constexpr double kSolverShare = 0.8;  // of a frame's progress
         auto begin = Clock::now();
         std::vector<std::shared_ptr<const StateValue>> states;
         for (size_t i = 0; i < solvers_.size(); ++i) {
             const double n = static_cast<double>(solvers_.size());
             auto value = graph_.evaluate(solvers_[i].node, solvers_[i].socket, frame,
-                                         progress.part(kSolverShare * static_cast<double>(i) / n, kSolverShare * static_cast<double>(i + 1) / n));
+                                         progress.part(kSolverShare * static_cast<double>(i) / n,
+                                                       kSolverShare * static_cast<double>(i + 1) / n));
             if (!value) return value.error();
             states.push_back(std::get<std::shared_ptr<const StateValue>>(*value));
             add(states.back()->report, done.step);
@@ -289,11 +318,14 @@ private:
 
     // The baked file that holds the solver's state, or else one of our own. Two names take turns, so that the state
     // that the manifest on disk speaks of is there until the next manifest is.
-    Result<ManifestFile> resume_state(size_t solver, int frame, const std::vector<std::shared_ptr<const BakeItem>>& items,
-                                      const std::shared_ptr<const StateValue>& state, const std::vector<ManifestFile>& written, BakedFrame& io_done) {
+    Result<ManifestFile> resume_state(size_t solver, int frame,
+                                      const std::vector<std::shared_ptr<const BakeItem>>& items,
+                                      const std::shared_ptr<const StateValue>& state,
+                                      const std::vector<ManifestFile>& written, BakedFrame& io_done) {
         for (size_t i = 0; i < items.size(); ++i)
             if (items[i]->state == state) return ManifestFile{solvers_[solver].node, written[i].path, written[i].stamp};
-        const std::string path = std::string(kResumeFolder) + "/" + file_name_of(solvers_[solver].node) + (frame % 2 ? ".odd.ply" : ".even.ply");
+        const std::string path = std::string(kResumeFolder) + "/" + file_name_of(solvers_[solver].node) +
+                                 (frame % 2 ? ".odd.ply" : ".even.ply");
         return write(solvers_[solver].node, path, encode_state(frame, *state->state, state->scene->rest), io_done);
     }
 

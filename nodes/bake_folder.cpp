@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kMarkBytes = 200;              // our mark stands within the first bytes of each file
+constexpr size_t kMarkBytes = 200;  // our mark stands within the first bytes of each file
 
 bool bears_mark(const fs::path& path) {
     const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
@@ -43,7 +43,8 @@ Status remove_file(const fs::path& path) {
 }  // namespace
 
 bool is_path_inside(std::string_view path) {
-    if (path.empty() || path.find('\\') != std::string_view::npos || path.find('\0') != std::string_view::npos) return false;
+    if (path.empty() || path.find('\\') != std::string_view::npos || path.find('\0') != std::string_view::npos)
+        return false;
     for (size_t begin = 0; begin <= path.size();) {
         const size_t end = std::min(path.find('/', begin), path.size());
         const std::string_view part = path.substr(begin, end - begin);
@@ -59,21 +60,28 @@ Result<BakeFolder> BakeFolder::open(const fs::path& folder) {
     const fs::path real = fs::canonical(folder, code);
     if (code) return io_error(folder.string(), "cannot be opened: " + code.message());
     const int fd = ::open(real.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd < 0) return io_error(folder.string(), std::string("cannot be opened: ") + std::strerror(errno), "check the permissions");
+    if (fd < 0)
+        return io_error(folder.string(), std::string("cannot be opened: ") + std::strerror(errno),
+                        "check the permissions");
     if (::flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
         ::close(fd);
         return bad_input(folder.string(), "another bake is writing here", "wait for it, or choose another folder");
     }
-    return BakeFolder(real, fd);                // file systems without locks: we go on without
+    return BakeFolder(real, fd);  // file systems without locks: we go on without
 }
 
-BakeFolder::BakeFolder(BakeFolder&& other) noexcept : path_(std::move(other.path_)), lock_(other.lock_) { other.lock_ = -1; }
-BakeFolder::~BakeFolder() { if (lock_ >= 0) ::close(lock_); }
+BakeFolder::BakeFolder(BakeFolder&& other) noexcept : path_(std::move(other.path_)), lock_(other.lock_) {
+    other.lock_ = -1;
+}
+BakeFolder::~BakeFolder() {
+    if (lock_ >= 0) ::close(lock_);
+}
 
 bool BakeFolder::has_manifest() const { return is_there(path_ / kManifestName); }
 
 Status BakeFolder::check_inside(const std::string& path) const {
-    if (!is_path_inside(path)) return bad_input(path, "leaves the output folder", "give a path below it, as mesh/bunny.####.ply");
+    if (!is_path_inside(path))
+        return bad_input(path, "leaves the output folder", "give a path below it, as mesh/bunny.####.ply");
     std::error_code code;
     const fs::path parent = fs::weakly_canonical((path_ / path).parent_path(), code);
     const auto [rest, unused] = std::mismatch(path_.begin(), path_.end(), parent.begin(), parent.end());
@@ -88,10 +96,14 @@ Status BakeFolder::check_writable(const std::string& path, const std::set<std::s
     std::error_code code;
     for (fs::path folder = full.parent_path(); folder != path_; folder = folder.parent_path())
         if (is_there(folder) && !fs::is_directory(folder, code))
-            return bad_input(folder.string(), "is a file where a folder is needed", "choose another folder, or move it away");
+            return bad_input(folder.string(), "is a file where a folder is needed",
+                             "choose another folder, or move it away");
     if (!is_there(full)) return {};
-    if (fs::is_regular_file(fs::symlink_status(full, code)) && (listed.contains(path) || (has_manifest() && bears_mark(full)))) return {};
-    return bad_input(full.string(), "is there already and is not part of this bake", "choose another folder, or move it away");
+    if (fs::is_regular_file(fs::symlink_status(full, code)) &&
+        (listed.contains(path) || (has_manifest() && bears_mark(full))))
+        return {};
+    return bad_input(full.string(), "is there already and is not part of this bake",
+                     "choose another folder, or move it away");
 }
 
 Result<FileStamp> BakeFolder::write(const std::string& path, std::string_view bytes) const {

@@ -1,4 +1,5 @@
-// The folder of a bake: the one place where baked files are written, replaced and removed, and what may be touched there.
+// The folder of a bake: the one place where baked files are written, replaced and removed, and what may be touched
+// there.
 #pragma once
 
 #include <filesystem>
@@ -22,7 +23,8 @@ bool is_path_inside(std::string_view path);
 /// Held by one bake at a time; others are refused as long as it lives.
 class BakeFolder {
 public:
-    /// Makes the folder if need be and locks it. Errors: a file in its place, not permitted, another bake is at work there.
+    /// Makes the folder if need be and locks it. Errors: a file in its place, not permitted, another bake is at work
+    /// there.
     static Result<BakeFolder> open(const std::filesystem::path& folder);
     ~BakeFolder();
     BakeFolder(BakeFolder&& other) noexcept;
@@ -31,8 +33,8 @@ public:
     const std::filesystem::path& path() const { return path_; }
     bool has_manifest() const;
 
-    /// Ok if `path` is free or holds a file that we wrote (`manifest` lists it, or it bears our mark in a folder that has
-    /// our manifest) and its folder does not lead outside through a link. The error names the foreign file.
+    /// Ok if `path` is free or holds a file that we wrote (`manifest` lists it, or it bears our mark in a folder that
+    /// has our manifest) and its folder does not lead outside through a link. The error names the foreign file.
     Status check_writable(const std::string& path, const std::set<std::string>& listed) const;
 
     /// Writes a whole file, or none (write_file); makes its subfolder.
@@ -48,7 +50,7 @@ private:
     BakeFolder(std::filesystem::path path, int lock) : path_(std::move(path)), lock_(lock) {}
     Status check_inside(const std::string& path) const;
 
-    std::filesystem::path path_;                // without links
+    std::filesystem::path path_;  // without links
     int lock_;
 };
 

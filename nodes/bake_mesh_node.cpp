@@ -17,11 +17,19 @@ Result<Value> cook(CookContext& context) {
 }  // namespace
 
 NodeType bake_mesh_node() {
-    NodeDescription d{.type = "bake_mesh", .label = "Bake Mesh", .category = "output",
+    NodeDescription d{.type = "bake_mesh",
+                      .label = "Bake Mesh",
+                      .category = "output",
                       .sentence = "Writes a visual mesh to a file each frame when the graph is baked."};
     d.inputs = {{.name = "mesh", .label = "Mesh", .type = SocketType::visual_mesh, .sentence = "A deformer's mesh"}};
-    d.outputs = {{.name = "item", .label = "Item", .type = SocketType::bake_item, .sentence = "The file to write, for the bake runner"}};
-    d.parameters = {{.name = "path", .label = "Path", .type = ParameterType::output_path, .default_value = "mesh/mesh.####.ply",
+    d.outputs = {{.name = "item",
+                  .label = "Item",
+                  .type = SocketType::bake_item,
+                  .sentence = "The file to write, for the bake runner"}};
+    d.parameters = {{.name = "path",
+                     .label = "Path",
+                     .type = ParameterType::output_path,
+                     .default_value = "mesh/mesh.####.ply",
                      .sentence = "File below the output folder, #### being the frame; its ending tells the format"}};
     return {.description = d, .cook = cook, .depends_on_frame = true};
 }

@@ -17,11 +17,21 @@ Result<Value> cook(CookContext& context) {
 }  // namespace
 
 NodeType bake_state_node() {
-    NodeDescription d{.type = "bake_state", .label = "Bake State", .category = "output",
-                      .sentence = "Writes the simulation's whole state to a file each frame when the graph is baked; a bake resumes from it."};
+    NodeDescription d{.type = "bake_state",
+                      .label = "Bake State",
+                      .category = "output",
+                      .sentence =
+                          "Writes the simulation's whole state to a file each frame when the graph is baked; a bake "
+                          "resumes from it."};
     d.inputs = {{.name = "state", .label = "State", .type = SocketType::state, .sentence = "A solver's state"}};
-    d.outputs = {{.name = "item", .label = "Item", .type = SocketType::bake_item, .sentence = "The file to write, for the bake runner"}};
-    d.parameters = {{.name = "path", .label = "Path", .type = ParameterType::output_path, .default_value = "state/sim.####.ply",
+    d.outputs = {{.name = "item",
+                  .label = "Item",
+                  .type = SocketType::bake_item,
+                  .sentence = "The file to write, for the bake runner"}};
+    d.parameters = {{.name = "path",
+                     .label = "Path",
+                     .type = ParameterType::output_path,
+                     .default_value = "state/sim.####.ply",
                      .sentence = "PLY file below the output folder, #### being the frame"}};
     return {.description = d, .cook = cook, .depends_on_frame = true};
 }

@@ -1,4 +1,5 @@
-// Bytes of a file being composed, and bytes of a file being read. Files are little-endian; so are the machines we run on.
+// Bytes of a file being composed, and bytes of a file being read. Files are little-endian; so are the machines we run
+// on.
 #pragma once
 
 #include <bit>

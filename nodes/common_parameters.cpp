@@ -5,37 +5,68 @@
 namespace sunder {
 
 ParameterDescription position_parameter(Animation animation, std::string sentence) {
-    return {.name = "position", .label = "Position", .type = ParameterType::vector3, .unit = "m",
-            .default_value = {0.0, 0.0, 0.0}, .sentence = std::move(sentence), .animatable = animation == Animation::animatable};
+    return {.name = "position",
+            .label = "Position",
+            .type = ParameterType::vector3,
+            .unit = "m",
+            .default_value = {0.0, 0.0, 0.0},
+            .sentence = std::move(sentence),
+            .animatable = animation == Animation::animatable};
 }
 
 ParameterDescription rotation_parameter(Animation animation, std::string sentence) {
-    return {.name = "rotation", .label = "Rotation", .type = ParameterType::vector3, .unit = "degrees",
-            .default_value = {0.0, 0.0, 0.0}, .sentence = std::move(sentence) + "; Euler angles XYZ: about x first, then y, then z",
+    return {.name = "rotation",
+            .label = "Rotation",
+            .type = ParameterType::vector3,
+            .unit = "degrees",
+            .default_value = {0.0, 0.0, 0.0},
+            .sentence = std::move(sentence) + "; Euler angles XYZ: about x first, then y, then z",
             .animatable = animation == Animation::animatable};
 }
 
 ParameterDescription friction_parameter(Animation animation) {
-    return {.name = "friction", .label = "Friction", .type = ParameterType::number, .min = 0, .max = 10, .default_value = 0.5,
+    return {.name = "friction",
+            .label = "Friction",
+            .type = ParameterType::number,
+            .min = 0,
+            .max = 10,
+            .default_value = 0.5,
             .sentence = "Coulomb friction: tangential force per normal force that a contact can bear before it slides",
             .animatable = animation == Animation::animatable};
 }
 
 ParameterDescription restitution_parameter(Animation animation) {
-    return {.name = "restitution", .label = "Restitution", .type = ParameterType::number, .min = 0, .max = 1, .default_value = 0.0,
+    return {.name = "restitution",
+            .label = "Restitution",
+            .type = ParameterType::number,
+            .min = 0,
+            .max = 1,
+            .default_value = 0.0,
             .sentence = "Share of the approach speed with which a contact bounces",
             .animatable = animation == Animation::animatable};
 }
 
 ParameterDescription velocity_parameter() {
-    return {.name = "velocity", .label = "Velocity", .type = ParameterType::vector3, .unit = "m/s", .min = -1e4, .max = 1e4,
-            .default_value = {0.0, 0.0, 0.0}, .sentence = "Velocity at the first frame"};
+    return {.name = "velocity",
+            .label = "Velocity",
+            .type = ParameterType::vector3,
+            .unit = "m/s",
+            .min = -1e4,
+            .max = 1e4,
+            .default_value = {0.0, 0.0, 0.0},
+            .sentence = "Velocity at the first frame"};
 }
 
 ParameterDescription angular_velocity_parameter() {
-    return {.name = "angular_velocity", .label = "Angular Velocity", .type = ParameterType::vector3, .unit = "degrees/s",
-            .min = -1e6, .max = 1e6, .default_value = {0.0, 0.0, 0.0},
-            .sentence = "Rate of turning at the first frame, about the centre of mass: its axis times degrees per second"};
+    return {
+        .name = "angular_velocity",
+        .label = "Angular Velocity",
+        .type = ParameterType::vector3,
+        .unit = "degrees/s",
+        .min = -1e6,
+        .max = 1e6,
+        .default_value = {0.0, 0.0, 0.0},
+        .sentence = "Rate of turning at the first frame, about the centre of mass: its axis times degrees per second"};
 }
 
 Vec3 radians(const Vec3& degrees) { return degrees * (std::numbers::pi / 180); }
@@ -43,7 +74,7 @@ Vec3 radians(const Vec3& degrees) { return degrees * (std::numbers::pi / 180); }
 Quat euler_xyz(const Vec3& degrees) {
     const Vec3 angle = radians(degrees);
     return Quat(Eigen::AngleAxisd(angle.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(angle.y(), Vec3::UnitY()) *
-            Eigen::AngleAxisd(angle.x(), Vec3::UnitX()))
+                Eigen::AngleAxisd(angle.x(), Vec3::UnitX()))
         .normalized();
 }
 

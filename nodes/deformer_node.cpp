@@ -21,7 +21,8 @@ Result<size_t> body_index(CookContext& context, const StateValue& state, const B
     if (found != bodies.end() && state.body_keys[index] == body.key) return index;
     std::vector<std::string> held;
     for (const Body& b : bodies) held.push_back(b.name);
-    return context.error("state", "its solver does not move body '" + body.name + "'", "bodies of that solver: " + list_text(held));
+    return context.error("state", "its solver does not move body '" + body.name + "'",
+                         "bodies of that solver: " + list_text(held));
 }
 
 template <class T>
@@ -44,10 +45,11 @@ Result<Value> cook(CookContext& context) {
     }
     const Body& b = (*state)->scene->bodies[*index];
     const FrameState& s = *(*state)->state;
-    Result<VisualMesh> mesh = store.builder->build({.position = slice(s.position, b.particle_begin, b.particle_end),
-                                                    .orientation = slice(s.orientation, b.particle_begin, b.particle_end),
-                                                    .plastic_deformation = slice(s.plastic_deformation, b.particle_begin, b.particle_end),
-                                                    .edge_intact = slice(s.edge_intact, b.edge_begin, b.edge_end)});
+    Result<VisualMesh> mesh =
+        store.builder->build({.position = slice(s.position, b.particle_begin, b.particle_end),
+                              .orientation = slice(s.orientation, b.particle_begin, b.particle_end),
+                              .plastic_deformation = slice(s.plastic_deformation, b.particle_begin, b.particle_end),
+                              .edge_intact = slice(s.edge_intact, b.edge_begin, b.edge_end)});
     if (!mesh) return mesh.error();
     return make_value(BodyMesh{(*body)->name, (*body)->fragments, mesh.take()});
 }
@@ -55,14 +57,24 @@ Result<Value> cook(CookContext& context) {
 }  // namespace
 
 NodeType deformer_node() {
-    NodeDescription d{.type = "deformer", .label = "Deformer", .category = "simulation",
-                      .sentence = "Makes the visual mesh of one body at a frame: it follows the particles and splits where edges broke."};
-    d.inputs = {{.name = "body", .label = "Body", .type = SocketType::body, .sentence = "The body whose mesh is made"},
-                {.name = "state", .label = "State", .type = SocketType::state, .sentence = "Of a solver that moves the body"}};
-    d.outputs = {{.name = "mesh", .label = "Mesh", .type = SocketType::visual_mesh, .sentence = "The mesh at the frame"}};
-    d.parameters = {{.name = "topology", .label = "Topology", .type = ParameterType::choice, .default_value = "compact",
-                     .sentence = "compact: no break surface is in the mesh before its edge breaks, so the mesh grows as it tears",
-                     .choices = {"compact"}}};
+    NodeDescription d{
+        .type = "deformer",
+        .label = "Deformer",
+        .category = "simulation",
+        .sentence =
+            "Makes the visual mesh of one body at a frame: it follows the particles and splits where edges broke."};
+    d.inputs = {
+        {.name = "body", .label = "Body", .type = SocketType::body, .sentence = "The body whose mesh is made"},
+        {.name = "state", .label = "State", .type = SocketType::state, .sentence = "Of a solver that moves the body"}};
+    d.outputs = {
+        {.name = "mesh", .label = "Mesh", .type = SocketType::visual_mesh, .sentence = "The mesh at the frame"}};
+    d.parameters = {
+        {.name = "topology",
+         .label = "Topology",
+         .type = ParameterType::choice,
+         .default_value = "compact",
+         .sentence = "compact: no break surface is in the mesh before its edge breaks, so the mesh grows as it tears",
+         .choices = {"compact"}}};
     return {.description = d, .cook = cook};
 }
 

@@ -23,14 +23,14 @@ const ParameterDescription* NodeDescription::find_parameter(std::string_view nam
 }
 
 std::string_view name_of(SocketType type) {
-    constexpr std::array names = {"mesh", "fragments", "body", "rigid_body", "collider",
-                                  "pin", "force", "state", "visual_mesh", "bake_item"};
+    constexpr std::array names = {"mesh", "fragments", "body",  "rigid_body",  "collider",
+                                  "pin",  "force",     "state", "visual_mesh", "bake_item"};
     return names[static_cast<size_t>(type)];
 }
 
 std::string_view name_of(ParameterType type) {
-    constexpr std::array names = {"boolean", "integer", "number", "text", "choice",
-                                  "path", "output_path", "vector3", "integer3", "vertex_groups"};
+    constexpr std::array names = {"boolean", "integer",     "number",  "text",     "choice",
+                                  "path",    "output_path", "vector3", "integer3", "vertex_groups"};
     return names[static_cast<size_t>(type)];
 }
 

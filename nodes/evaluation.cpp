@@ -12,8 +12,8 @@
 namespace sunder {
 namespace {
 
-constexpr size_t kCachedFrames = 2;             // values a node keeps if they differ by frame; solvers keep more in their store
-constexpr double kInputShare = 0.3;             // of a node's progress that goes to what feeds it
+constexpr size_t kCachedFrames = 2;  // values a node keeps if they differ by frame; solvers keep more in their store
+constexpr double kInputShare = 0.3;  // of a node's progress that goes to what feeds it
 
 class NodeContext : public CookContext {
 public:
@@ -46,7 +46,8 @@ public:
         for (const Wire& wire : node_.inputs[index]) {
             const double share = kInputShare / static_cast<double>(n_wires_);
             const double begin = share * static_cast<double>(before + values.size());
-            Result<Value> value = evaluation_.evaluate(*wire.source, wire.output, frame, whole_.part(begin, begin + share));
+            Result<Value> value =
+                evaluation_.evaluate(*wire.source, wire.output, frame, whole_.part(begin, begin + share));
             if (!value) return value.error();
             values.push_back(value.take());
         }
@@ -97,7 +98,8 @@ ContentKey FileKeys::key(const std::string& path) {
     if (fault || !std::filesystem::is_regular_file(path, fault)) return 0;  // missing: the node that reads it says so
     const int64_t changed = std::filesystem::last_write_time(path, fault).time_since_epoch().count();
     const auto known = entries_.find(path);
-    if (known != entries_.end() && known->second.size == size && known->second.changed == changed) return known->second.key;
+    if (known != entries_.end() && known->second.size == size && known->second.changed == changed)
+        return known->second.key;
 
     KeyHasher hasher;
     std::ifstream file(path, std::ios::binary);
@@ -190,7 +192,8 @@ Result<Value> Graph::evaluate(const std::string& name, const std::string& socket
     if (!output) {
         std::vector<std::string> permitted;
         for (const SocketDescription& s : outputs) permitted.push_back(s.name);
-        return node_error(name, socket, "a node of type " + (*node)->description().type + " has no output '" + socket + "'",
+        return node_error(name, socket,
+                          "a node of type " + (*node)->description().type + " has no output '" + socket + "'",
                           permitted_text(socket, permitted));
     }
     if (std::abs(static_cast<int64_t>(frame)) > kFarthestFrame)

@@ -28,17 +28,20 @@ std::string format(const char* pattern, Values... values) {
 }
 
 std::string box_text(const Aabb& b) {
-    return format("bounds         (%g %g %g) to (%g %g %g) m", b.min.x(), b.min.y(), b.min.z(), b.max.x(), b.max.y(), b.max.z());
+    return format("bounds         (%g %g %g) to (%g %g %g) m", b.min.x(), b.min.y(), b.min.z(), b.max.x(), b.max.y(),
+                  b.max.z());
 }
 
 Result<Lines> describe_mesh(const std::string& path) {
     const auto mesh = read_mesh(path);
     if (!mesh) return mesh.error();
     const MeshReport r = check_mesh(*mesh);
-    Lines lines = {path + ": mesh", format("vertices       %zu", r.n_vertices), format("triangles      %zu in %zu components", r.n_triangles, r.n_components),
+    Lines lines = {path + ": mesh", format("vertices       %zu", r.n_vertices),
+                   format("triangles      %zu in %zu components", r.n_triangles, r.n_components),
                    format("volume, area   %g m3, %g m2", r.volume, r.area), box_text(r.bounds)};
     for (const std::string& name : mesh->material_names) lines.push_back("material       " + name);
-    lines.push_back(std::string("UVs, normals   ") + (mesh->corner_uvs.empty() ? "no" : "yes") + ", " + (mesh->corner_normals.empty() ? "no" : "yes"));
+    lines.push_back(std::string("UVs, normals   ") + (mesh->corner_uvs.empty() ? "no" : "yes") + ", " +
+                    (mesh->corner_normals.empty() ? "no" : "yes"));
     lines.push_back(r.is_solid() ? "bounds a solid" : "bounds no solid:");
     for (const std::string& fault : r.faults) lines.push_back("  " + fault);
     return lines;
@@ -56,9 +59,13 @@ Result<Lines> describe_state(std::string bytes, const std::string& path) {
     for (double e : s.strain) strain = std::max(strain, e);
     return Lines{path + ": state frame",
                  format("frame, time    %d, %.9g s", file->frame, s.time),
-                 format("particles      %zu in %zu bodies", s.n_particles(), std::set<uint32_t>(file->body.begin(), file->body.end()).size()),
-                 format("edges          %zu, %zu intact, %zu broken in this frame", s.edge_intact.size(), n_intact, s.broken.size()),
-                 format("rigid bodies   %zu", s.rigid_bodies.size()), format("largest strain %g", strain), box_text(box),
+                 format("particles      %zu in %zu bodies", s.n_particles(),
+                        std::set<uint32_t>(file->body.begin(), file->body.end()).size()),
+                 format("edges          %zu, %zu intact, %zu broken in this frame", s.edge_intact.size(), n_intact,
+                        s.broken.size()),
+                 format("rigid bodies   %zu", s.rigid_bodies.size()),
+                 format("largest strain %g", strain),
+                 box_text(box),
                  "state hash     " + hex(state_hash(s))};
 }
 
@@ -81,34 +88,45 @@ Result<Lines> describe_bake(const fs::path& folder) {
     uint64_t bytes = 0;
     for (const ManifestFrame& frame : m->frames)
         for (const ManifestFile& f : frame.files) ++n_files, bytes += f.stamp.size;
-    return Lines{folder.string() + ": bake by Sunder " + m->version,
-                 format("frames         %zu of %d to %d%s", m->frames.size(), m->frame_range[0], m->frame_range[1],
-                        static_cast<int>(m->frames.size()) == m->frame_range[1] - m->frame_range[0] + 1 ? ", complete" : ", not complete"),
-                 format("files          %zu, %llu bytes", n_files, static_cast<unsigned long long>(bytes)),
-                 format("nodes          %zu", m->graph["nodes"].size())};
+    return Lines{
+        folder.string() + ": bake by Sunder " + m->version,
+        format("frames         %zu of %d to %d%s", m->frames.size(), m->frame_range[0], m->frame_range[1],
+               static_cast<int>(m->frames.size()) == m->frame_range[1] - m->frame_range[0] + 1 ? ", complete"
+                                                                                               : ", not complete"),
+        format("files          %zu, %llu bytes", n_files, static_cast<unsigned long long>(bytes)),
+        format("nodes          %zu", m->graph["nodes"].size())};
 }
 
 Result<Lines> describe_fragments(const std::string& path, const Json& json) {
-    const auto count = [&](const char* name) { return json.contains(name) && json[name].is_array() ? json[name].size() : 0; };
-    Lines lines = {path + ": fragments", format("fragments      %zu", count("fragments")), format("interfaces     %zu", count("interfaces"))};
-    if (json.contains("source") && json["source"].is_object() && json["source"].contains("path")) lines.push_back("source         " + json["source"]["path"].dump());
+    const auto count = [&](const char* name) {
+        return json.contains(name) && json[name].is_array() ? json[name].size() : 0;
+    };
+    Lines lines = {path + ": fragments", format("fragments      %zu", count("fragments")),
+                   format("interfaces     %zu", count("interfaces"))};
+    if (json.contains("source") && json["source"].is_object() && json["source"].contains("path"))
+        lines.push_back("source         " + json["source"]["path"].dump());
     if (json.contains("warnings"))
-        for (const Json& w : json["warnings"]) lines.push_back("warning        " + (w.is_string() ? w.get<std::string>() : w.dump()));
+        for (const Json& w : json["warnings"])
+            lines.push_back("warning        " + (w.is_string() ? w.get<std::string>() : w.dump()));
     return lines;
 }
 
 Result<Lines> describe_json(const std::string& path) {
     const auto text = read_file(path);
     if (!text) return text.error();
-    if (is_own_manifest(*text)) return describe_bake(fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path("."));
+    if (is_own_manifest(*text))
+        return describe_bake(fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path("."));
     const auto json = parse_json(*text, path);
     if (!json) return json.error();
-    if (json->is_object() && json->contains("fragments") && json->contains("interfaces")) return describe_fragments(path, *json);
+    if (json->is_object() && json->contains("fragments") && json->contains("interfaces"))
+        return describe_fragments(path, *json);
     const auto graph = Graph::load(path);
     if (!graph) return graph.error();
     const auto [first, last] = graph->frame_range();
-    Lines lines = {path + ": graph", format("frames         %d to %d at %g a second", first, last, graph->frame_rate())};
-    for (const std::string& name : graph->node_names()) lines.push_back("node           " + name + ": " + (*graph->describe(name))->type);
+    Lines lines = {path + ": graph",
+                   format("frames         %d to %d at %g a second", first, last, graph->frame_rate())};
+    for (const std::string& name : graph->node_names())
+        lines.push_back("node           " + name + ": " + (*graph->describe(name))->type);
     return lines;
 }
 
@@ -120,7 +138,9 @@ Result<Lines> describe_path(const std::string& path) {
     if (!fs::exists(status)) return bad_input(path, "there is no such file or folder", "check the path");
     if (fs::is_directory(status)) {
         const fs::path listing = fs::path(path) / "fragments.json";
-        return !fs::exists(fs::path(path) / kManifestName, code) && fs::exists(listing, code) ? describe_json(listing.string()) : describe_bake(path);
+        return !fs::exists(fs::path(path) / kManifestName, code) && fs::exists(listing, code)
+                   ? describe_json(listing.string())
+                   : describe_bake(path);
     }
     const std::string extension = fs::path(path).extension().string();
     if (extension == ".json") return describe_json(path);

@@ -16,17 +16,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kChunk = size_t{1} << 20;      // bytes read or written by one system call
+constexpr size_t kChunk = size_t{1} << 20;  // bytes read or written by one system call
 
 class Descriptor {
 public:
     explicit Descriptor(int fd) : fd_(fd) {}
-    ~Descriptor() { if (fd_ >= 0) ::close(fd_); }
+    ~Descriptor() {
+        if (fd_ >= 0) ::close(fd_);
+    }
     Descriptor(const Descriptor&) = delete;
     Descriptor& operator=(const Descriptor&) = delete;
     explicit operator bool() const { return fd_ >= 0; }
     int get() const { return fd_; }
-    bool close() {                              // some file systems report a full disk only here
+    bool close() {  // some file systems report a full disk only here
         const int fd = fd_;
         fd_ = -1;
         return ::close(fd) == 0;
@@ -39,12 +41,26 @@ private:
 Error system_error(const fs::path& path, const std::string& doing, int number) {
     std::string mend;
     switch (number) {
-        case ENOSPC: case EDQUOT: mend = "free some space, then go on with --resume"; break;
-        case EFBIG: mend = "raise the file size limit, then go on with --resume"; break;
-        case EACCES: case EPERM: mend = "check the permissions"; break;
-        case EROFS: mend = "choose a folder on a writable disk"; break;
-        case ENOTDIR: case EEXIST: mend = "a file stands where a folder is needed; choose another folder"; break;
-        default: break;
+        case ENOSPC:
+        case EDQUOT:
+            mend = "free some space, then go on with --resume";
+            break;
+        case EFBIG:
+            mend = "raise the file size limit, then go on with --resume";
+            break;
+        case EACCES:
+        case EPERM:
+            mend = "check the permissions";
+            break;
+        case EROFS:
+            mend = "choose a folder on a writable disk";
+            break;
+        case ENOTDIR:
+        case EEXIST:
+            mend = "a file stands where a folder is needed; choose another folder";
+            break;
+        default:
+            break;
     }
     return io_error(path.string(), "cannot " + doing + ": " + std::strerror(number), mend);
 }
@@ -102,7 +118,8 @@ Result<std::string> read_file(const fs::path& path, uint64_t max_bytes) {
     uint64_t size = 0;
     if (auto opened = open_plain(path, file, size); !opened) return opened.error();
     if (size > max_bytes)
-        return bad_input(path.string(), "is too large: " + std::to_string(size) + " bytes, at most " + std::to_string(max_bytes));
+        return bad_input(path.string(),
+                         "is too large: " + std::to_string(size) + " bytes, at most " + std::to_string(max_bytes));
     std::string bytes(size, '\0');
     size_t got = 0;
     while (got < size) {

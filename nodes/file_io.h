@@ -12,8 +12,8 @@ namespace sunder {
 
 /// What a manifest remembers of a file's contents.
 struct FileStamp {
-    uint64_t size = 0;                          // bytes
-    uint64_t hash = 0;                          // XXH3, 64 bits, of all bytes
+    uint64_t size = 0;  // bytes
+    uint64_t hash = 0;  // XXH3, 64 bits, of all bytes
     bool operator==(const FileStamp&) const = default;
 };
 
@@ -28,12 +28,13 @@ Result<FileStamp> stamp_of_file(const std::filesystem::path& path);
 Result<std::string> read_file(const std::filesystem::path& path, uint64_t max_bytes = UINT64_MAX);
 
 /// Writes to a temporary name beside `path`, syncs it, renames it onto `path`, and syncs the folder. The folder must
-/// be there. On an error (disk full, not permitted, ...) whatever `path` held before is untouched and the temporary is gone.
+/// be there. On an error (disk full, not permitted, ...) whatever `path` held before is untouched and the temporary is
+/// gone.
 Result<FileStamp> write_file(const std::filesystem::path& path, std::string_view bytes);
 
 /// Makes `folder` and what leads to it. Errors name the first part that could not be made.
 Status make_folders(const std::filesystem::path& folder);
 
-std::string hex(uint64_t value);                // 16 digits, as manifests write hashes
+std::string hex(uint64_t value);  // 16 digits, as manifests write hashes
 
 }  // namespace sunder

@@ -33,7 +33,8 @@ Result<std::vector<fs::path>> earlier_pieces(const fs::path& folder) {
         auto bytes = read_file(it->path());
         if (!bytes) return bytes.error();
         if (bytes->substr(0, 200).find(kPieceMagic) == std::string::npos)
-            return bad_input(it->path().string(), "is there already and was not written by sunder", "choose another folder, or move it away");
+            return bad_input(it->path().string(), "is there already and was not written by sunder",
+                             "choose another folder, or move it away");
         found.push_back(it->path());
     }
     std::sort(found.begin(), found.end());
@@ -47,11 +48,14 @@ Status require_own_listing(const fs::path& listing) {
     if (!bytes) return bytes.error();
     const Json json = Json::parse(*bytes, nullptr, false);
     if (!json.is_object() || !json.contains("sunder"))
-        return bad_input(listing.string(), "is there already and was not written by sunder", "choose another folder, or move it away");
+        return bad_input(listing.string(), "is there already and was not written by sunder",
+                         "choose another folder, or move it away");
     return {};
 }
 
-Error not_removed(const fs::path& path, const std::error_code& code) { return io_error(path.string(), "cannot remove: " + code.message()); }
+Error not_removed(const fs::path& path, const std::error_code& code) {
+    return io_error(path.string(), "cannot remove: " + code.message());
+}
 
 }  // namespace
 
@@ -64,19 +68,31 @@ Json fragments_to_json(const FragmentSet& set) {
     for (size_t i = 0; i < set.fragments.size(); ++i) {
         const Fragment& f = set.fragments[i];
         volume += f.volume;
-        fragments.push_back({{"id", i}, {"volume", f.volume}, {"centroid", to_array(f.centroid)}, {"radii", to_array(f.radii)},
-                             {"orientation", {f.orientation.w(), f.orientation.x(), f.orientation.y(), f.orientation.z()}},
-                             {"cluster", f.cluster}, {"file", piece_path(i)}});
+        fragments.push_back(
+            {{"id", i},
+             {"volume", f.volume},
+             {"centroid", to_array(f.centroid)},
+             {"radii", to_array(f.radii)},
+             {"orientation", {f.orientation.w(), f.orientation.x(), f.orientation.y(), f.orientation.z()}},
+             {"cluster", f.cluster},
+             {"file", piece_path(i)}});
     }
     for (const Interface& i : set.interfaces) {
         interface_area += i.area;
-        interfaces.push_back({{"a", i.a.value}, {"b", i.b.value}, {"area", i.area}, {"normal", to_array(i.normal)}, {"centroid", to_array(i.centroid)}});
+        interfaces.push_back({{"a", i.a.value},
+                              {"b", i.b.value},
+                              {"area", i.area},
+                              {"normal", to_array(i.normal)},
+                              {"centroid", to_array(i.centroid)}});
     }
     json["fragments"] = std::move(fragments);
     json["interfaces"] = std::move(interfaces);
     const Status whole = check_fragments(set);
-    json["checks"] = {{"closed", static_cast<bool>(whole)}, {"fault", whole ? Json(nullptr) : Json(whole.error().text())},
-                      {"fragments", set.fragments.size()}, {"interfaces", set.interfaces.size()}, {"volume", volume},
+    json["checks"] = {{"closed", static_cast<bool>(whole)},
+                      {"fault", whole ? Json(nullptr) : Json(whole.error().text())},
+                      {"fragments", set.fragments.size()},
+                      {"interfaces", set.interfaces.size()},
+                      {"volume", volume},
                       {"volume_error", set.source_volume > 0 ? (volume - set.source_volume) / set.source_volume : 0.0},
                       {"interface_area", interface_area}};
     json["materials"] = set.material_names;
@@ -87,7 +103,9 @@ Json fragments_to_json(const FragmentSet& set) {
 
 ByteBuffer encode_piece(const TriMesh& piece) {
     const bool has_uvs = !piece.corner_uvs.empty();
-    PlyElement face{"face", piece.triangles.size(), {{"vertex_indices", PlyType::int32, PlyType::uint8}, {"material", PlyType::int32, {}}}};
+    PlyElement face{"face",
+                    piece.triangles.size(),
+                    {{"vertex_indices", PlyType::int32, PlyType::uint8}, {"material", PlyType::int32, {}}}};
     if (has_uvs) face.properties.push_back({"texcoord", PlyType::float32, PlyType::uint8});
     ByteBuffer bytes;
     bytes.reserve(4096 + piece.positions.size() * 24 + piece.triangles.size() * (has_uvs ? 42 : 17));
@@ -118,11 +136,14 @@ Status write_fragments(const FragmentSet& set, const fs::path& folder, const Pro
     for (size_t i = 0; i < n; ++i) {
         if (!progress.report(static_cast<double>(i) / static_cast<double>(n), "writing pieces")) return cancelled();
         const TriMesh piece = fragment_mesh(set, FragmentId(i));
-        if (auto written = write_file(folder / piece_path(i), encode_piece(piece).view()); !written) return written.error();
+        if (auto written = write_file(folder / piece_path(i), encode_piece(piece).view()); !written)
+            return written.error();
     }
-    for (const fs::path& old : *earlier) {      // of an earlier cut into more pieces
+    for (const fs::path& old : *earlier) {  // of an earlier cut into more pieces
         size_t number = 0;
-        if (std::sscanf(old.filename().c_str(), "piece.%zu.ply", &number) == 1 && number >= 1 && number <= n && folder / piece_path(number - 1) == old) continue;
+        if (std::sscanf(old.filename().c_str(), "piece.%zu.ply", &number) == 1 && number >= 1 && number <= n &&
+            folder / piece_path(number - 1) == old)
+            continue;
         if (fs::remove(old, code); code) return not_removed(old, code);
     }
     if (auto written = write_file(listing, fragments_to_json(set).dump(1) + "\n"); !written) return written.error();

@@ -1,4 +1,5 @@
-// Fragments on disk, as `sunder fracture` leaves them: fragments.json and pieces/piece.0001.ply, one closed mesh a fragment.
+// Fragments on disk, as `sunder fracture` leaves them: fragments.json and pieces/piece.0001.ply, one closed mesh a
+// fragment.
 #pragma once
 
 #include <filesystem>

@@ -13,9 +13,10 @@ namespace {
 /// Names stand in "@node.socket", "NODE.PARAM=VALUE" and file names of reports.
 Status check_node_name(const std::string& name) {
     constexpr size_t kLongest = 200;
-    const bool bad = name.empty() || name.size() > kLongest || std::ranges::any_of(name, [](unsigned char c) {
-        return c < 0x20 || c == 0x7f || c == '@' || c == '=' || c == '/' || c == '\\' || c == '"' || c == '\'';
-    });
+    const bool bad =
+        name.empty() || name.size() > kLongest || std::ranges::any_of(name, [](unsigned char c) {
+            return c < 0x20 || c == 0x7f || c == '@' || c == '=' || c == '/' || c == '\\' || c == '"' || c == '\'';
+        });
     if (!bad && Json(name).dump(-1, ' ', false, Json::error_handler_t::ignore) == '"' + name + '"') return {};
     return bad_input("graph", "a node's name is empty, too long or holds a character that is not permitted",
                      "1 to 200 characters of UTF-8 without @ = / \\ quotes and control characters");
@@ -28,7 +29,8 @@ std::vector<std::string> names_of(const auto& descriptions) {
 }
 
 /// From `from` upstream to `target`: the names on the way, or nothing.
-std::vector<std::string> upstream_path(const GraphNode& from, const GraphNode& target, std::set<const GraphNode*>& io_seen) {
+std::vector<std::string> upstream_path(const GraphNode& from, const GraphNode& target,
+                                       std::set<const GraphNode*>& io_seen) {
     if (&from == &target) return {from.name};
     if (!io_seen.insert(&from).second) return {};
     for (const auto& socket : from.inputs)
@@ -43,13 +45,15 @@ std::vector<std::string> upstream_path(const GraphNode& from, const GraphNode& t
 Error unknown_parameter(const GraphNode& node, const std::string& name) {
     std::vector<std::string> permitted = names_of(node.description().inputs);
     for (const ParameterDescription& p : node.description().parameters) permitted.push_back(p.name);
-    return node_error(node.name, name, "a node of type " + node.description().type + " has no parameter or input of that name",
+    return node_error(node.name, name,
+                      "a node of type " + node.description().type + " has no parameter or input of that name",
                       permitted_text(name, permitted));
 }
 
 Error unknown_socket(const GraphNode& node, const std::string& name, const std::vector<SocketDescription>& sockets,
                      const char* kind) {
-    return node_error(node.name, name, "a node of type " + node.description().type + " has no " + kind + " '" + name + "'",
+    return node_error(node.name, name,
+                      "a node of type " + node.description().type + " has no " + kind + " '" + name + "'",
                       permitted_text(name, names_of(sockets)));
 }
 
@@ -101,7 +105,7 @@ Result<GraphNode*> GraphImpl::find(std::string_view name) const {
     return node_error(text, "", "there is no node of that name", permitted_text(name, names()));
 }
 
-std::vector<std::string> GraphImpl::names() const { 
+std::vector<std::string> GraphImpl::names() const {
     std::vector<std::string> result;
     for (const auto& node : nodes) result.push_back(node->name);
     return result;
@@ -111,32 +115,37 @@ std::string GraphImpl::resolve(const std::string& path) const {
     return path.empty() ? path : (std::filesystem::path(base_folder) / path).string();
 }
 
-Result<Wire> GraphImpl::wire(const SocketReference& reference, const GraphNode& node, const SocketDescription& socket) const {
+Result<Wire> GraphImpl::wire(const SocketReference& reference, const GraphNode& node,
+                             const SocketDescription& socket) const {
     const auto found = by_name.find(reference.node);
     if (found == by_name.end())
-        return node_error(node.name, socket.name, "there is no node '" + reference.node + "'", permitted_text(reference.node, names()));
+        return node_error(node.name, socket.name, "there is no node '" + reference.node + "'",
+                          permitted_text(reference.node, names()));
     GraphNode& source = *found->second;
     const std::vector<SocketDescription>& outputs = source.description().outputs;
     const SocketDescription* const output = source.description().find_output(reference.socket);
     if (!output)
         return node_error(node.name, socket.name,
-                          "node '" + source.name + "' of type " + source.description().type + " has no output '" + reference.socket + "'",
+                          "node '" + source.name + "' of type " + source.description().type + " has no output '" +
+                              reference.socket + "'",
                           permitted_text(reference.socket, names_of(outputs)));
     if (output->type != socket.type) {
         std::vector<std::string> givers;
         for (const NodeType& type : registry->types())
-            if (std::ranges::find(type.description.outputs, socket.type, &SocketDescription::type) != type.description.outputs.end())
+            if (std::ranges::find(type.description.outputs, socket.type, &SocketDescription::type) !=
+                type.description.outputs.end())
                 givers.push_back(type.description.type);
         return node_error(node.name, socket.name,
-                          "takes a " + std::string(name_of(socket.type)) + ", but '" + source.name + "." + output->name + "' is a " +
-                              std::string(name_of(output->type)),
+                          "takes a " + std::string(name_of(socket.type)) + ", but '" + source.name + "." +
+                              output->name + "' is a " + std::string(name_of(output->type)),
                           "node types that give one: " + list_text(givers));
     }
     std::set<const GraphNode*> seen;
     if (const std::vector<std::string> path = upstream_path(source, node, seen); !path.empty()) {
         std::string text;
         for (const std::string& name : path) text += name + " -> ";
-        return node_error(node.name, socket.name, "the wires run in a cycle: " + text + node.name, "remove one of them");
+        return node_error(node.name, socket.name, "the wires run in a cycle: " + text + node.name,
+                          "remove one of them");
     }
     return Wire{&source, index_in(outputs, output)};
 }
@@ -168,7 +177,8 @@ Status Graph::remove_node(const std::string& name) {
     Result<GraphNode*> node = impl_->find(name);
     if (!node) return node.error();
     for (const auto& other : impl_->nodes)
-        for (auto& socket : other->inputs) std::erase_if(socket, [&](const Wire& wire) { return wire.source == *node; });
+        for (auto& socket : other->inputs)
+            std::erase_if(socket, [&](const Wire& wire) { return wire.source == *node; });
     impl_->by_name.erase(name);
     std::erase_if(impl_->nodes, [&](const auto& n) { return n.get() == *node; });
     return {};
@@ -194,7 +204,8 @@ Status Graph::connect(const SocketReference& output, const SocketReference& inpu
     std::vector<Wire>& wires = (*node)->inputs[index_in(description.inputs, socket)];
     if (!socket->many) wires.clear();
     if (std::ranges::find(wires, *wire) != wires.end())
-        return node_error(input.node, input.socket, "'" + output.node + "." + output.socket + "' is wired to it already");
+        return node_error(input.node, input.socket,
+                          "'" + output.node + "." + output.socket + "' is wired to it already");
     wires.push_back(*wire);
     return {};
 }
@@ -245,7 +256,8 @@ Status Graph::set(const std::string& name, const std::string& parameter, const J
                               "written as \"@node." + std::string(name_of(socket->type)) + "\"");
         Result<Wire> wire = impl_->wire(*reference, node, *socket);
         if (!wire) return wire.error();
-        if (std::ranges::find(wires, *wire) != wires.end()) return node_error(name, parameter, "'" + text + "' stands in it twice");
+        if (std::ranges::find(wires, *wire) != wires.end())
+            return node_error(name, parameter, "'" + text + "' stands in it twice");
         wires.push_back(*wire);
     }
     node.inputs[index_in(node.description().inputs, socket)] = std::move(wires);
@@ -294,13 +306,15 @@ Status Graph::set_frame_rate(double frames_per_second) {
 Status Graph::set_frame_range(int first, int last) {
     const std::string range = "[" + std::to_string(first) + ", " + std::to_string(last) + "]";
     if (first > last) return bad_input("frame_range", range + " is reversed", "the first frame stands first");
-    if (first < -kFarthestFrame || last > kFarthestFrame) return bad_input("frame_range", range + " is out of range", "permitted: -1000000 to 1000000");
+    if (first < -kFarthestFrame || last > kFarthestFrame)
+        return bad_input("frame_range", range + " is out of range", "permitted: -1000000 to 1000000");
     impl_->frame_range = {first, last};
     return {};
 }
 
 Status Graph::set_threads(int threads) {
-    if (threads < 0 || threads > 1024) return bad_input("threads", "out of range", "permitted: 1 to 1024, or 0 for all cores");
+    if (threads < 0 || threads > 1024)
+        return bad_input("threads", "out of range", "permitted: 1 to 1024, or 0 for all cores");
     impl_->threads = threads;
     return {};
 }

@@ -15,21 +15,23 @@
 namespace sunder {
 namespace {
 
-constexpr int kVersion = 1;                     // of the file's form, under the key "sunder"
+constexpr int kVersion = 1;  // of the file's form, under the key "sunder"
 
 Status read_settings(const Json& json, const std::string& where, Graph& io_graph) {
     static const std::vector<std::string> kNames = {"sunder", "frame_rate", "frame_range", "nodes"};
     if (!json.is_object() || !json.contains("sunder"))
         return bad_input(where, "not a graph of Sunder", "a graph is an object {\"sunder\": 1, \"nodes\": {...}}");
     if (json["sunder"] != kVersion)
-        return bad_input(where, "graph version " + json["sunder"].dump() + " is not known", "this version of Sunder reads version 1");
+        return bad_input(where, "graph version " + json["sunder"].dump() + " is not known",
+                         "this version of Sunder reads version 1");
     for (const auto& [name, unused] : json.items())
         if (std::ranges::find(kNames, name) == kNames.end())
             return bad_input(where, "a graph has no setting '" + name + "'", permitted_text(name, kNames));
     if (!json.contains("nodes") || !json["nodes"].is_object())
         return bad_input(where, "a graph has its nodes as an object", "\"nodes\": {\"name\": {\"type\": ...}}");
     if (json.contains("frame_rate")) {
-        if (!json["frame_rate"].is_number()) return bad_input("frame_rate", "takes a number, not " + json["frame_rate"].dump());
+        if (!json["frame_rate"].is_number())
+            return bad_input("frame_rate", "takes a number, not " + json["frame_rate"].dump());
         if (Status ok = io_graph.set_frame_rate(json["frame_rate"].get<double>()); !ok) return ok;
     }
     if (json.contains("frame_range")) {
@@ -44,7 +46,8 @@ Status read_settings(const Json& json, const std::string& where, Graph& io_graph
 
 Status add_nodes(const Json& nodes, Graph& io_graph) {
     for (const auto& [name, node] : nodes.items()) {
-        if (!node.is_object()) return node_error(name, "", "a node is an object", "{\"type\": ..., parameters and wires}");
+        if (!node.is_object())
+            return node_error(name, "", "a node is an object", "{\"type\": ..., parameters and wires}");
         if (!node.contains("type")) return node_error(name, "type", "is missing", "every node has a type");
         if (!node["type"].is_string()) return node_error(name, "type", "takes a text, not " + node["type"].dump());
         if (Status ok = io_graph.add_node(name, node["type"].get<std::string>()); !ok) return ok;
@@ -61,7 +64,8 @@ Status set_parameters(const Json& nodes, Graph& io_graph) {
             if (key == "type") continue;
             const ParameterDescription* const parameter = description.find_parameter(key);
             if (parameter && !given.insert(parameter->name).second)
-                return node_error(name, key, "is given twice", "'" + key + "' is an older name of '" + parameter->name + "'");
+                return node_error(name, key, "is given twice",
+                                  "'" + key + "' is an older name of '" + parameter->name + "'");
             if (Status ok = io_graph.set(name, key, value); !ok) return ok;
         }
     }
@@ -91,14 +95,17 @@ Result<Graph> Graph::from_json_text(std::string_view text, const std::string& wh
 }
 
 Result<Graph> Graph::load(const std::string& path, const Registry& registry) {
-    constexpr std::uintmax_t kLargest = 256u << 20;  // bytes; a graph is written by people and exporters, not by the gigabyte
+    constexpr std::uintmax_t kLargest =
+        256u << 20;  // bytes; a graph is written by people and exporters, not by the gigabyte
     std::error_code fault;
     if (!std::filesystem::exists(path, fault)) return bad_input(path, "there is no such file");
     if (!std::filesystem::is_regular_file(path, fault)) return bad_input(path, "is not a file");
-    if (std::filesystem::file_size(path, fault) > kLargest) return bad_input(path, "is too large for a graph", "256 MiB at most");
+    if (std::filesystem::file_size(path, fault) > kLargest)
+        return bad_input(path, "is too large for a graph", "256 MiB at most");
     std::ifstream file(path, std::ios::binary);
     std::ostringstream text;
-    if (!file || !(text << file.rdbuf())) return bad_input(path, std::string("cannot be read: ") + std::strerror(errno));
+    if (!file || !(text << file.rdbuf()))
+        return bad_input(path, std::string("cannot be read: ") + std::strerror(errno));
     return from_json_text(text.str(), path, std::filesystem::path(path).parent_path().string(), registry);
 }
 
@@ -112,7 +119,8 @@ Json Graph::to_json(Defaults defaults) const {
         const NodeDescription& description = node->description();
         Json entry = {{"type", description.type}};
         for (size_t i = 0; i < description.inputs.size(); ++i)
-            if (!node->inputs[i].empty()) entry[description.inputs[i].name] = wires_to_json(node->inputs[i], description.inputs[i].many);
+            if (!node->inputs[i].empty())
+                entry[description.inputs[i].name] = wires_to_json(node->inputs[i], description.inputs[i].many);
         for (const ParameterDescription& p : description.parameters)
             if (defaults == Defaults::write || node->given.contains(p.name)) entry[p.name] = node->value(p).to_json();
         nodes[node->name] = std::move(entry);

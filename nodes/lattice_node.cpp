@@ -1,6 +1,5 @@
 // lattice: a box of cubic cells, one fragment each.
 #include "fracture_tools/lattice.h"
-
 #include "nodes/node_list.h"
 
 namespace sunder {
@@ -21,18 +20,41 @@ Result<Value> cook(CookContext& context) {
 }  // namespace
 
 NodeType lattice_node() {
-    NodeDescription d{.type = "lattice", .label = "Lattice", .category = "fracture",
+    NodeDescription d{.type = "lattice",
+                      .label = "Lattice",
+                      .category = "fracture",
                       .sentence = "A box of equal cells, one fragment each: the body of accuracy cases and lessons."};
-    d.outputs = {{.name = "fragments", .label = "Fragments", .type = SocketType::fragments,
+    d.outputs = {{.name = "fragments",
+                  .label = "Fragments",
+                  .type = SocketType::fragments,
                   .sentence = "The cells, numbered along x first, then y, then z"}};
     d.parameters = {
-        {.name = "size", .label = "Size", .type = ParameterType::vector3, .unit = "m", .min = 0, .max = 1e5, .min_excluded = true,
-         .default_value = {1.0, 1.0, 1.0}, .sentence = "Lengths of the box's sides"},
-        {.name = "cells", .label = "Cells", .type = ParameterType::integer3, .min = 1, .max = 1000, .default_value = {4, 4, 4},
+        {.name = "size",
+         .label = "Size",
+         .type = ParameterType::vector3,
+         .unit = "m",
+         .min = 0,
+         .max = 1e5,
+         .min_excluded = true,
+         .default_value = {1.0, 1.0, 1.0},
+         .sentence = "Lengths of the box's sides"},
+        {.name = "cells",
+         .label = "Cells",
+         .type = ParameterType::integer3,
+         .min = 1,
+         .max = 1000,
+         .default_value = {4, 4, 4},
          .sentence = "Number of cells along each side; 4 million together at most"},
-        {.name = "center", .label = "Center", .type = ParameterType::vector3, .unit = "m", .default_value = {0.0, 0.0, 0.0},
+        {.name = "center",
+         .label = "Center",
+         .type = ParameterType::vector3,
+         .unit = "m",
+         .default_value = {0.0, 0.0, 0.0},
          .sentence = "Middle of the box"},
-        {.name = "neighbours", .label = "Neighbours", .type = ParameterType::integer, .default_value = 6,
+        {.name = "neighbours",
+         .label = "Neighbours",
+         .type = ParameterType::integer,
+         .default_value = 6,
          .sentence = "Cells that a cell is joined to: 6 across faces, 18 also across edges, 26 also across corners",
          .choices = {6, 18, 26}}};
     return {.description = d, .cook = cook};

@@ -13,7 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kFormat = "sunder manifest 1";
-constexpr uint64_t kLargestManifest = uint64_t{1} << 30;    // bytes
+constexpr uint64_t kLargestManifest = uint64_t{1} << 30;  // bytes
 
 Json stamp_to_json(Json json, const FileStamp& stamp) {
     json["size"] = stamp.size;
@@ -67,7 +67,8 @@ public:
         std::vector<ManifestFile> out;
         for (const Json& f : list(json, name)) {
             out.push_back({get<std::string>(f, "node"), get<std::string>(f, "path"), stamp(f)});
-            if (fault.empty() && !is_path_inside(out.back().path)) fault = "'" + out.back().path + "' leaves the folder";
+            if (fault.empty() && !is_path_inside(out.back().path))
+                fault = "'" + out.back().path + "' leaves the folder";
         }
         return out;
     }
@@ -89,18 +90,22 @@ void compare_nodes(const Json& baked, const Json& wanted, std::vector<std::strin
         }
         const Json& other = wanted.at(name);
         for (const auto& [key, value] : node.items())
-            if (!other.contains(key)) out.push_back("node '" + name + "', '" + key + "': " + short_text(value) + " was baked, now nothing");
+            if (!other.contains(key))
+                out.push_back("node '" + name + "', '" + key + "': " + short_text(value) + " was baked, now nothing");
             else if (other.at(key) != value)
-                out.push_back("node '" + name + "', '" + key + "': " + short_text(value) + " was baked, now " + short_text(other.at(key)));
+                out.push_back("node '" + name + "', '" + key + "': " + short_text(value) + " was baked, now " +
+                              short_text(other.at(key)));
         for (const auto& [key, value] : other.items())
-            if (!node.contains(key)) out.push_back("node '" + name + "', '" + key + "': nothing was baked, now " + short_text(value));
+            if (!node.contains(key))
+                out.push_back("node '" + name + "', '" + key + "': nothing was baked, now " + short_text(value));
     }
     for (const auto& [name, node] : wanted.items())
         if (!baked.contains(name)) out.push_back("node '" + name + "' is new");
 }
 
 std::string frames_text(int first, int last) {
-    return first == last ? "frame " + std::to_string(first) : "frames " + std::to_string(first) + " to " + std::to_string(last);
+    return first == last ? "frame " + std::to_string(first)
+                         : "frames " + std::to_string(first) + " to " + std::to_string(last);
 }
 
 }  // namespace
@@ -135,11 +140,13 @@ Result<Manifest> parse_manifest(std::string_view text, const std::string& where)
     Reader read;
     const std::string format = read.get<std::string>(json, "format");
     if (!format.starts_with("sunder manifest ")) return bad_input(where, "is not the manifest of a bake");
-    if (format != kFormat) return bad_input(where, "is a " + format + ", which this version does not know", "use a newer Sunder");
+    if (format != kFormat)
+        return bad_input(where, "is a " + format + ", which this version does not know", "use a newer Sunder");
 
     Manifest m;
     m.version = read.get<std::string>(json, "version");
-    if (json.contains("graph") && json["graph"].is_object() && json["graph"].contains("nodes") && json["graph"]["nodes"].is_object())
+    if (json.contains("graph") && json["graph"].is_object() && json["graph"].contains("nodes") &&
+        json["graph"]["nodes"].is_object())
         m.graph = json["graph"];
     else
         read.note("graph");
@@ -149,17 +156,22 @@ Result<Manifest> parse_manifest(std::string_view text, const std::string& where)
     else
         read.note("frame_range");
     for (const Json& i : read.list(json, "inputs"))
-        m.inputs.push_back({read.get<std::string>(i, "node"), read.get<std::string>(i, "parameter"), read.get<std::string>(i, "path"), read.stamp(i)});
+        m.inputs.push_back({read.get<std::string>(i, "node"), read.get<std::string>(i, "parameter"),
+                            read.get<std::string>(i, "path"), read.stamp(i)});
     if (json.contains("keys") && json["keys"].is_object())
         for (const auto& [node, unused] : json["keys"].items()) m.keys[node] = read.hash(json["keys"], node.c_str());
     else
         read.note("keys");
-    for (const Json& f : read.list(json, "frames")) m.frames.push_back({read.get<int>(f, "frame"), read.files(f, "files")});
+    for (const Json& f : read.list(json, "frames"))
+        m.frames.push_back({read.get<int>(f, "frame"), read.files(f, "files")});
     m.resume = read.files(json, "resume");
     if (!read.fault.empty()) return bad_input(where, "is not a whole manifest: " + read.fault, mend);
     for (size_t i = 0; i < m.frames.size(); ++i)
         if (m.frames[i].frame != m.frame_range[0] + static_cast<int>(i) || m.frames[i].frame > m.frame_range[1])
-            return bad_input(where, "lists frame " + std::to_string(m.frames[i].frame) + " where " + std::to_string(m.frame_range[0] + static_cast<int>(i)) + " belongs", mend);
+            return bad_input(where,
+                             "lists frame " + std::to_string(m.frames[i].frame) + " where " +
+                                 std::to_string(m.frame_range[0] + static_cast<int>(i)) + " belongs",
+                             mend);
     return m;
 }
 
@@ -167,7 +179,9 @@ Result<Manifest> read_manifest(const fs::path& folder) {
     const fs::path path = folder / kManifestName;
     std::error_code code;
     if (!fs::exists(folder, code)) return bad_input(folder.string(), "there is no such folder", "check the path");
-    if (!fs::exists(path, code)) return bad_input(folder.string(), "holds no bake: there is no " + std::string(kManifestName), "give the folder that a bake wrote");
+    if (!fs::exists(path, code))
+        return bad_input(folder.string(), "holds no bake: there is no " + std::string(kManifestName),
+                         "give the folder that a bake wrote");
     auto text = read_file(path, kLargestManifest);
     if (!text) return text.error();
     return parse_manifest(*text, path.string());
@@ -201,14 +215,18 @@ Result<Manifest> new_manifest(const Graph& graph, std::array<int, 2> frame_range
 
 std::vector<std::string> differences(const Manifest& baked, const Manifest& wanted) {
     std::vector<std::string> out;
-    if (baked.version != wanted.version) out.push_back("Sunder " + baked.version + " baked it, this is " + wanted.version);
+    if (baked.version != wanted.version)
+        out.push_back("Sunder " + baked.version + " baked it, this is " + wanted.version);
     Json a = baked.graph, b = wanted.graph;
     compare_nodes(a["nodes"], b["nodes"], out);
-    if (a["frame_rate"] != b["frame_rate"]) out.push_back("frame_rate: " + short_text(a["frame_rate"]) + " was baked, now " + short_text(b["frame_rate"]));
+    if (a["frame_rate"] != b["frame_rate"])
+        out.push_back("frame_rate: " + short_text(a["frame_rate"]) + " was baked, now " + short_text(b["frame_rate"]));
     if (a["frame_range"][0] != b["frame_range"][0])
-        out.push_back("the simulation began at frame " + short_text(a["frame_range"][0]) + ", now at " + short_text(b["frame_range"][0]));
+        out.push_back("the simulation began at frame " + short_text(a["frame_range"][0]) + ", now at " +
+                      short_text(b["frame_range"][0]));
     if (baked.frame_range[0] != wanted.frame_range[0])
-        out.push_back("the bake began at frame " + std::to_string(baked.frame_range[0]) + ", now at " + std::to_string(wanted.frame_range[0]));
+        out.push_back("the bake began at frame " + std::to_string(baked.frame_range[0]) + ", now at " +
+                      std::to_string(wanted.frame_range[0]));
     for (const ManifestInput& i : baked.inputs)
         for (const ManifestInput& j : wanted.inputs)
             if (i.node == j.node && i.parameter == j.parameter && i.path == j.path && i.stamp != j.stamp)
@@ -234,23 +252,31 @@ Result<BakeCheck> verify_files(const Manifest& manifest, const fs::path& folder,
         }
         check.bytes += stamp->size;
         if (stamp->size != f.stamp.size)
-            check.faults.push_back(f.path + ": has " + std::to_string(stamp->size) + " bytes instead of " + std::to_string(f.stamp.size) + whose);
+            check.faults.push_back(f.path + ": has " + std::to_string(stamp->size) + " bytes instead of " +
+                                   std::to_string(f.stamp.size) + whose);
         else if (stamp->hash != f.stamp.hash)
-            check.faults.push_back(f.path + ": its contents have changed (hash " + hex(stamp->hash) + " instead of " + hex(f.stamp.hash) + ")" + whose);
+            check.faults.push_back(f.path + ": its contents have changed (hash " + hex(stamp->hash) + " instead of " +
+                                   hex(f.stamp.hash) + ")" + whose);
     };
     for (size_t i = 0; i < manifest.frames.size(); ++i) {
         const ManifestFrame& frame = manifest.frames[i];
-        if (!progress.report(static_cast<double>(i) / n, "checking frame " + std::to_string(frame.frame))) return cancelled();
+        if (!progress.report(static_cast<double>(i) / n, "checking frame " + std::to_string(frame.frame)))
+            return cancelled();
         for (const ManifestFile& f : frame.files) look_at(f, " (frame " + std::to_string(frame.frame) + ")");
     }
     for (const ManifestFile& f : manifest.resume) {
-        const bool is_baked = !manifest.frames.empty() && std::find_if(manifest.frames.back().files.begin(), manifest.frames.back().files.end(), [&](const ManifestFile& g) {
-            return g.path == f.path && g.stamp == f.stamp; }) != manifest.frames.back().files.end();
+        const bool is_baked =
+            !manifest.frames.empty() && std::find_if(manifest.frames.back().files.begin(),
+                                                     manifest.frames.back().files.end(), [&](const ManifestFile& g) {
+                                                         return g.path == f.path && g.stamp == f.stamp;
+                                                     }) != manifest.frames.back().files.end();
         if (!is_baked) look_at(f, " (state to resume from)");
     }
     const int next = manifest.frame_range[0] + static_cast<int>(manifest.frames.size());
     for (int f = next; f <= manifest.frame_range[1]; ++f) check.missing_frames.push_back(f);
-    if (!check.missing_frames.empty()) check.faults.push_back(frames_text(next, manifest.frame_range[1]) + " of " + frames_text(manifest.frame_range[0], manifest.frame_range[1]) + " not baked yet");
+    if (!check.missing_frames.empty())
+        check.faults.push_back(frames_text(next, manifest.frame_range[1]) + " of " +
+                               frames_text(manifest.frame_range[0], manifest.frame_range[1]) + " not baked yet");
     return check;
 }
 

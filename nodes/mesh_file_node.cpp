@@ -9,7 +9,8 @@ namespace sunder {
 namespace {
 
 Status check(const std::string& node, const Parameters& parameters) {
-    if (parameters.text("path").empty()) return node_error(node, "path", "no file is given", "OBJ, PLY, STL, glTF, GLB, FBX or OFF");
+    if (parameters.text("path").empty())
+        return node_error(node, "path", "no file is given", "OBJ, PLY, STL, glTF, GLB, FBX or OFF");
     return {};
 }
 
@@ -40,7 +41,8 @@ Result<Value> cook(CookContext& context) {
         Error error = read.error();
         error.node = context.node();
         error.parameter = "path";
-        error.where = "node '" + context.node() + "', parameter 'path'" + (error.where.empty() ? "" : ": " + error.where);
+        error.where =
+            "node '" + context.node() + "', parameter 'path'" + (error.where.empty() ? "" : ": " + error.where);
         return error;
     }
     TriMesh mesh = read.take();
@@ -53,16 +55,32 @@ Result<Value> cook(CookContext& context) {
 }  // namespace
 
 NodeType mesh_file_node() {
-    NodeDescription d{.type = "mesh_file", .label = "Mesh File", .category = "input",
+    NodeDescription d{.type = "mesh_file",
+                      .label = "Mesh File",
+                      .category = "input",
                       .sentence = "Reads a triangle mesh from a file: OBJ, PLY, STL, glTF, GLB, FBX or OFF."};
-    d.outputs = {{.name = "mesh", .label = "Mesh", .type = SocketType::mesh, .sentence = "All meshes of the file as one"}};
+    d.outputs = {
+        {.name = "mesh", .label = "Mesh", .type = SocketType::mesh, .sentence = "All meshes of the file as one"}};
     d.parameters = {
-        {.name = "path", .label = "Path", .type = ParameterType::path, .default_value = "",
+        {.name = "path",
+         .label = "Path",
+         .type = ParameterType::path,
+         .default_value = "",
          .sentence = "The file, relative to the graph file's folder"},
-        {.name = "scale", .label = "Scale", .type = ParameterType::number, .unit = "m per file unit", .min = 0, .max = 1e6,
-         .min_excluded = true, .default_value = 1.0, .sentence = "Length of the file's unit in metres"},
+        {.name = "scale",
+         .label = "Scale",
+         .type = ParameterType::number,
+         .unit = "m per file unit",
+         .min = 0,
+         .max = 1e6,
+         .min_excluded = true,
+         .default_value = 1.0,
+         .sentence = "Length of the file's unit in metres"},
         rotation_parameter(Animation::constant, "Turns the mesh about its origin, for files whose up axis is not z"),
-        {.name = "groups", .label = "Vertex Groups", .type = ParameterType::vertex_groups, .default_value = Json::object(),
+        {.name = "groups",
+         .label = "Vertex Groups",
+         .type = ParameterType::vertex_groups,
+         .default_value = Json::object(),
          .sentence = "Named lists of vertices (numbered as read, equal positions being one vertex), for pins"}};
     return {.description = d, .cook = cook, .check = check};
 }

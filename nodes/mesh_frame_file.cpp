@@ -14,7 +14,7 @@ constexpr size_t kListLengthBytes = 1;
 
 void put_float(std::string& out, float value) {
     char text[32];
-    out.append(text, std::to_chars(text, text + sizeof text, value).ptr);   // shortest that reads back the same
+    out.append(text, std::to_chars(text, text + sizeof text, value).ptr);  // shortest that reads back the same
 }
 
 void put_index(std::string& out, uint32_t value) {
@@ -49,7 +49,7 @@ private:
         }
     };
     const char* keyword_;
-    std::unordered_map<std::array<uint32_t, N>, uint32_t, Hash> index_;   // looked up only, never walked
+    std::unordered_map<std::array<uint32_t, N>, uint32_t, Hash> index_;  // looked up only, never walked
 };
 
 // Blanks end a name in OBJ.
@@ -64,7 +64,8 @@ std::string obj_name(std::string name) {
 std::string material_label(const FragmentSet& fragments, int32_t material) {
     if (material == fragments.interior_material) return "interior";
     const size_t i = static_cast<size_t>(material);
-    if (material >= 0 && i < fragments.material_names.size() && !fragments.material_names[i].empty()) return fragments.material_names[i];
+    if (material >= 0 && i < fragments.material_names.size() && !fragments.material_names[i].empty())
+        return fragments.material_names[i];
     return "material_" + std::to_string(material);
 }
 
@@ -79,7 +80,8 @@ ByteBuffer encode_mesh_ply(const VisualMesh& mesh) {
     face.properties.push_back({"corner_normals", PlyType::float32, PlyType::uint8});
 
     ByteBuffer bytes;
-    bytes.reserve(4096 + mesh.positions.size() * 16 + mesh.triangles.size() * (20 + 3 * kListLengthBytes + 36 + (has_uvs ? 24 : 0)));
+    bytes.reserve(4096 + mesh.positions.size() * 16 +
+                  mesh.triangles.size() * (20 + 3 * kListLengthBytes + 36 + (has_uvs ? 24 : 0)));
     write_ply_header(bytes, {{std::string(kMeshFileMagic), "written by sunder " SUNDER_VERSION}, {vertex, face}});
     for (size_t v = 0; v < mesh.positions.size(); ++v) {
         bytes.append(mesh.positions[v].data(), sizeof(float) * 3);

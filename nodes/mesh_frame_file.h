@@ -1,7 +1,8 @@
 // Mesh frames on disk, by extension: binary PLY (everything we know) or OBJ (what every program reads).
 //
 // PLY  vertex  x y z (float), fragment (int): the fragment that the vertex follows first
-//      face    vertex_indices (list), material fragment (int), texcoord (list of 6 floats: u v a corner; only with UVs),
+//      face    vertex_indices (list), material fragment (int), texcoord (list of 6 floats: u v a corner; only with
+//      UVs),
 //              corner_normals (list of 9 floats: x y z a corner)
 // OBJ  v, vt, vn, usemtl where the material changes; a value that occurs again is written once.
 #pragma once

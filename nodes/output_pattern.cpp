@@ -14,7 +14,8 @@ Status check_output_pattern(const std::string& pattern) {
     for (size_t begin = 0; begin <= pattern.size();) {
         const size_t end = std::min(pattern.find('/', begin), pattern.size());
         const std::string part = pattern.substr(begin, end - begin);
-        if (part.empty() || part == "." || part == "..") return refuse("the path '" + pattern + "' leaves the output folder");
+        if (part.empty() || part == "." || part == "..")
+            return refuse("the path '" + pattern + "' leaves the output folder");
         begin = end + 1;
     }
     const size_t first = pattern.find('#');

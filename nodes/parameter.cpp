@@ -13,16 +13,26 @@ namespace {
 
 std::string_view expected_text(ParameterType type) {
     switch (type) {
-        case ParameterType::boolean: return "true or false";
-        case ParameterType::integer: return "a whole number";
-        case ParameterType::number: return "a number";
-        case ParameterType::text: return "a text";
-        case ParameterType::choice: return "one of its choices, as a text";
-        case ParameterType::path: return "a path, as a text";
-        case ParameterType::output_path: return "a path with #### for the frame, as a text";
-        case ParameterType::vector3: return "three numbers [x, y, z]";
-        case ParameterType::integer3: return "three whole numbers [i, j, k]";
-        case ParameterType::vertex_groups: return "an object {\"name\": [vertex, ...]}";
+        case ParameterType::boolean:
+            return "true or false";
+        case ParameterType::integer:
+            return "a whole number";
+        case ParameterType::number:
+            return "a number";
+        case ParameterType::text:
+            return "a text";
+        case ParameterType::choice:
+            return "one of its choices, as a text";
+        case ParameterType::path:
+            return "a path, as a text";
+        case ParameterType::output_path:
+            return "a path with #### for the frame, as a text";
+        case ParameterType::vector3:
+            return "three numbers [x, y, z]";
+        case ParameterType::integer3:
+            return "three whole numbers [i, j, k]";
+        case ParameterType::vertex_groups:
+            return "an object {\"name\": [vertex, ...]}";
     }
     return "";
 }
@@ -36,7 +46,8 @@ std::string shown(const Json& value) {
 /// Checks one value against one description.
 class Checker {
 public:
-    Checker(const ParameterDescription& description, const std::string& node) : description_(description), node_(node) {}
+    Checker(const ParameterDescription& description, const std::string& node)
+        : description_(description), node_(node) {}
 
     Error error(std::string what, std::string mend = {}) const {
         return node_error(node_, description_.name, std::move(what), std::move(mend));
@@ -57,13 +68,20 @@ public:
             return wrong_type(value);
         }
         switch (description_.type) {
-            case ParameterType::boolean: return value.is_boolean() ? Result<Json>(value) : wrong_type(value);
-            case ParameterType::integer: return integer(value, value);
-            case ParameterType::number: return number(value, value);
-            case ParameterType::vector3: return triple(value, &Checker::number);
-            case ParameterType::integer3: return triple(value, &Checker::integer);
-            case ParameterType::vertex_groups: return vertex_groups(value);
-            default: return text(value);
+            case ParameterType::boolean:
+                return value.is_boolean() ? Result<Json>(value) : wrong_type(value);
+            case ParameterType::integer:
+                return integer(value, value);
+            case ParameterType::number:
+                return number(value, value);
+            case ParameterType::vector3:
+                return triple(value, &Checker::number);
+            case ParameterType::integer3:
+                return triple(value, &Checker::integer);
+            case ParameterType::vertex_groups:
+                return vertex_groups(value);
+            default:
+                return text(value);
         }
     }
 
@@ -71,8 +89,10 @@ private:
     using Component = Result<Json> (Checker::*)(const Json& component, const Json& whole) const;
 
     Status in_range(double number) const {
-        const bool above = !description_.min || number > *description_.min || (number == *description_.min && !description_.min_excluded);
-        const bool below = !description_.max || number < *description_.max || (number == *description_.max && !description_.max_excluded);
+        const bool above = !description_.min || number > *description_.min ||
+                           (number == *description_.min && !description_.min_excluded);
+        const bool below = !description_.max || number < *description_.max ||
+                           (number == *description_.max && !description_.max_excluded);
         if (above && below) return {};
         const std::string unit = description_.unit.empty() ? "" : " " + description_.unit;
         return error(shown(number) + unit + " is out of range", "permitted: " + range_text(description_));
@@ -93,7 +113,8 @@ private:
         if (std::abs(number) > std::numeric_limits<int32_t>::max()) return error(shown(component) + " is out of range");
         if (Status ok = in_range(number); !ok) return ok.error();
         const Json result(static_cast<int64_t>(number));
-        if (!description_.choices.empty() && std::ranges::find(description_.choices, result) == description_.choices.end())
+        if (!description_.choices.empty() &&
+            std::ranges::find(description_.choices, result) == description_.choices.end())
             return error(shown(result) + " is not one of its choices", "permitted: " + list_text(choice_texts()));
         return result;
     }
@@ -129,7 +150,8 @@ private:
             if (!vertices.is_array()) return wrong_type(value);
             Json checked = Json::array();
             for (const Json& v : vertices) {
-                if (!v.is_number_integer() || v.get<int64_t>() < 0 || v.get<int64_t>() > std::numeric_limits<int32_t>::max())
+                if (!v.is_number_integer() || v.get<int64_t>() < 0 ||
+                    v.get<int64_t>() > std::numeric_limits<int32_t>::max())
                     return error("group '" + name + "' has " + shown(v) + ", which is no vertex index");
                 checked.push_back(v.get<int64_t>());
             }
@@ -172,16 +194,20 @@ Result<ParameterValue> ParameterValue::check(const ParameterDescription& descrip
         return result;
     }
 
-    const std::string form = "animated values are {\"keys\": [[frame, value], ...], \"interpolation\": \"linear\" or \"step\"}";
+    const std::string form =
+        "animated values are {\"keys\": [[frame, value], ...], \"interpolation\": \"linear\" or \"step\"}";
     for (const auto& [name, unused] : value.items())
-        if (name != "keys" && name != "interpolation") return checker.error("unknown name '" + name + "' in an animation", form);
+        if (name != "keys" && name != "interpolation")
+            return checker.error("unknown name '" + name + "' in an animation", form);
     if (!value.contains("keys") || !value["keys"].is_array() || value["keys"].empty())
         return checker.error("an animation has at least one key", form);
     result.interpolation_ = has_linear(description.type) ? Interpolation::linear : Interpolation::step;
     if (value.contains("interpolation")) {
         const Json& mode = value["interpolation"];
-        if (mode != "linear" && mode != "step") return checker.error("unknown interpolation " + shown(mode), "permitted: linear, step");
-        if (mode == "linear" && !has_linear(description.type)) return checker.error("can only be animated in steps", form);
+        if (mode != "linear" && mode != "step")
+            return checker.error("unknown interpolation " + shown(mode), "permitted: linear, step");
+        if (mode == "linear" && !has_linear(description.type))
+            return checker.error("can only be animated in steps", form);
         result.interpolation_ = mode == "linear" ? Interpolation::linear : Interpolation::step;
     }
     for (const Json& key : value["keys"]) {
@@ -189,7 +215,8 @@ Result<ParameterValue> ParameterValue::check(const ParameterDescription& descrip
             return checker.error(shown(key) + " is no key", form);
         const double frame = key[0].get<double>();
         if (!result.keys_.empty() && !(frame > result.keys_.back().frame))
-            return checker.error("keys are not in ascending order at frame " + shown(key[0]), "sort them; one key a frame");
+            return checker.error("keys are not in ascending order at frame " + shown(key[0]),
+                                 "sort them; one key a frame");
         Result<Json> checked = checker.single(key[1]);
         if (!checked) return checked.error();
         if (checked->is_null() && result.interpolation_ == Interpolation::linear)

@@ -67,8 +67,9 @@ Result<Value> cook(CookContext& context) {
         Result<std::vector<uint32_t>> particles = select(context, **body, p);
         if (!particles) return particles.error();
         if (particles->empty())
-            return context.error("region", "no particle of body '" + (*body)->name + "' lies in it",
-                                 "regions are tested against the centres of the fragments as placed at the first frame");
+            return context.error(
+                "region", "no particle of body '" + (*body)->name + "' lies in it",
+                "regions are tested against the centres of the fragments as placed at the first frame");
         selection = {key, std::make_shared<const std::vector<uint32_t>>(particles.take())};
     }
 
@@ -88,31 +89,68 @@ Result<Value> cook(CookContext& context) {
 }  // namespace
 
 NodeType pin_node() {
-    NodeDescription d{.type = "pin", .label = "Pin", .category = "simulation",
-                      .sentence = "Holds the particles whose rest centre lies in its region, and moves them rigidly about its pivot. Region, "
-                                  "pivot and motion are given in the scene, with the body as placed at the first frame."};
+    NodeDescription d{
+        .type = "pin",
+        .label = "Pin",
+        .category = "simulation",
+        .sentence =
+            "Holds the particles whose rest centre lies in its region, and moves them rigidly about its pivot. Region, "
+            "pivot and motion are given in the scene, with the body as placed at the first frame."};
     d.inputs = {{.name = "body", .label = "Body", .type = SocketType::body, .sentence = "The body that is held"}};
-    d.outputs = {{.name = "pin", .label = "Pin", .type = SocketType::pin, .sentence = "For the solver that holds the body"}};
+    d.outputs = {
+        {.name = "pin", .label = "Pin", .type = SocketType::pin, .sentence = "For the solver that holds the body"}};
     d.parameters = {
-        {.name = "region", .label = "Region", .type = ParameterType::choice, .default_value = "box",
+        {.name = "region",
+         .label = "Region",
+         .type = ParameterType::choice,
+         .default_value = "box",
          .sentence = "box takes `box_min` and `box_max`; sphere takes `center` and `radius`; group takes `group`",
          .choices = {"box", "sphere", "group"}},
-        {.name = "box_min", .label = "Box Min", .type = ParameterType::vector3, .unit = "m", .default_value = {-1.0, -1.0, -1.0},
+        {.name = "box_min",
+         .label = "Box Min",
+         .type = ParameterType::vector3,
+         .unit = "m",
+         .default_value = {-1.0, -1.0, -1.0},
          .sentence = "Lowest corner of the box"},
-        {.name = "box_max", .label = "Box Max", .type = ParameterType::vector3, .unit = "m", .default_value = {1.0, 1.0, 1.0},
+        {.name = "box_max",
+         .label = "Box Max",
+         .type = ParameterType::vector3,
+         .unit = "m",
+         .default_value = {1.0, 1.0, 1.0},
          .sentence = "Highest corner of the box"},
-        {.name = "center", .label = "Center", .type = ParameterType::vector3, .unit = "m", .default_value = {0.0, 0.0, 0.0},
+        {.name = "center",
+         .label = "Center",
+         .type = ParameterType::vector3,
+         .unit = "m",
+         .default_value = {0.0, 0.0, 0.0},
          .sentence = "Of the sphere"},
-        {.name = "radius", .label = "Radius", .unit = "m", .min = 0, .max = 1e5, .min_excluded = true, .default_value = 0.5,
+        {.name = "radius",
+         .label = "Radius",
+         .unit = "m",
+         .min = 0,
+         .max = 1e5,
+         .min_excluded = true,
+         .default_value = 0.5,
          .sentence = "Of the sphere"},
-        {.name = "group", .label = "Group", .type = ParameterType::text, .default_value = "",
+        {.name = "group",
+         .label = "Group",
+         .type = ParameterType::text,
+         .default_value = "",
          .sentence = "Vertex group of the mesh: fragments that own one of its vertices are held"},
-        {.name = "pivot", .label = "Pivot", .type = ParameterType::vector3, .unit = "m", .default_value = {0.0, 0.0, 0.0},
+        {.name = "pivot",
+         .label = "Pivot",
+         .type = ParameterType::vector3,
+         .unit = "m",
+         .default_value = {0.0, 0.0, 0.0},
          .sentence = "Point about which the rotation turns"},
         position_parameter(Animation::animatable, "How far the held particles are moved from where they rest"),
         rotation_parameter(Animation::animatable, "How far the held particles are turned about the pivot"),
-        {.name = "release_frame", .label = "Release Frame", .type = ParameterType::integer, .default_value = nullptr,
-         .sentence = "Last frame at which it holds; null: it never lets go", .nullable = true}};
+        {.name = "release_frame",
+         .label = "Release Frame",
+         .type = ParameterType::integer,
+         .default_value = nullptr,
+         .sentence = "Last frame at which it holds; null: it never lets go",
+         .nullable = true}};
     return {.description = d, .cook = cook, .check = check, .depends_on_frame = true};
 }
 

@@ -8,14 +8,22 @@
 namespace sunder {
 namespace {
 
-struct TypeName { PlyType type; size_t bytes; const char* name; const char* other_name; };
-constexpr std::array<TypeName, 8> kTypes = {{
-    {PlyType::int8, 1, "char", "int8"}, {PlyType::uint8, 1, "uchar", "uint8"},
-    {PlyType::int16, 2, "short", "int16"}, {PlyType::uint16, 2, "ushort", "uint16"},
-    {PlyType::int32, 4, "int", "int32"}, {PlyType::uint32, 4, "uint", "uint32"},
-    {PlyType::float32, 4, "float", "float32"}, {PlyType::float64, 8, "double", "float64"}}};
+struct TypeName {
+    PlyType type;
+    size_t bytes;
+    const char* name;
+    const char* other_name;
+};
+constexpr std::array<TypeName, 8> kTypes = {{{PlyType::int8, 1, "char", "int8"},
+                                             {PlyType::uint8, 1, "uchar", "uint8"},
+                                             {PlyType::int16, 2, "short", "int16"},
+                                             {PlyType::uint16, 2, "ushort", "uint16"},
+                                             {PlyType::int32, 4, "int", "int32"},
+                                             {PlyType::uint32, 4, "uint", "uint32"},
+                                             {PlyType::float32, 4, "float", "float32"},
+                                             {PlyType::float64, 8, "double", "float64"}}};
 
-constexpr size_t kMaxHeaderBytes = 1 << 16;     // a longer one is not a header
+constexpr size_t kMaxHeaderBytes = 1 << 16;  // a longer one is not a header
 
 std::optional<PlyType> type_of(std::string_view word) {
     for (const TypeName& t : kTypes)
@@ -34,19 +42,33 @@ std::vector<std::string> words_of(const std::string& line) {
 std::optional<uint64_t> list_length(const char* p, PlyType type) {
     int64_t n = -1;
     switch (type) {
-        case PlyType::int8: n = read_number<int8_t>(p); break;
-        case PlyType::uint8: n = read_number<uint8_t>(p); break;
-        case PlyType::int16: n = read_number<int16_t>(p); break;
-        case PlyType::uint16: n = read_number<uint16_t>(p); break;
-        case PlyType::int32: n = read_number<int32_t>(p); break;
-        case PlyType::uint32: n = read_number<uint32_t>(p); break;
-        default: break;
+        case PlyType::int8:
+            n = read_number<int8_t>(p);
+            break;
+        case PlyType::uint8:
+            n = read_number<uint8_t>(p);
+            break;
+        case PlyType::int16:
+            n = read_number<int16_t>(p);
+            break;
+        case PlyType::uint16:
+            n = read_number<uint16_t>(p);
+            break;
+        case PlyType::int32:
+            n = read_number<int32_t>(p);
+            break;
+        case PlyType::uint32:
+            n = read_number<uint32_t>(p);
+            break;
+        default:
+            break;
     }
     return n < 0 ? std::nullopt : std::optional<uint64_t>(static_cast<uint64_t>(n));
 }
 
 bool has_lists(const PlyElement& e) {
-    return std::any_of(e.properties.begin(), e.properties.end(), [](const PlyProperty& p) { return p.count_type.has_value(); });
+    return std::any_of(e.properties.begin(), e.properties.end(),
+                       [](const PlyProperty& p) { return p.count_type.has_value(); });
 }
 
 Result<PlyProperty> parse_property(const std::vector<std::string>& words, const std::string& where) {
@@ -54,7 +76,8 @@ Result<PlyProperty> parse_property(const std::vector<std::string>& words, const 
         if (const auto type = type_of(words[1])) return PlyProperty{words[2], *type, {}};
     if (words.size() == 5 && words[1] == "list") {
         const auto count = type_of(words[2]), type = type_of(words[3]);
-        if (count && type && *count != PlyType::float32 && *count != PlyType::float64) return PlyProperty{words[4], *type, count};
+        if (count && type && *count != PlyType::float32 && *count != PlyType::float64)
+            return PlyProperty{words[4], *type, count};
     }
     std::string line;
     for (const std::string& w : words) line += (line.empty() ? "" : " ") + w;
@@ -68,7 +91,8 @@ Result<size_t> parse_header(const std::string& bytes, const std::string& where, 
     for (int number = 0;; ++number) {
         const size_t end = bytes.find('\n', at);
         if (number == 0 && bytes.compare(0, 3, "ply") != 0) return bad_input(where, "is not a PLY file");
-        if (end == std::string::npos || end > kMaxHeaderBytes) return bad_input(where, "is truncated: the PLY header does not end");
+        if (end == std::string::npos || end > kMaxHeaderBytes)
+            return bad_input(where, "is truncated: the PLY header does not end");
         std::string line = bytes.substr(at, end - at);
         at = end + 1;
         if (!line.empty() && line.back() == '\r') line.pop_back();
@@ -84,7 +108,8 @@ Result<size_t> parse_header(const std::string& bytes, const std::string& where, 
             out.comments.push_back(text == std::string::npos ? "" : line.substr(text));
         } else if (words[0] == "format") {
             if (words.size() != 3 || words[1] != "binary_little_endian" || words[2] != "1.0")
-                return bad_input(where, "is PLY of another kind ('" + line.substr(0, 60) + "'); binary_little_endian 1.0 is read");
+                return bad_input(
+                    where, "is PLY of another kind ('" + line.substr(0, 60) + "'); binary_little_endian 1.0 is read");
             has_format = true;
         } else if (words[0] == "element") {
             uint64_t count = 0;
@@ -106,8 +131,9 @@ Result<size_t> parse_header(const std::string& bytes, const std::string& where, 
 }
 
 Error truncated(const std::string& where, const PlyElement& e, uint64_t row) {
-    return bad_input(where, "is truncated: " + e.name + " " + std::to_string(row) + " of " + std::to_string(e.count) + " is missing",
-                     "write it again; a bake goes on with --resume");
+    return bad_input(
+        where, "is truncated: " + e.name + " " + std::to_string(row) + " of " + std::to_string(e.count) + " is missing",
+        "write it again; a bake goes on with --resume");
 }
 
 // Offset behind the rows of an element with lists.
@@ -118,7 +144,8 @@ Result<size_t> walk_rows(const std::string& bytes, size_t at, const PlyElement& 
             if (p.count_type) {
                 if (bytes.size() - at < ply_size(*p.count_type)) return truncated(where, e, row);
                 const auto length = list_length(bytes.data() + at, *p.count_type);
-                if (!length) return bad_input(where, e.name + " " + std::to_string(row) + " has a list of negative length");
+                if (!length)
+                    return bad_input(where, e.name + " " + std::to_string(row) + " has a list of negative length");
                 n = *length;
                 at += ply_size(*p.count_type);
             }
@@ -160,7 +187,8 @@ Result<PlyFile> PlyFile::parse(std::string bytes, const std::string& where) {
     size_t at = *header_bytes;
     for (const PlyElement& e : file.header_.elements) {
         file.element_begin_.push_back(at);
-        if (e.properties.empty() && e.count > 0) return bad_input(where, "its PLY element " + e.name + " has no properties");
+        if (e.properties.empty() && e.count > 0)
+            return bad_input(where, "its PLY element " + e.name + " has no properties");
         if (has_lists(e)) {
             const auto end = walk_rows(bytes, at, e, where);
             if (!end) return end.error();

@@ -14,13 +14,13 @@ namespace sunder {
 
 enum class PlyType { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
-size_t ply_size(PlyType type);                  // bytes
-const char* ply_name(PlyType type);             // char, uchar, ..., double
+size_t ply_size(PlyType type);       // bytes
+const char* ply_name(PlyType type);  // char, uchar, ..., double
 
 struct PlyProperty {
     std::string name;
-    PlyType type = PlyType::float64;            // of the value, or of a list's entries
-    std::optional<PlyType> count_type;          // set: a list, its length written in this type
+    PlyType type = PlyType::float64;    // of the value, or of a list's entries
+    std::optional<PlyType> count_type;  // set: a list, its length written in this type
 };
 
 struct PlyElement {
@@ -30,7 +30,7 @@ struct PlyElement {
 };
 
 struct PlyHeader {
-    std::vector<std::string> comments;          // one line each
+    std::vector<std::string> comments;  // one line each
     std::vector<PlyElement> elements;
 };
 
@@ -43,8 +43,8 @@ void write_ply_header(ByteBuffer& io_bytes, const PlyHeader& header);
 /// A PLY file in memory. Everything in it is accounted for: no row is missing, no byte is left over.
 class PlyFile {
 public:
-    /// Errors (`where` names the file): not PLY, not binary little-endian, header not understood, truncated (which row of
-    /// which element is missing), bytes left over.
+    /// Errors (`where` names the file): not PLY, not binary little-endian, header not understood, truncated (which row
+    /// of which element is missing), bytes left over.
     static Result<PlyFile> parse(std::string bytes, const std::string& where);
 
     const PlyHeader& header() const { return header_; }
@@ -53,12 +53,12 @@ public:
 
     /// First byte of the rows of an element without lists, rows of row_bytes() bytes.
     const char* rows(const PlyElement& element) const;
-    static size_t row_bytes(const PlyElement& element);      // element without lists
+    static size_t row_bytes(const PlyElement& element);  // element without lists
 
 private:
     std::string bytes_;
     PlyHeader header_;
-    std::vector<size_t> element_begin_;         // offset of each element's rows in bytes_
+    std::vector<size_t> element_begin_;  // offset of each element's rows in bytes_
 };
 
 }  // namespace sunder

@@ -24,24 +24,49 @@ Result<Value> cook(CookContext& context) {
 }  // namespace
 
 NodeType rigid_body_node() {
-    NodeDescription d{.type = "rigid_body", .label = "Rigid Body", .category = "simulation",
+    NodeDescription d{.type = "rigid_body",
+                      .label = "Rigid Body",
+                      .category = "simulation",
                       .sentence = "A sphere or box that keeps its shape, pushes with its mass and is pushed."};
-    d.outputs = {{.name = "rigid_body", .label = "Rigid Body", .type = SocketType::rigid_body, .sentence = "For a solver"}};
-    d.parameters = {
-        {.name = "shape", .label = "Shape", .type = ParameterType::choice, .default_value = "sphere",
-         .sentence = "sphere takes `radius`, box takes `size`", .choices = {"sphere", "box"}},
-        {.name = "radius", .label = "Radius", .unit = "m", .min = 0, .max = 1e5, .min_excluded = true, .default_value = 0.5,
-         .sentence = "Of the sphere"},
-        {.name = "size", .label = "Size", .type = ParameterType::vector3, .unit = "m", .min = 0, .max = 1e5, .min_excluded = true,
-         .default_value = {1.0, 1.0, 1.0}, .sentence = "Lengths of the box's sides"},
-        {.name = "mass", .label = "Mass", .unit = "kg", .min = 0, .max = 1e12, .min_excluded = true, .default_value = 1.0,
-         .sentence = "Spread evenly over the shape"},
-        position_parameter(Animation::constant, "Of the centre at the first frame"),
-        rotation_parameter(Animation::constant, "About the centre at the first frame"),
-        velocity_parameter(),
-        angular_velocity_parameter(),
-        friction_parameter(Animation::constant),
-        restitution_parameter(Animation::constant)};
+    d.outputs = {
+        {.name = "rigid_body", .label = "Rigid Body", .type = SocketType::rigid_body, .sentence = "For a solver"}};
+    d.parameters = {{.name = "shape",
+                     .label = "Shape",
+                     .type = ParameterType::choice,
+                     .default_value = "sphere",
+                     .sentence = "sphere takes `radius`, box takes `size`",
+                     .choices = {"sphere", "box"}},
+                    {.name = "radius",
+                     .label = "Radius",
+                     .unit = "m",
+                     .min = 0,
+                     .max = 1e5,
+                     .min_excluded = true,
+                     .default_value = 0.5,
+                     .sentence = "Of the sphere"},
+                    {.name = "size",
+                     .label = "Size",
+                     .type = ParameterType::vector3,
+                     .unit = "m",
+                     .min = 0,
+                     .max = 1e5,
+                     .min_excluded = true,
+                     .default_value = {1.0, 1.0, 1.0},
+                     .sentence = "Lengths of the box's sides"},
+                    {.name = "mass",
+                     .label = "Mass",
+                     .unit = "kg",
+                     .min = 0,
+                     .max = 1e12,
+                     .min_excluded = true,
+                     .default_value = 1.0,
+                     .sentence = "Spread evenly over the shape"},
+                    position_parameter(Animation::constant, "Of the centre at the first frame"),
+                    rotation_parameter(Animation::constant, "About the centre at the first frame"),
+                    velocity_parameter(),
+                    angular_velocity_parameter(),
+                    friction_parameter(Animation::constant),
+                    restitution_parameter(Animation::constant)};
     return {.description = d, .cook = cook};
 }
 

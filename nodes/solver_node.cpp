@@ -1,16 +1,15 @@
 // solver: moves all bodies together; any frame may be asked for.
-#include "solver/solver.h"
-
 #include "nodes/node_list.h"
 #include "nodes/solver_scene.h"
 #include "nodes/state_cache.h"
+#include "solver/solver.h"
 
 namespace sunder {
 namespace {
 
-/// What the node keeps. A frame's history is the key of all that led to it: the scene, the materials it started with and
-/// what drove each step. A kept frame holds as long as its history is what the inputs say now; so an edit that starts
-/// to matter at frame 50 leaves frames 1 to 49 as they are.
+/// What the node keeps. A frame's history is the key of all that led to it: the scene, the materials it started with
+/// and what drove each step. A kept frame holds as long as its history is what the inputs say now; so an edit that
+/// starts to matter at frame 50 leaves frames 1 to 49 as they are.
 struct SolverStore {
     ContentKey scene_key = 0;
     int threads = -1;
@@ -18,8 +17,8 @@ struct SolverStore {
     std::vector<ContentKey> body_keys;
     StateCache frames;
 
-    ContentKey node_key = 0;                    // of the node when `history` was last looked at
-    std::vector<ContentKey> history;            // of frame start + i
+    ContentKey node_key = 0;          // of the node when `history` was last looked at
+    std::vector<ContentKey> history;  // of frame start + i
 };
 
 /// The solver node at work on one request.
@@ -99,7 +98,8 @@ public:
             if (!report) {
                 Error error = report.error();
                 if (error.code != ErrorCode::cancelled)
-                    error.where = "node '" + context_.node() + "', " + name + (error.where.empty() ? "" : ": " + error.where);
+                    error.where =
+                        "node '" + context_.node() + "', " + name + (error.where.empty() ? "" : ": " + error.where);
                 return error;
             }
             put(next, *key, std::move(state), *report);
@@ -108,7 +108,8 @@ public:
     }
 
     void put(int frame, ContentKey history, FrameState state, const StepReport& report) {
-        store_.frames.put(frame, {history, std::make_shared<const FrameState>(std::move(state)), report}, context_.cache_limit());
+        store_.frames.put(frame, {history, std::make_shared<const FrameState>(std::move(state)), report},
+                          context_.cache_limit());
     }
 
     Value value(int frame) const {
@@ -160,45 +161,108 @@ Status seed(CookContext& context, int frame, FrameState state) {
 }
 
 std::vector<SocketDescription> inputs() {
-    return {{.name = "bodies", .label = "Bodies", .type = SocketType::body, .many = true, .sentence = "What may dent and tear"},
-            {.name = "rigid_bodies", .label = "Rigid Bodies", .type = SocketType::rigid_body, .many = true, .required = false,
+    return {{.name = "bodies",
+             .label = "Bodies",
+             .type = SocketType::body,
+             .many = true,
+             .sentence = "What may dent and tear"},
+            {.name = "rigid_bodies",
+             .label = "Rigid Bodies",
+             .type = SocketType::rigid_body,
+             .many = true,
+             .required = false,
              .sentence = "What pushes and is pushed"},
-            {.name = "colliders", .label = "Colliders", .type = SocketType::collider, .many = true, .required = false,
+            {.name = "colliders",
+             .label = "Colliders",
+             .type = SocketType::collider,
+             .many = true,
+             .required = false,
              .sentence = "What all else collides with"},
-            {.name = "pins", .label = "Pins", .type = SocketType::pin, .many = true, .required = false,
+            {.name = "pins",
+             .label = "Pins",
+             .type = SocketType::pin,
+             .many = true,
+             .required = false,
              .sentence = "What holds and moves parts of the bodies"},
-            {.name = "forces", .label = "Forces", .type = SocketType::force, .many = true, .required = false,
+            {.name = "forces",
+             .label = "Forces",
+             .type = SocketType::force,
+             .many = true,
+             .required = false,
              .sentence = "Acceleration fields and winds, added up"}};
 }
 
 std::vector<ParameterDescription> parameters() {
-    return {
-        {.name = "method", .label = "Method", .type = ParameterType::choice, .default_value = "projective",
-         .sentence = "projective: stiffness in Pa, however stiff; jacobi: the same by cheap sweeps that leave stiff bodies too soft; "
-                     "gauss_seidel: the paper's, for comparison, with the bodies' `stiffness` as a share per sweep",
-         .choices = {"projective", "jacobi", "gauss_seidel"}},
-        {.name = "substeps", .label = "Substeps", .type = ParameterType::integer, .min = 1, .max = 1000, .default_value = 8,
-         .sentence = "Steps per frame: more for stiff materials and fast impacts"},
-        {.name = "iterations", .label = "Iterations", .type = ParameterType::integer, .min = 1, .max = 1000, .default_value = 2,
-         .sentence = "Sweeps per substep: more carry a push further through a body"},
-        {.name = "over_relaxation", .label = "Over-Relaxation", .min = 0.1, .max = 1.9, .default_value = 1.5,
-         .sentence = "Of method jacobi: how far each sweep goes beyond its own answer, to arrive sooner; 1: not at all"},
-        {.name = "gravity", .label = "Gravity", .type = ParameterType::vector3, .unit = "m/s2", .min = -1e6, .max = 1e6,
-         .default_value = {0.0, 0.0, -9.81}, .sentence = "Acceleration of all that may move", .animatable = true},
-        {.name = "damping", .label = "Damping", .unit = "1/s", .min = 0, .max = 1e4, .default_value = 0.0,
-         .sentence = "Velocities die away as exp(-damping x time)"},
-        {.name = "depenetration_speed", .label = "Depenetration Speed", .unit = "m/s", .min = 0, .max = 1e4, .min_excluded = true,
-         .default_value = 1.0, .sentence = "Fastest at which parts that overlap already are pushed apart"},
-        {.name = "self_collision", .label = "Self-Collision", .type = ParameterType::boolean, .default_value = true,
-         .sentence = "Particles of one body collide with one another where no edge joins them"}};
+    return {{.name = "method",
+             .label = "Method",
+             .type = ParameterType::choice,
+             .default_value = "projective",
+             .sentence = "projective: stiffness in Pa, however stiff; jacobi: the same by cheap sweeps that leave "
+                         "stiff bodies too soft; "
+                         "gauss_seidel: the paper's, for comparison, with the bodies' `stiffness` as a share per sweep",
+             .choices = {"projective", "jacobi", "gauss_seidel"}},
+            {.name = "substeps",
+             .label = "Substeps",
+             .type = ParameterType::integer,
+             .min = 1,
+             .max = 1000,
+             .default_value = 8,
+             .sentence = "Steps per frame: more for stiff materials and fast impacts"},
+            {.name = "iterations",
+             .label = "Iterations",
+             .type = ParameterType::integer,
+             .min = 1,
+             .max = 1000,
+             .default_value = 2,
+             .sentence = "Sweeps per substep: more carry a push further through a body"},
+            {.name = "over_relaxation",
+             .label = "Over-Relaxation",
+             .min = 0.1,
+             .max = 1.9,
+             .default_value = 1.5,
+             .sentence =
+                 "Of method jacobi: how far each sweep goes beyond its own answer, to arrive sooner; 1: not at all"},
+            {.name = "gravity",
+             .label = "Gravity",
+             .type = ParameterType::vector3,
+             .unit = "m/s2",
+             .min = -1e6,
+             .max = 1e6,
+             .default_value = {0.0, 0.0, -9.81},
+             .sentence = "Acceleration of all that may move",
+             .animatable = true},
+            {.name = "damping",
+             .label = "Damping",
+             .unit = "1/s",
+             .min = 0,
+             .max = 1e4,
+             .default_value = 0.0,
+             .sentence = "Velocities die away as exp(-damping x time)"},
+            {.name = "depenetration_speed",
+             .label = "Depenetration Speed",
+             .unit = "m/s",
+             .min = 0,
+             .max = 1e4,
+             .min_excluded = true,
+             .default_value = 1.0,
+             .sentence = "Fastest at which parts that overlap already are pushed apart"},
+            {.name = "self_collision",
+             .label = "Self-Collision",
+             .type = ParameterType::boolean,
+             .default_value = true,
+             .sentence = "Particles of one body collide with one another where no edge joins them"}};
 }
 
 }  // namespace
 
 NodeType solver_node() {
-    NodeDescription d{.type = "solver", .label = "Solver", .category = "simulation",
-                      .sentence = "Moves all bodies together, dents and tears them. Frames that were simulated are kept, and a frame is "
-                                  "reached from the last one before it that still holds."};
+    NodeDescription d{
+        .type = "solver",
+        .label = "Solver",
+        .category = "simulation",
+        .sentence =
+            "Moves all bodies together, dents and tears them. Frames that were simulated are kept, and a frame is "
+            "reached from the last one before it that still holds."};
     d.inputs = inputs();
     d.outputs = {{.name = "state", .label = "State", .type = SocketType::state, .sentence = "All bodies at a frame"}};
     d.parameters = parameters();

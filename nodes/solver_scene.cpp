@@ -10,8 +10,8 @@ void add(KeyHasher& io_hasher, const Shape& s) {
 }
 
 void add(KeyHasher& io_hasher, const Material& m) {
-    for (const double v : {m.youngs_modulus, m.poisson_ratio, m.yield, m.flow_rate, m.hardening, m.toughness, m.compressive_toughness,
-                           m.stiffness, m.friction, m.restitution})
+    for (const double v : {m.youngs_modulus, m.poisson_ratio, m.yield, m.flow_rate, m.hardening, m.toughness,
+                           m.compressive_toughness, m.stiffness, m.friction, m.restitution})
         io_hasher.add(v);
 }
 
@@ -21,7 +21,8 @@ void add(KeyHasher& io_hasher, const std::vector<DrivenPose>& poses) {
 }
 
 Status add_bodies(CookContext& context, SceneInput& io_input, KeyHasher& io_hasher) {
-    Result<std::vector<std::shared_ptr<const BodyValue>>> bodies = context.inputs_as<BodyValue>("bodies", context.start_frame());
+    Result<std::vector<std::shared_ptr<const BodyValue>>> bodies =
+        context.inputs_as<BodyValue>("bodies", context.start_frame());
     if (!bodies) return bodies.error();
     Scene& scene = io_input.scene;
     for (const auto& value : *bodies) {
@@ -42,13 +43,15 @@ Status add_bodies(CookContext& context, SceneInput& io_input, KeyHasher& io_hash
 }
 
 Status add_pins(CookContext& context, Scene& io_scene, KeyHasher& io_hasher) {
-    Result<std::vector<std::shared_ptr<const PinValue>>> pins = context.inputs_as<PinValue>("pins", context.start_frame());
+    Result<std::vector<std::shared_ptr<const PinValue>>> pins =
+        context.inputs_as<PinValue>("pins", context.start_frame());
     if (!pins) return pins.error();
     for (const auto& value : *pins) {
         const auto body = std::ranges::find(io_scene.bodies, value->body, &Body::name);
         if (body == io_scene.bodies.end())
-            return context.error("pins", "pin '" + value->name + "' holds body '" + value->body + "', which this solver does not move",
-                                 "wire '@" + value->body + ".body' to bodies, or remove the pin");
+            return context.error(
+                "pins", "pin '" + value->name + "' holds body '" + value->body + "', which this solver does not move",
+                "wire '@" + value->body + ".body' to bodies, or remove the pin");
         Pin pin;
         pin.name = value->name;
         for (const uint32_t particle : *value->particles) pin.particles.push_back(body->particle_begin + particle);
@@ -60,7 +63,8 @@ Status add_pins(CookContext& context, Scene& io_scene, KeyHasher& io_hasher) {
 }
 
 Status add_solids(CookContext& context, Scene& io_scene, KeyHasher& io_hasher) {
-    Result<std::vector<std::shared_ptr<const ColliderValue>>> colliders = context.inputs_as<ColliderValue>("colliders", context.start_frame());
+    Result<std::vector<std::shared_ptr<const ColliderValue>>> colliders =
+        context.inputs_as<ColliderValue>("colliders", context.start_frame());
     if (!colliders) return colliders.error();
     for (const auto& value : *colliders) {
         const Collider& c = value->collider;
@@ -68,12 +72,19 @@ Status add_solids(CookContext& context, Scene& io_scene, KeyHasher& io_hasher) {
         io_hasher.add(c.name).add(c.friction).add(c.restitution);
         add(io_hasher, c.shape);
     }
-    Result<std::vector<std::shared_ptr<const RigidBody>>> rigid_bodies = context.inputs_as<RigidBody>("rigid_bodies", context.start_frame());
+    Result<std::vector<std::shared_ptr<const RigidBody>>> rigid_bodies =
+        context.inputs_as<RigidBody>("rigid_bodies", context.start_frame());
     if (!rigid_bodies) return rigid_bodies.error();
     for (const auto& value : *rigid_bodies) {
         const RigidBody& b = *value;
         io_scene.rigid_bodies.push_back(b);
-        io_hasher.add(b.name).add(b.mass).add(b.pose).add(b.velocity).add(b.angular_velocity).add(b.friction).add(b.restitution);
+        io_hasher.add(b.name)
+            .add(b.mass)
+            .add(b.pose)
+            .add(b.velocity)
+            .add(b.angular_velocity)
+            .add(b.friction)
+            .add(b.restitution);
         add(io_hasher, b.shape);
     }
     return {};
@@ -87,14 +98,20 @@ Result<SceneInput> scene_input(CookContext& context) {
     if (Status ok = add_bodies(context, input, hasher); !ok) return ok.error();
     if (Status ok = add_pins(context, input.scene, hasher); !ok) return ok.error();
     if (Status ok = add_solids(context, input.scene, hasher); !ok) return ok.error();
-    input.key = hasher.add(context.start_frame()).add(input.scene.bodies.size()).add(input.scene.pins.size()).add(input.scene.colliders.size()).key();
+    input.key = hasher.add(context.start_frame())
+                    .add(input.scene.bodies.size())
+                    .add(input.scene.pins.size())
+                    .add(input.scene.colliders.size())
+                    .key();
     return input;
 }
 
 SolverSettings settings_of(const Parameters& p) {
     SolverSettings s;
     const std::string method = p.text("method");
-    s.method = method == "gauss_seidel" ? Method::gauss_seidel : method == "jacobi" ? Method::jacobi : Method::projective;
+    s.method = method == "gauss_seidel" ? Method::gauss_seidel
+               : method == "jacobi"     ? Method::jacobi
+                                        : Method::projective;
     s.substeps = p.integer("substeps");
     s.iterations = p.integer("iterations");
     s.over_relaxation = p.number("over_relaxation");
@@ -135,7 +152,11 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
 ContentKey key_of(const FrameInput& input, const SolverSettings& s) {
     KeyHasher hasher;
     hasher.add(static_cast<int>(s.method)).add(s.substeps).add(s.iterations).add(s.over_relaxation).add(s.damping);
-    hasher.add(s.depenetration_speed).add(s.self_collision).add(input.duration).add(input.gravity).add(input.forces.size());
+    hasher.add(s.depenetration_speed)
+        .add(s.self_collision)
+        .add(input.duration)
+        .add(input.gravity)
+        .add(input.forces.size());
     for (const Force& f : input.forces) hasher.add(f.acceleration).add(f.wind).add(f.drag);
     hasher.add(key_of(input.materials));
     add(hasher, input.pins);

@@ -4,9 +4,9 @@ namespace sunder {
 
 size_t memory_of(const FrameState& state) {
     const auto bytes = [](const auto& array) { return array.size() * sizeof(array[0]); };
-    return sizeof state + bytes(state.position) + bytes(state.orientation) + bytes(state.velocity) + bytes(state.angular_velocity) +
-           bytes(state.plastic_deformation) + bytes(state.yield) + bytes(state.strain) + bytes(state.group_rotation) +
-           bytes(state.edge_intact) + bytes(state.rigid_bodies) + bytes(state.contacts) +
+    return sizeof state + bytes(state.position) + bytes(state.orientation) + bytes(state.velocity) +
+           bytes(state.angular_velocity) + bytes(state.plastic_deformation) + bytes(state.yield) + bytes(state.strain) +
+           bytes(state.group_rotation) + bytes(state.edge_intact) + bytes(state.rigid_bodies) + bytes(state.contacts) +
            bytes(state.broken);
 }
 

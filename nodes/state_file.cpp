@@ -60,9 +60,9 @@ public:
     Decoder(const PlyFile& file, const std::string& where) : file_(file), where_(where) {}
 
     Result<StateFile> decode() {
-        for (Status (Decoder::*read)() : {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles, &Decoder::read_edges,
-                                          &Decoder::read_groups, &Decoder::read_rigid_bodies, &Decoder::read_broken,
-                                          &Decoder::read_contacts})
+        for (Status (Decoder::*read)() :
+             {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles, &Decoder::read_edges,
+              &Decoder::read_groups, &Decoder::read_rigid_bodies, &Decoder::read_broken, &Decoder::read_contacts})
             if (Status s = (this->*read)(); !s) return s.error();
         return std::move(out_);
     }
@@ -70,7 +70,8 @@ public:
 private:
     Status fault(const std::string& what) const { return bad_input(where_, what, "bake it again"); }
     Status not_finite(const PlyElement& e, size_t row, int property) const {
-        return fault(e.name + " " + std::to_string(row) + ": " + e.properties[static_cast<size_t>(property)].name + " is not finite");
+        return fault(e.name + " " + std::to_string(row) + ": " + e.properties[static_cast<size_t>(property)].name +
+                     " is not finite");
     }
     const char* row(const PlyElement& e, size_t i) const { return file_.rows(e) + i * PlyFile::row_bytes(e); }
 
@@ -84,7 +85,9 @@ private:
                 const PlyProperty &a = found[e].properties[p], &b = wanted[e].properties[p];
                 same = a.name == b.name && a.type == b.type && !a.count_type;
             }
-            if (!same) return fault("the elements are not those of a state frame: '" + wanted[e].name + "' is missing or differs");
+            if (!same)
+                return fault("the elements are not those of a state frame: '" + wanted[e].name +
+                             "' is missing or differs");
         }
         elements_ = &found;
         return {};
@@ -113,7 +116,8 @@ private:
             s.yield[i] = v[22], s.strain[i] = v[23];
             const char* p = row(e, i) + sizeof v;
             const int32_t body = read_number<int32_t>(p), fragment = read_number<int32_t>(p + 4);
-            if (body < 0 || fragment < 0) return fault("particle " + std::to_string(i) + " has a negative body or fragment");
+            if (body < 0 || fragment < 0)
+                return fault("particle " + std::to_string(i) + " has a negative body or fragment");
             out_.body[i] = static_cast<uint32_t>(body), out_.fragment[i] = static_cast<uint32_t>(fragment);
         }
         return {};
@@ -127,8 +131,8 @@ private:
             const uint32_t a = read_number<uint32_t>(p), b = read_number<uint32_t>(p + 4);
             const uint8_t intact = read_number<uint8_t>(p + 8);
             if (a >= b || b >= out_.body.size())
-                return fault("edge " + std::to_string(i) + " joins particles " + std::to_string(a) + " and " + std::to_string(b) + " of " +
-                             std::to_string(out_.body.size()));
+                return fault("edge " + std::to_string(i) + " joins particles " + std::to_string(a) + " and " +
+                             std::to_string(b) + " of " + std::to_string(out_.body.size()));
             if (intact > 1) return fault("edge " + std::to_string(i) + ": intact is neither 0 nor 1");
             out_.edges[i] = {a, b};
             out_.state.edge_intact[i] = intact;
@@ -138,7 +142,9 @@ private:
 
     Status read_groups() {
         const PlyElement& e = (*elements_)[2];
-        if (e.count != out_.body.size()) return fault("has " + std::to_string(e.count) + " groups for " + std::to_string(out_.body.size()) + " particles");
+        if (e.count != out_.body.size())
+            return fault("has " + std::to_string(e.count) + " groups for " + std::to_string(out_.body.size()) +
+                         " particles");
         out_.state.group_rotation.resize(e.count);
         double q[4];
         for (size_t i = 0; i < e.count; ++i) {
@@ -167,7 +173,9 @@ private:
         for (size_t i = 0; i < e.count; ++i) {
             BrokenEdge& b = out_.state.broken[i];
             b.edge = read_number<uint32_t>(row(e, i));
-            if (b.edge >= out_.edges.size()) return fault("broken_edge " + std::to_string(i) + " names edge " + std::to_string(b.edge) + " of " + std::to_string(out_.edges.size()));
+            if (b.edge >= out_.edges.size())
+                return fault("broken_edge " + std::to_string(i) + " names edge " + std::to_string(b.edge) + " of " +
+                             std::to_string(out_.edges.size()));
             if (const int bad = load(row(e, i) + 4, v, 2); bad >= 0) return not_finite(e, i, bad + 1);
             b.time = v[0], b.strain = v[1];
         }
@@ -202,7 +210,8 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
     const size_t n = s.n_particles();
     assert(rest.n_particles() == n && rest.n_edges() == s.edge_intact.size());
     std::vector<PlyElement> elements = layout();
-    const size_t counts[] = {n, s.edge_intact.size(), s.group_rotation.size(), s.rigid_bodies.size(), s.broken.size(), s.contacts.size(), 1};
+    const size_t counts[] = {
+        n, s.edge_intact.size(), s.group_rotation.size(), s.rigid_bodies.size(), s.broken.size(), s.contacts.size(), 1};
     size_t total = 4096;
     for (size_t e = 0; e < elements.size(); ++e) {
         elements[e].count = counts[e];
@@ -221,7 +230,8 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
     }
     for (size_t e = 0; e < rest.n_edges(); ++e)
         bytes.number(rest.edges[e].a), bytes.number(rest.edges[e].b), bytes.number(s.edge_intact[e]);
-    for (const Quat& q : s.group_rotation) bytes.number(q.w()), bytes.number(q.x()), bytes.number(q.y()), bytes.number(q.z());
+    for (const Quat& q : s.group_rotation)
+        bytes.number(q.w()), bytes.number(q.x()), bytes.number(q.y()), bytes.number(q.z());
     for (const RigidBodyState& r : s.rigid_bodies) {
         double v[13], *p = v;
         put_placement(p, r.position, r.orientation, r.velocity, r.angular_velocity);
@@ -230,7 +240,8 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
     for (const BrokenEdge& b : s.broken) bytes.number(b.edge), bytes.number(b.time), bytes.number(b.strain);
     for (const ContactMemory& c : s.contacts) {
         bytes.number(c.a), bytes.number(c.b);
-        const double v[7] = {c.point.x(), c.point.y(), c.point.z(), c.normal_force, c.friction_force.x(), c.friction_force.y(), c.friction_force.z()};
+        const double v[7] = {c.point.x(),          c.point.y(),          c.point.z(),         c.normal_force,
+                             c.friction_force.x(), c.friction_force.y(), c.friction_force.z()};
         bytes.append(v, sizeof v);
     }
     bytes.number(int32_t{frame}), bytes.number(s.time);
@@ -242,8 +253,10 @@ Result<StateFile> decode_state(std::string bytes, const std::string& where) {
     if (!file) return file.error();
     if (!file->has_comment(kStateFileMagic)) {
         for (const std::string& c : file->header().comments)
-            if (c.starts_with("sunder state frame ")) return bad_input(where, "is a " + c + ", which this version does not know", "use a newer Sunder");
-        return bad_input(where, "is a PLY file but no state frame of Sunder", "give a file that a bake_state node wrote");
+            if (c.starts_with("sunder state frame "))
+                return bad_input(where, "is a " + c + ", which this version does not know", "use a newer Sunder");
+        return bad_input(where, "is a PLY file but no state frame of Sunder",
+                         "give a file that a bake_state node wrote");
     }
     return Decoder(*file, where).decode();
 }
@@ -255,15 +268,20 @@ Result<StateFile> read_state_file(const std::string& path) {
 }
 
 Status require_same_scene(const StateFile& file, const SimulationMesh& rest, const std::string& where) {
-    const auto differs = [&](const std::string& what) { return bad_input(where, "is of another scene: " + what, "bake again with --restart"); };
+    const auto differs = [&](const std::string& what) {
+        return bad_input(where, "is of another scene: " + what, "bake again with --restart");
+    };
     if (file.body.size() != rest.n_particles())
-        return differs(std::to_string(file.body.size()) + " particles instead of " + std::to_string(rest.n_particles()));
+        return differs(std::to_string(file.body.size()) + " particles instead of " +
+                       std::to_string(rest.n_particles()));
     if (file.edges.size() != rest.n_edges())
         return differs(std::to_string(file.edges.size()) + " edges instead of " + std::to_string(rest.n_edges()));
     for (size_t i = 0; i < file.body.size(); ++i)
-        if (file.body[i] != rest.body[i] || file.fragment[i] != rest.fragment[i]) return differs("particle " + std::to_string(i) + " is another fragment");
+        if (file.body[i] != rest.body[i] || file.fragment[i] != rest.fragment[i])
+            return differs("particle " + std::to_string(i) + " is another fragment");
     for (size_t e = 0; e < file.edges.size(); ++e)
-        if (file.edges[e][0] != rest.edges[e].a || file.edges[e][1] != rest.edges[e].b) return differs("edge " + std::to_string(e) + " joins other particles");
+        if (file.edges[e][0] != rest.edges[e].a || file.edges[e][1] != rest.edges[e].b)
+            return differs("edge " + std::to_string(e) + " joins other particles");
     return {};
 }
 

@@ -27,9 +27,9 @@ inline constexpr std::string_view kStateFileMagic = "sunder state frame 1";
 struct StateFile {
     int32_t frame = 0;
     FrameState state;
-    std::vector<uint32_t> body;                         // (n_particles)
-    std::vector<uint32_t> fragment;                     // (n_particles), of that body
-    std::vector<std::array<uint32_t, 2>> edges;         // particles a < b (n_edges)
+    std::vector<uint32_t> body;                  // (n_particles)
+    std::vector<uint32_t> fragment;              // (n_particles), of that body
+    std::vector<std::array<uint32_t, 2>> edges;  // particles a < b (n_edges)
 };
 
 /// `rest` has as many particles and edges as `state` (asserted).

@@ -57,7 +57,7 @@ public:
 private:
     struct Level {
         Json* container;
-        std::string key;                        // last one seen, of an object
+        std::string key;  // last one seen, of an object
         std::set<std::string, std::less<>> keys;
     };
 
@@ -98,8 +98,8 @@ private:
 
     bool open(Json container) {
         if (levels_.size() == kDeepest) {
-            error_ = bad_input(where_, "lists and objects are nested deeper than " + std::to_string(kDeepest) + " levels at " +
-                                           path());
+            error_ = bad_input(where_, "lists and objects are nested deeper than " + std::to_string(kDeepest) +
+                                           " levels at " + path());
             return false;
         }
         Json* const opened = insert(std::move(container));

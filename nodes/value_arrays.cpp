@@ -12,11 +12,16 @@ namespace {
 
 template <class T>
 constexpr ArrayType type_code() {
-    if constexpr (std::is_same_v<T, uint8_t>) return ArrayType::uint8;
-    else if constexpr (std::is_same_v<T, int32_t>) return ArrayType::int32;
-    else if constexpr (std::is_same_v<T, uint32_t>) return ArrayType::uint32;
-    else if constexpr (std::is_same_v<T, float>) return ArrayType::float32;
-    else return ArrayType::float64;
+    if constexpr (std::is_same_v<T, uint8_t>)
+        return ArrayType::uint8;
+    else if constexpr (std::is_same_v<T, int32_t>)
+        return ArrayType::int32;
+    else if constexpr (std::is_same_v<T, uint32_t>)
+        return ArrayType::uint32;
+    else if constexpr (std::is_same_v<T, float>)
+        return ArrayType::float32;
+    else
+        return ArrayType::float64;
 }
 
 // The numbers of `values` as they lie in memory: T is a number or a fixed-size row of numbers N.
@@ -50,9 +55,12 @@ ArrayView quaternions(const std::vector<Quat>& values) {
 }
 
 ArrayView matrices(const std::vector<Mat3>& values) {
-    return made<double, 9>(values, [](const Mat3& m) {
-        return std::array<double, 9>{m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
-    }, {3, 3});
+    return made<double, 9>(values,
+                           [](const Mat3& m) {
+                               return std::array<double, 9>{m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1),
+                                                            m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
+                           },
+                           {3, 3});
 }
 
 // For uint32_t that leave as such.
@@ -81,8 +89,12 @@ const std::vector<Entry<SimulationMesh>>& entries_of(const SimulationMesh*) {
         {"radii", [](const M& m) { return as_is<double>(m.radii); }},
         {"volume", [](const M& m) { return as_is<double>(m.volume); }},
         {"mass", [](const M& m) { return as_is<double>(m.mass); }},
-        {"edges", [](const M& m) { return made<uint32_t, 2>(m.edges, [](const Edge& e) { return std::array{e.a, e.b}; }); }},
-        {"edge_area", [](const M& m) { return made<double, 1>(m.edges, [](const Edge& e) { return std::array{e.area}; }); }}};
+        {"edges",
+         [](const M& m) { return made<uint32_t, 2>(m.edges, [](const Edge& e) {
+                              return std::array{e.a, e.b};
+                          }); }},
+        {"edge_area",
+         [](const M& m) { return made<double, 1>(m.edges, [](const Edge& e) { return std::array{e.area}; }); }}};
     return entries;
 }
 
@@ -101,28 +113,72 @@ const std::vector<Entry<StateValue>>& entries_of(const StateValue*) {
         {"fragment", [](const S& s) { return as_is<uint32_t>(s.scene->rest.fragment); }},
         {"piece", [](const S& s) { return own(connected_pieces(s.scene->rest, s.state->edge_intact)); }},
         {"edge_intact", [](const S& s) { return as_is<uint8_t>(s.state->edge_intact); }},
-        {"broken_edge", [](const S& s) { return made<uint32_t, 1>(s.state->broken, [](const BrokenEdge& b) { return std::array{b.edge}; }); }},
-        {"broken_time", [](const S& s) { return made<double, 1>(s.state->broken, [](const BrokenEdge& b) { return std::array{b.time}; }); }},
-        {"broken_strain", [](const S& s) { return made<double, 1>(s.state->broken, [](const BrokenEdge& b) { return std::array{b.strain}; }); }},
-        {"rigid_position", [](const S& s) { return made<double, 3>(s.state->rigid_bodies, [](const RigidBodyState& r) { return row_of(r.position); }); }},
-        {"rigid_orientation", [](const S& s) { return made<double, 4>(s.state->rigid_bodies, [](const RigidBodyState& r) { return row_of(r.orientation); }); }},
-        {"rigid_velocity", [](const S& s) { return made<double, 3>(s.state->rigid_bodies, [](const RigidBodyState& r) { return row_of(r.velocity); }); }},
-        {"rigid_angular_velocity", [](const S& s) { return made<double, 3>(s.state->rigid_bodies, [](const RigidBodyState& r) { return row_of(r.angular_velocity); }); }}};
+        {"broken_edge",
+         [](const S& s) {
+             return made<uint32_t, 1>(s.state->broken, [](const BrokenEdge& b) { return std::array{b.edge}; });
+         }},
+        {"broken_time",
+         [](const S& s) {
+             return made<double, 1>(s.state->broken, [](const BrokenEdge& b) { return std::array{b.time}; });
+         }},
+        {"broken_strain",
+         [](const S& s) {
+             return made<double, 1>(s.state->broken, [](const BrokenEdge& b) { return std::array{b.strain}; });
+         }},
+        {"rigid_position",
+         [](const S& s) {
+             return made<double, 3>(s.state->rigid_bodies, [](const RigidBodyState& r) { return row_of(r.position); });
+         }},
+        {"rigid_orientation",
+         [](const S& s) {
+             return made<double, 4>(s.state->rigid_bodies,
+                                    [](const RigidBodyState& r) { return row_of(r.orientation); });
+         }},
+        {"rigid_velocity",
+         [](const S& s) {
+             return made<double, 3>(s.state->rigid_bodies, [](const RigidBodyState& r) { return row_of(r.velocity); });
+         }},
+        {"rigid_angular_velocity", [](const S& s) {
+             return made<double, 3>(s.state->rigid_bodies,
+                                    [](const RigidBodyState& r) { return row_of(r.angular_velocity); });
+         }}};
     return entries;
 }
 
 const std::vector<Entry<FragmentSet>>& entries_of(const FragmentSet*) {
     using F = FragmentSet;
     static const std::vector<Entry<F>> entries = {
-        {"rest_position", [](const F& s) { return made<double, 3>(s.fragments, [](const Fragment& f) { return row_of(f.centroid); }); }},
-        {"rest_orientation", [](const F& s) { return made<double, 4>(s.fragments, [](const Fragment& f) { return row_of(f.orientation); }); }},
-        {"radii", [](const F& s) { return made<double, 3>(s.fragments, [](const Fragment& f) { return row_of(f.radii); }); }},
-        {"volume", [](const F& s) { return made<double, 1>(s.fragments, [](const Fragment& f) { return std::array{f.volume}; }); }},
-        {"cluster", [](const F& s) { return made<int32_t, 1>(s.fragments, [](const Fragment& f) { return std::array{f.cluster}; }); }},
-        {"edges", [](const F& s) { return made<uint32_t, 2>(s.interfaces, [](const Interface& i) { return std::array{i.a.value, i.b.value}; }); }},
-        {"interface_area", [](const F& s) { return made<double, 1>(s.interfaces, [](const Interface& i) { return std::array{i.area}; }); }},
-        {"interface_normal", [](const F& s) { return made<double, 3>(s.interfaces, [](const Interface& i) { return row_of(i.normal); }); }},
-        {"interface_centroid", [](const F& s) { return made<double, 3>(s.interfaces, [](const Interface& i) { return row_of(i.centroid); }); }}};
+        {"rest_position",
+         [](const F& s) { return made<double, 3>(s.fragments, [](const Fragment& f) { return row_of(f.centroid); }); }},
+        {"rest_orientation",
+         [](const F& s) {
+             return made<double, 4>(s.fragments, [](const Fragment& f) { return row_of(f.orientation); });
+         }},
+        {"radii",
+         [](const F& s) { return made<double, 3>(s.fragments, [](const Fragment& f) { return row_of(f.radii); }); }},
+        {"volume",
+         [](const F& s) {
+             return made<double, 1>(s.fragments, [](const Fragment& f) { return std::array{f.volume}; });
+         }},
+        {"cluster",
+         [](const F& s) {
+             return made<int32_t, 1>(s.fragments, [](const Fragment& f) { return std::array{f.cluster}; });
+         }},
+        {"edges",
+         [](const F& s) {
+             return made<uint32_t, 2>(s.interfaces, [](const Interface& i) {
+                 return std::array{i.a.value, i.b.value};
+             });
+         }},
+        {"interface_area",
+         [](const F& s) {
+             return made<double, 1>(s.interfaces, [](const Interface& i) { return std::array{i.area}; });
+         }},
+        {"interface_normal",
+         [](const F& s) { return made<double, 3>(s.interfaces, [](const Interface& i) { return row_of(i.normal); }); }},
+        {"interface_centroid", [](const F& s) {
+             return made<double, 3>(s.interfaces, [](const Interface& i) { return row_of(i.centroid); });
+         }}};
     return entries;
 }
 
@@ -155,18 +211,26 @@ using Table = std::vector<std::pair<std::string, Getter>>;
 
 template <class T>
 void add(Table& table, const T& object) {
-    for (const Entry<T>& e : entries_of(&object)) table.emplace_back(e.name, [get = e.get, &object] { return get(object); });
+    for (const Entry<T>& e : entries_of(&object))
+        table.emplace_back(e.name, [get = e.get, &object] { return get(object); });
 }
 
 // What can be read of a value. The getters hold as long as the value.
 Table table_of(const Value& value) {
     Table table;
-    std::visit([&]<class T>(const std::shared_ptr<const T>& v) {
-        if constexpr (std::is_same_v<T, StateValue>) add(table, *v), add(table, v->scene->rest);
-        else if constexpr (std::is_same_v<T, BodyValue>) add(table, *v->rest);
-        else if constexpr (std::is_same_v<T, FragmentSet> || std::is_same_v<T, TriMesh> || std::is_same_v<T, BodyMesh>) add(table, *v);
-        else if constexpr (std::is_same_v<T, PinValue>) table.emplace_back("particles", [&v] { return as_is<uint32_t>(*v->particles); });
-    }, value);
+    std::visit(
+        [&]<class T>(const std::shared_ptr<const T>& v) {
+            if constexpr (std::is_same_v<T, StateValue>)
+                add(table, *v), add(table, v->scene->rest);
+            else if constexpr (std::is_same_v<T, BodyValue>)
+                add(table, *v->rest);
+            else if constexpr (std::is_same_v<T, FragmentSet> || std::is_same_v<T, TriMesh> ||
+                               std::is_same_v<T, BodyMesh>)
+                add(table, *v);
+            else if constexpr (std::is_same_v<T, PinValue>)
+                table.emplace_back("particles", [&v] { return as_is<uint32_t>(*v->particles); });
+        },
+        value);
     return table;
 }
 
@@ -177,47 +241,80 @@ Json json_of(double may_be_never) { return may_be_never == kNever ? Json(nullptr
 
 Json json_of(const Shape& s) {
     switch (s.kind) {
-        case ShapeKind::plane: return {{"kind", "plane"}};
-        case ShapeKind::sphere: return {{"kind", "sphere"}, {"radius", s.radius}};
-        case ShapeKind::box: return {{"kind", "box"}, {"half_extents", json_of(s.half_extents)}};
-        case ShapeKind::capsule: return {{"kind", "capsule"}, {"radius", s.radius}, {"half_height", s.half_height}};
+        case ShapeKind::plane:
+            return {{"kind", "plane"}};
+        case ShapeKind::sphere:
+            return {{"kind", "sphere"}, {"radius", s.radius}};
+        case ShapeKind::box:
+            return {{"kind", "box"}, {"half_extents", json_of(s.half_extents)}};
+        case ShapeKind::capsule:
+            return {{"kind", "capsule"}, {"radius", s.radius}, {"half_height", s.half_height}};
     }
     return nullptr;
 }
 
 Json json_of(const Material& m) {
-    return {{"youngs_modulus", m.youngs_modulus}, {"poisson_ratio", m.poisson_ratio}, {"yield", json_of(m.yield)}, {"flow_rate", m.flow_rate},
-            {"hardening", m.hardening}, {"toughness", json_of(m.toughness)}, {"compressive_toughness", json_of(m.compressive_toughness)},
-            {"friction", m.friction}, {"restitution", m.restitution}};
+    return {{"youngs_modulus", m.youngs_modulus},
+            {"poisson_ratio", m.poisson_ratio},
+            {"yield", json_of(m.yield)},
+            {"flow_rate", m.flow_rate},
+            {"hardening", m.hardening},
+            {"toughness", json_of(m.toughness)},
+            {"compressive_toughness", json_of(m.compressive_toughness)},
+            {"friction", m.friction},
+            {"restitution", m.restitution}};
 }
 
 Json info_of(const TriMesh& m) { return {{"materials", m.material_names}}; }
 Json info_of(const FragmentSet& s) {
-    return {{"materials", s.material_names}, {"interior_material", s.interior_material}, {"source_path", s.source_path},
-            {"source_volume", s.source_volume}, {"source_area", s.source_area}, {"warnings", s.warnings}};
+    return {{"materials", s.material_names}, {"interior_material", s.interior_material},
+            {"source_path", s.source_path},  {"source_volume", s.source_volume},
+            {"source_area", s.source_area},  {"warnings", s.warnings}};
 }
 Json info_of(const BodyValue& b) {
-    return {{"name", b.name}, {"pose", json_of(b.pose)}, {"velocity", json_of(b.velocity)}, {"angular_velocity", json_of(b.angular_velocity)},
+    return {{"name", b.name},
+            {"pose", json_of(b.pose)},
+            {"velocity", json_of(b.velocity)},
+            {"angular_velocity", json_of(b.angular_velocity)},
             {"material", json_of(b.material)}};
 }
 Json info_of(const RigidBody& r) {
     return {{"name", r.name}, {"shape", json_of(r.shape)}, {"mass", r.mass}, {"pose", json_of(r.pose)}};
 }
-Json info_of(const ColliderValue& c) { return {{"name", c.collider.name}, {"shape", json_of(c.collider.shape)}, {"pose", json_of(c.pose)}}; }
-Json info_of(const PinValue& p) { return {{"name", p.name}, {"on_body", p.body}, {"pose", json_of(p.pose)}, {"active", p.active}}; }
-Json info_of(const Force& f) { return {{"acceleration", json_of(f.acceleration)}, {"wind", json_of(f.wind)}, {"drag", f.drag}}; }
+Json info_of(const ColliderValue& c) {
+    return {{"name", c.collider.name}, {"shape", json_of(c.collider.shape)}, {"pose", json_of(c.pose)}};
+}
+Json info_of(const PinValue& p) {
+    return {{"name", p.name}, {"on_body", p.body}, {"pose", json_of(p.pose)}, {"active", p.active}};
+}
+Json info_of(const Force& f) {
+    return {{"acceleration", json_of(f.acceleration)}, {"wind", json_of(f.wind)}, {"drag", f.drag}};
+}
 Json info_of(const StateValue& s) {
     Json bodies = Json::array(), rigid = Json::array();
     for (const Body& b : s.scene->bodies)
-        bodies.push_back({{"name", b.name}, {"particles", {b.particle_begin, b.particle_end}}, {"edges", {b.edge_begin, b.edge_end}}});
+        bodies.push_back({{"name", b.name},
+                          {"particles", {b.particle_begin, b.particle_end}},
+                          {"edges", {b.edge_begin, b.edge_end}}});
     for (const RigidBody& r : s.scene->rigid_bodies) rigid.push_back(r.name);
-    return {{"frame", s.frame}, {"time", s.state->time}, {"bodies", bodies}, {"rigid_bodies", rigid},
-            {"report", {{"edges_broken", s.report.edges_broken}, {"contacts", s.report.contacts}, {"n_components", s.report.n_components},
-                        {"predict_s", s.report.predict_s}, {"shape_s", s.report.shape_s}, {"contact_s", s.report.contact_s},
-                        {"momentum_s", s.report.momentum_s}, {"fracture_s", s.report.fracture_s}}}};
+    return {{"frame", s.frame},
+            {"time", s.state->time},
+            {"bodies", bodies},
+            {"rigid_bodies", rigid},
+            {"report",
+             {{"edges_broken", s.report.edges_broken},
+              {"contacts", s.report.contacts},
+              {"n_components", s.report.n_components},
+              {"predict_s", s.report.predict_s},
+              {"shape_s", s.report.shape_s},
+              {"contact_s", s.report.contact_s},
+              {"momentum_s", s.report.momentum_s},
+              {"fracture_s", s.report.fracture_s}}}};
 }
 Json info_of(const BodyMesh& m) {
-    return {{"on_body", m.body}, {"materials", m.fragments->material_names}, {"interior_material", m.fragments->interior_material}};
+    return {{"on_body", m.body},
+            {"materials", m.fragments->material_names},
+            {"interior_material", m.fragments->interior_material}};
 }
 Json info_of(const BakeItem& b) { return {{"path", b.path}}; }
 
@@ -243,9 +340,11 @@ Json value_info(const Value& value) {
 Result<Value> value_part(const Value& value, std::string_view name, uint64_t index) {
     const auto* set = std::get_if<std::shared_ptr<const FragmentSet>>(&value);
     if (!set || name != "fragment_mesh")
-        return bad_usage("a " + std::string(name_of(type_of(value))) + " has no part '" + std::string(name) + "'", set ? "fragment_mesh" : "");
+        return bad_usage("a " + std::string(name_of(type_of(value))) + " has no part '" + std::string(name) + "'",
+                         set ? "fragment_mesh" : "");
     if (index >= (*set)->fragments.size())
-        return bad_usage("there is no fragment " + std::to_string(index), "0 to " + std::to_string((*set)->fragments.size()) + ", the last excluded");
+        return bad_usage("there is no fragment " + std::to_string(index),
+                         "0 to " + std::to_string((*set)->fragments.size()) + ", the last excluded");
     return make_value(fragment_mesh(**set, FragmentId(index)));
 }
 

@@ -1,13 +1,14 @@
 // Values as hosts read them: arrays by name with shape and type, and what is not an array as JSON.
 //
 // Particles come as (w, x, y, z) quaternions and row-major matrices. A name means the same thing in every value:
-//   state        position orientation velocity angular_velocity plastic_deformation yield strain group_rotation body fragment
+//   state        position orientation velocity angular_velocity plastic_deformation yield strain group_rotation body
+//   fragment
 //                piece edges edge_intact broken_edge broken_time broken_strain rigid_position rigid_orientation
 //                rigid_velocity rigid_angular_velocity, and of the scene at rest what a body has
 //   body         rest_position rest_orientation radii volume mass edges edge_area
-//   fragments    rest_position rest_orientation radii volume cluster edges interface_area interface_normal interface_centroid
-//   mesh, visual_mesh   positions triangles normals uvs (both by corner) face_material; visual: face_fragment vertex_fragment
-//   pin          particles
+//   fragments    rest_position rest_orientation radii volume cluster edges interface_area interface_normal
+//   interface_centroid mesh, visual_mesh   positions triangles normals uvs (both by corner) face_material; visual:
+//   face_fragment vertex_fragment pin          particles
 #pragma once
 
 #include <cstdint>
@@ -27,20 +28,22 @@ enum class ArrayType { uint8, int32, uint32, float32, float64 };
 
 struct ArrayView {
     ArrayType type = ArrayType::float64;
-    std::vector<uint64_t> shape;                // row-major, without gaps
-    const void* data = nullptr;                 // of the value, or of `owner`; nullptr if there are no elements
-    std::shared_ptr<const void> owner;          // keeps `data`
+    std::vector<uint64_t> shape;        // row-major, without gaps
+    const void* data = nullptr;         // of the value, or of `owner`; nullptr if there are no elements
+    std::shared_ptr<const void> owner;  // keeps `data`
 };
 
 std::vector<std::string> array_names(const Value& value);
 
-/// The view holds as long as `value` (or its copies) and the view's owner live. Errors: unknown name (permitted ones named).
+/// The view holds as long as `value` (or its copies) and the view's owner live. Errors: unknown name (permitted ones
+/// named).
 Result<ArrayView> value_array(const Value& value, std::string_view name);
 
 /// Names, counts, poses, materials: whatever is no array.
 Json value_info(const Value& value);
 
-/// A value made of one: "fragment_mesh" of fragments gives fragment `index` as a mesh. Errors: unknown name, index out of range.
+/// A value made of one: "fragment_mesh" of fragments gives fragment `index` as a mesh. Errors: unknown name, index out
+/// of range.
 Result<Value> value_part(const Value& value, std::string_view name, uint64_t index);
 
 /// A state frame from disk as a value, its scene holding only what the file tells: particles, edges, bodies.

@@ -14,7 +14,8 @@
 namespace sunder {
 namespace {
 
-// A small brittle block under a falling ball: every kind of state there is (contacts, a rigid body, broken edges, hardening).
+// A small brittle block under a falling ball: every kind of state there is (contacts, a rigid body, broken edges,
+// hardening).
 const char* const kScene = R"({"sunder": 1, "frame_rate": 24, "frame_range": [1, 10], "nodes": {
   "block": {"type": "lattice", "size": [0.3, 0.3, 0.3], "cells": [3, 3, 3], "center": [0, 0, 0.2]},
   "clay":  {"type": "body", "fragments": "@block.fragments", "youngs_modulus": 1e5, "yield": 0.01, "flow_rate": 20, "hardening": 0.5, "toughness": 0.06},
@@ -28,12 +29,15 @@ const char* const kScene = R"({"sunder": 1, "frame_rate": 24, "frame_range": [1,
 Graph scene(bool with_states = true) {
     auto graph = Graph::from_json_text(kScene, "scene", "");
     EXPECT_TRUE(graph) << graph.error().text();
-    if (!with_states) { EXPECT_TRUE(graph->remove_node("cache")); }
+    if (!with_states) {
+        EXPECT_TRUE(graph->remove_node("cache"));
+    }
     EXPECT_TRUE(graph->set_threads(1));
     return graph.take();
 }
 
-BakeSettings settings(const std::filesystem::path& folder, BakeStart start = BakeStart::fresh, std::optional<std::array<int, 2>> frames = {}) {
+BakeSettings settings(const std::filesystem::path& folder, BakeStart start = BakeStart::fresh,
+                      std::optional<std::array<int, 2>> frames = {}) {
     BakeSettings s;
     s.folder = folder.string();
     s.start = start;
@@ -45,7 +49,8 @@ BakeSettings settings(const std::filesystem::path& folder, BakeStart start = Bak
 std::map<std::string, std::string> contents(const std::filesystem::path& folder) {
     std::map<std::string, std::string> files;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
-        if (entry.is_regular_file()) files[std::filesystem::relative(entry.path(), folder).string()] = slurp(entry.path());
+        if (entry.is_regular_file())
+            files[std::filesystem::relative(entry.path(), folder).string()] = slurp(entry.path());
     return files;
 }
 
@@ -57,7 +62,8 @@ Error refused(const Result<BakeReport>& report) {
 bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 class Bake : public testing::TestWithParam<bool> {};
-INSTANTIATE_TEST_SUITE_P(States, Bake, testing::Bool(), [](const auto& info) { return info.param ? "baked_states" : "hidden_states"; });
+INSTANTIATE_TEST_SUITE_P(States, Bake, testing::Bool(),
+                         [](const auto& info) { return info.param ? "baked_states" : "hidden_states"; });
 
 TEST_P(Bake, resumed_after_any_frame_gives_the_bits_of_an_unbroken_run) {
     TemporaryFolder folder;
@@ -75,7 +81,7 @@ TEST_P(Bake, resumed_after_any_frame_gives_the_bits_of_an_unbroken_run) {
         ASSERT_TRUE(rest) << rest.error().text();
         EXPECT_EQ(rest->first_new_frame, stop + 1);
         EXPECT_EQ(rest->n_frames, static_cast<size_t>(10 - stop));
-        EXPECT_EQ(contents(folder / name), wanted) << stop;     // manifest included
+        EXPECT_EQ(contents(folder / name), wanted) << stop;  // manifest included
     }
 }
 
@@ -95,7 +101,9 @@ TEST(Bake, states_on_disk_are_the_states_that_were_evaluated) {
     Graph graph = scene();
     ASSERT_TRUE(bake(graph, settings(folder / "b")));
     for (int frame : {1, 5, 10}) {
-        const auto file = read_state_file((folder / ("b/state/sim." + std::string(frame < 10 ? "000" : "00") + std::to_string(frame) + ".ply")).string());
+        const auto file = read_state_file(
+            (folder / ("b/state/sim." + std::string(frame < 10 ? "000" : "00") + std::to_string(frame) + ".ply"))
+                .string());
         ASSERT_TRUE(file) << file.error().text();
         const auto value = graph.evaluate("sim", "state", frame);
         EXPECT_EQ(state_hash(file->state), state_hash(*std::get<std::shared_ptr<const StateValue>>(*value)->state));
@@ -108,7 +116,7 @@ TEST_P(Bake, cancelled_at_any_time_leaves_whole_frames_and_goes_on) {
     int n_calls = 0;
     const Progress::Callback count = [&](double, std::string_view) { return ++n_calls > 0; };
     ASSERT_TRUE(bake(whole, settings(folder / "whole"), Progress(count)));
-    ASSERT_GT(n_calls, 40);                     // several a frame, so that these times lie in different stages
+    ASSERT_GT(n_calls, 40);  // several a frame, so that these times lie in different stages
     for (int calls : {0, 3, n_calls / 2, n_calls / 2 + 1, n_calls / 2 + 2, n_calls - 2}) {
         const auto path = folder / ("c" + std::to_string(calls));
         Graph graph = scene(GetParam());
@@ -180,8 +188,8 @@ TEST(Bake, restart_removes_what_it_wrote_and_nothing_else) {
     ASSERT_TRUE(bake(graph, settings(folder / "b", BakeStart::restart, {{1, 2}})));
     std::set<std::string> names;
     for (const auto& [name, unused] : contents(folder / "b")) names.insert(name);
-    EXPECT_EQ(names, (std::set<std::string>{"manifest.json", "mesh/notes.txt", "notes.txt", "other/block.0001.ply", "other/block.0002.ply",
-                                            "state/sim.0001.ply", "state/sim.0002.ply"}));
+    EXPECT_EQ(names, (std::set<std::string>{"manifest.json", "mesh/notes.txt", "notes.txt", "other/block.0001.ply",
+                                            "other/block.0002.ply", "state/sim.0001.ply", "state/sim.0002.ply"}));
 }
 
 TEST(Bake, restart_mends_a_manifest_that_was_cut_off) {
@@ -287,7 +295,7 @@ TEST(Bake, a_full_disk_ends_it_with_whole_frames_and_it_goes_on_later) {
     ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &old_limit), 0);
     const auto old_handler = signal(SIGXFSZ, SIG_IGN);
     rlimit limit = old_limit;
-    limit.rlim_cur = 2000;                      // bytes; less than any state frame
+    limit.rlim_cur = 2000;  // bytes; less than any state frame
     ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
     const auto full = bake(graph, settings(folder / "b", BakeStart::resume));
     setrlimit(RLIMIT_FSIZE, &old_limit);
@@ -314,7 +322,8 @@ TEST(Bake, frames_may_begin_after_the_simulation_does) {
     ASSERT_TRUE(bake(graph, settings(folder / "b", BakeStart::fresh, {{6, 7}})));
     ASSERT_TRUE(bake(graph, settings(folder / "b", BakeStart::resume, {{6, 9}})));
     EXPECT_EQ(slurp(folder / "b/state/sim.0009.ply"), slurp(folder / "whole/state/sim.0009.ply"));
-    EXPECT_TRUE(has(refused(bake(graph, settings(folder / "b", BakeStart::resume, {{5, 9}}))).text(), "began at frame 6"));
+    EXPECT_TRUE(
+        has(refused(bake(graph, settings(folder / "b", BakeStart::resume, {{5, 9}}))).text(), "began at frame 6"));
     const auto nothing = bake(graph, settings(folder / "b", BakeStart::resume, {{6, 7}}));
     ASSERT_TRUE(nothing);
     EXPECT_EQ(nothing->n_frames, 0u);

@@ -13,8 +13,8 @@ namespace {
 TEST(Description, all_twelve_node_types_are_there) {
     std::vector<std::string> types;
     for (const NodeType& type : standard_registry().types()) types.push_back(type.description.type);
-    EXPECT_EQ(types, (std::vector<std::string>{"mesh_file", "lattice", "prefracture", "body", "rigid_body", "collider", "pin", "force", "solver",
-                                               "deformer", "bake_mesh", "bake_state"}));
+    EXPECT_EQ(types, (std::vector<std::string>{"mesh_file", "lattice", "prefracture", "body", "rigid_body", "collider",
+                                               "pin", "force", "solver", "deformer", "bake_mesh", "bake_state"}));
 }
 
 TEST(Description, every_default_fits_its_own_description) {
@@ -34,14 +34,18 @@ TEST(Description, names_are_unique_and_nothing_is_left_unsaid) {
         for (const SocketDescription& s : d.inputs) EXPECT_TRUE(names.insert(s.name).second) << d.type << "." << s.name;
         for (const ParameterDescription& p : d.parameters) {
             EXPECT_TRUE(names.insert(p.name).second) << d.type << "." << p.name;
-            for (const std::string& alias : p.aliases) EXPECT_TRUE(names.insert(alias).second) << d.type << "." << alias;
+            for (const std::string& alias : p.aliases)
+                EXPECT_TRUE(names.insert(alias).second) << d.type << "." << alias;
             EXPECT_FALSE(p.label.empty() || p.sentence.empty()) << d.type << "." << p.name;
             EXPECT_FALSE(p.sentence.ends_with(".")) << d.type << "." << p.name;
-            EXPECT_EQ(p.type == ParameterType::choice, !p.choices.empty() && p.choices[0].is_string()) << d.type << "." << p.name;
+            EXPECT_EQ(p.type == ParameterType::choice, !p.choices.empty() && p.choices[0].is_string())
+                << d.type << "." << p.name;
         }
-        for (const SocketDescription& s : d.outputs) EXPECT_FALSE(s.sentence.empty() || s.label.empty()) << d.type << "." << s.name;
+        for (const SocketDescription& s : d.outputs)
+            EXPECT_FALSE(s.sentence.empty() || s.label.empty()) << d.type << "." << s.name;
         EXPECT_FALSE(d.label.empty() || d.sentence.empty() || d.outputs.empty()) << d.type;
-        EXPECT_TRUE((std::set<std::string>{"input", "fracture", "simulation", "output"}.contains(d.category))) << d.type;
+        EXPECT_TRUE((std::set<std::string>{"input", "fracture", "simulation", "output"}.contains(d.category)))
+            << d.type;
         EXPECT_TRUE(type.cook) << d.type;
     }
 }
@@ -52,8 +56,10 @@ TEST(Description, the_reference_tells_of_every_node_socket_and_parameter) {
         const size_t begin = text.find("`" + type.description.type + "`\n");
         ASSERT_NE(begin, std::string::npos) << type.description.type;
         const std::string section = text.substr(begin, text.find("\n##", begin) - begin);
-        for (const SocketDescription& s : type.description.inputs) EXPECT_NE(section.find("| `" + s.name + "` |"), std::string::npos) << s.name;
-        for (const SocketDescription& s : type.description.outputs) EXPECT_NE(section.find("| `" + s.name + "` |"), std::string::npos) << s.name;
+        for (const SocketDescription& s : type.description.inputs)
+            EXPECT_NE(section.find("| `" + s.name + "` |"), std::string::npos) << s.name;
+        for (const SocketDescription& s : type.description.outputs)
+            EXPECT_NE(section.find("| `" + s.name + "` |"), std::string::npos) << s.name;
         for (const ParameterDescription& p : type.description.parameters)
             EXPECT_NE(section.find("| `" + p.name + "` | " + p.label + " |"), std::string::npos) << p.name;
     }

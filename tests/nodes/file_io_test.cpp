@@ -52,7 +52,7 @@ TEST(FileIo, a_file_in_a_folder_s_place_is_told) {
 
 TEST(FileIo, stamps_of_bytes_and_of_the_file_agree) {
     TemporaryFolder folder;
-    const std::string bytes(3'000'001, 'q');    // more than one block
+    const std::string bytes(3'000'001, 'q');  // more than one block
     const auto written = write_file(folder / "a.bin", bytes);
     const auto stamp = stamp_of_file(folder / "a.bin");
     ASSERT_TRUE(written && stamp);

@@ -54,7 +54,8 @@ TEST(GraphFile, reads_the_shot_and_writes_it_again) {
     // Every number of the file is there, and nothing else is.
     const Json original = Json::parse(kShot);
     for (const auto& [name, node] : original["nodes"].items())
-        for (const auto& [key, value] : node.items()) EXPECT_EQ(written["nodes"][name][key], value) << name << "." << key;
+        for (const auto& [key, value] : node.items())
+            EXPECT_EQ(written["nodes"][name][key], value) << name << "." << key;
 }
 
 TEST(GraphFile, written_with_defaults_means_the_same) {
@@ -106,12 +107,14 @@ TEST(GraphFile, refuses_what_is_wrong_and_names_it) {
         {R"("pieces": 300)", R"("pieces": 0)", "pieces", "pieces", "1 <= value <= 100000"},
         {R"("shape": "plane")", R"("shape": "plain")", "floor", "shape", "did you mean 'plane'?"},
         {R"("mesh": "@bunny.mesh")", R"("mesh": "@bunny.fragments")", "pieces", "mesh", "has no output 'fragments'"},
-        {R"("mesh": "@bunny.mesh")", R"("mesh": "@lead.body")", "pieces", "mesh", "takes a mesh, but 'lead.body' is a body"},
+        {R"("mesh": "@bunny.mesh")", R"("mesh": "@lead.body")", "pieces", "mesh",
+         "takes a mesh, but 'lead.body' is a body"},
         {R"("mesh": "@bunny.mesh")", R"("mesh": "@bnny.mesh")", "pieces", "mesh", "did you mean 'bunny'?"},
         {R"("mesh": "@bunny.mesh", )", "", "pieces", "mesh", "nothing is wired"},
         {R"("bodies": ["@lead.body"])", R"("bodies": [])", "sim", "bodies", "nothing is wired"},
         {R"("bodies": ["@lead.body"])", R"("bodies": ["@lead.body", 4])", "sim", "bodies", "list of wires"},
-        {R"("path": "mesh/bunny.####.ply")", R"("path": "../bunny.####.ply")", "out", "path", "leaves the output folder"},
+        {R"("path": "mesh/bunny.####.ply")", R"("path": "../bunny.####.ply")", "out", "path",
+         "leaves the output folder"},
         {R"("path": "mesh/bunny.####.ply")", R"("path": "bunny.ply")", "out", "path", "####"},
     };
     for (const Refusal& r : refusals) {
@@ -132,16 +135,18 @@ TEST(GraphFile, every_cut_off_file_is_refused_with_its_place) {
 }
 
 TEST(GraphFile, refuses_a_value_under_both_of_its_names) {
-    const Result<Graph> graph = Graph::from_json_text(R"({"sunder": 1, "nodes": {"a": {"type": "number", "value": 1, "amount": 2}}})", "",
-                                                      "", number_nodes::kRegistry);
+    const Result<Graph> graph =
+        Graph::from_json_text(R"({"sunder": 1, "nodes": {"a": {"type": "number", "value": 1, "amount": 2}}})", "", "",
+                              number_nodes::kRegistry);
     ASSERT_FALSE(graph);
-    EXPECT_NE(graph.error().text().find("'amount' is an older name of 'value'"), std::string::npos) << graph.error().text();
+    EXPECT_NE(graph.error().text().find("'amount' is an older name of 'value'"), std::string::npos)
+        << graph.error().text();
 }
 
 TEST(GraphFile, refuses_cycles) {
     const Result<Graph> graph = Graph::from_json_text(
-        R"({"sunder": 1, "nodes": {"a": {"type": "sum", "terms": ["@b.force"]}, "b": {"type": "sum", "terms": ["@a.force"]}}})", "", "",
-        number_nodes::kRegistry);
+        R"({"sunder": 1, "nodes": {"a": {"type": "sum", "terms": ["@b.force"]}, "b": {"type": "sum", "terms": ["@a.force"]}}})",
+        "", "", number_nodes::kRegistry);
     ASSERT_FALSE(graph);
     EXPECT_EQ(graph.error().node, "b");
     EXPECT_NE(graph.error().text().find("b -> a -> b"), std::string::npos) << graph.error().text();

@@ -1,4 +1,5 @@
-// Graph files come from people, exporters and broken disks: whatever they hold, reading them ends in a graph or a refusal.
+// Graph files come from people, exporters and broken disks: whatever they hold, reading them ends in a graph or a
+// refusal.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -42,10 +43,17 @@ TEST(GraphFuzz, bytes_that_went_wrong) {
         for (uint32_t n = 1 + random() % 3; n > 0; --n) {
             const size_t at = random() % text.size();
             switch (random() % 4) {
-                case 0: text[at] = kLikely[random() % kLikely.size()]; break;
-                case 1: text.erase(at, 1 + random() % 5); break;
-                case 2: text.insert(at, 1, kLikely[random() % kLikely.size()]); break;
-                default: text.insert(at, text.substr(random() % text.size(), random() % 30));
+                case 0:
+                    text[at] = kLikely[random() % kLikely.size()];
+                    break;
+                case 1:
+                    text.erase(at, 1 + random() % 5);
+                    break;
+                case 2:
+                    text.insert(at, 1, kLikely[random() % kLikely.size()]);
+                    break;
+                default:
+                    text.insert(at, text.substr(random() % text.size(), random() % 30));
             }
         }
         expect_graph_or_refusal(text, read);
@@ -62,9 +70,27 @@ void collect(Json& json, std::vector<Json*>& out_values) {
 
 TEST(GraphFuzz, values_of_other_kinds) {
     std::mt19937 random(11);
-    const std::vector<Json> foreign = {nullptr, true, 0, -1, 1e308, -1e-308, 2147483648u, 18446744073709551615u, "", "@", "@.", "@bar.",
-                                       "@bar.fragments", "@sim.state", "####", Json::array(), Json::object(), {1, 2, 3}, {{"keys", {1}}},
-                                       {{"keys", {{1, nullptr}}}}, Json::array({Json::array({Json::array()})})};
+    const std::vector<Json> foreign = {nullptr,
+                                       true,
+                                       0,
+                                       -1,
+                                       1e308,
+                                       -1e-308,
+                                       2147483648u,
+                                       18446744073709551615u,
+                                       "",
+                                       "@",
+                                       "@.",
+                                       "@bar.",
+                                       "@bar.fragments",
+                                       "@sim.state",
+                                       "####",
+                                       Json::array(),
+                                       Json::object(),
+                                       {1, 2, 3},
+                                       {{"keys", {1}}},
+                                       {{"keys", {{1, nullptr}}}},
+                                       Json::array({Json::array({Json::array()})})};
     size_t read = 0;
     for (int round = 0; round < 3000; ++round) {
         Json document = Json::parse(kText);

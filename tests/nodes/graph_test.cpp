@@ -9,7 +9,8 @@ namespace {
 
 using number_nodes::chain;
 
-void expect_refused(const Status& status, const std::string& node, const std::string& parameter, const std::string& part) {
+void expect_refused(const Status& status, const std::string& node, const std::string& parameter,
+                    const std::string& part) {
     ASSERT_FALSE(status);
     EXPECT_EQ(status.error().code, ErrorCode::bad_input);
     EXPECT_EQ(status.error().node, node);
@@ -32,7 +33,8 @@ TEST(Graph, refuses_unknown_names_and_offers_the_nearest) {
 
 TEST(Graph, refuses_names_that_scripts_could_not_write) {
     Graph graph(number_nodes::kRegistry);
-    for (const std::string name : {"", "a=b", "@a", "a/b", "a\nb", "\xff"}) EXPECT_FALSE(graph.add_node(name, "number")) << name;
+    for (const std::string name : {"", "a=b", "@a", "a/b", "a\nb", "\xff"})
+        EXPECT_FALSE(graph.add_node(name, "number")) << name;
     EXPECT_FALSE(graph.add_node(std::string(201, 'x'), "number"));
     EXPECT_TRUE(graph.add_node("Body.001 \xc3\xa9", "number"));
     EXPECT_TRUE(graph.add_node("sum", "sum"));

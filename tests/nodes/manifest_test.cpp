@@ -34,7 +34,7 @@ TEST(Manifest, comes_back_whole) {
     ASSERT_TRUE(m) << m.error().text();
     EXPECT_EQ(*m, example());
     EXPECT_TRUE(is_own_manifest(text_of(example())));
-    EXPECT_TRUE(is_own_manifest(text_of(example()).substr(0, 60)));     // cut off, and still known as ours
+    EXPECT_TRUE(is_own_manifest(text_of(example()).substr(0, 60)));  // cut off, and still known as ours
     EXPECT_FALSE(is_own_manifest("{\"name\": \"web app\"}"));
 }
 
@@ -52,8 +52,10 @@ TEST(Manifest, every_missing_field_is_named) {
     for (const auto& [name, unused] : whole.items()) {
         Json without = whole;
         without.erase(name);
-        if (name == "format") EXPECT_TRUE(has(fault_of(without), "not the manifest"));
-        else EXPECT_TRUE(has(fault_of(without), name)) << name;
+        if (name == "format")
+            EXPECT_TRUE(has(fault_of(without), "not the manifest"));
+        else
+            EXPECT_TRUE(has(fault_of(without), name)) << name;
     }
 }
 
@@ -69,10 +71,10 @@ TEST(Manifest, wrong_types_are_refused) {
     EXPECT_TRUE(has(with("/frames/0/files/0/hash", "xyz"), "hash"));
     EXPECT_TRUE(has(with("/frames/0/files/0/hash", 7), "hash"));
     EXPECT_TRUE(has(with("/frames/0", 3), "frame"));
-    EXPECT_TRUE(has(with("/frames/1/frame", 3), "lists frame 3"));       // a gap
-    EXPECT_TRUE(has(with("/frames/1/frame", 1), "lists frame 1"));       // twice
+    EXPECT_TRUE(has(with("/frames/1/frame", 3), "lists frame 3"));  // a gap
+    EXPECT_TRUE(has(with("/frames/1/frame", 1), "lists frame 1"));  // twice
     EXPECT_TRUE(has(with("/frames/0/frame", 99999999999), "frame"));
-    EXPECT_TRUE(has(with("/frame_range", {1, 1}), "lists frame 2"));     // beyond the range
+    EXPECT_TRUE(has(with("/frame_range", {1, 1}), "lists frame 2"));  // beyond the range
     EXPECT_TRUE(has(with("/frame_range", {1}), "frame_range"));
     EXPECT_TRUE(has(with("/graph", 3), "graph"));
     EXPECT_TRUE(has(with("/graph/nodes", 3), "graph"));
@@ -97,7 +99,8 @@ TEST(Manifest, differences_are_named) {
         return all.size() == 1 ? all[0] : std::to_string(all.size()) + " differences";
     };
     EXPECT_TRUE(differences(example(), example()).empty());
-    EXPECT_EQ(one([](Manifest& m) { m.graph["nodes"]["a"]["toughness"] = 0.2; }), "node 'a', 'toughness': 0.1 was baked, now 0.2");
+    EXPECT_EQ(one([](Manifest& m) { m.graph["nodes"]["a"]["toughness"] = 0.2; }),
+              "node 'a', 'toughness': 0.1 was baked, now 0.2");
     EXPECT_EQ(one([](Manifest& m) { m.graph["nodes"]["a"]["x"] = 1; }), "node 'a', 'x': nothing was baked, now 1");
     EXPECT_EQ(one([](Manifest& m) { m.graph["nodes"].erase("a"); }), "node 'a' is no longer there");
     EXPECT_EQ(one([](Manifest& m) { m.graph["nodes"]["c"] = {{"type", "pin"}}; }), "node 'c' is new");

@@ -76,7 +76,7 @@ TEST(MeshFrameFile, obj_reads_back_to_the_same_floats) {
         if (keyword == "usemtl") materials.push_back(line);
     }
     EXPECT_EQ(positions, m.positions);
-    EXPECT_EQ(n_uvs, 2u);                       // each written once
+    EXPECT_EQ(n_uvs, 2u);  // each written once
     EXPECT_EQ(n_normals, 2u);
     EXPECT_EQ(faces, (std::vector<std::string>{"f 1/1/1 2/2/1 3/1/1", "f 3/2/2 2/1/2 4/2/2"}));
     EXPECT_EQ(materials, (std::vector<std::string>{"usemtl old_clay", "usemtl interior"}));

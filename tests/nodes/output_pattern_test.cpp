@@ -13,14 +13,16 @@ TEST(OutputPattern, fills_in_the_frame) {
 }
 
 TEST(OutputPattern, refuses_what_leaves_the_output_folder) {
-    for (const char* pattern : {"", "/tmp/a.####.ply", "../a.####.ply", "a/../../b.####.ply", "a//b.####.ply", "./a.####.ply", "a/####.ply/",
-                                "C:\\a.####.ply", "..\\a.####.ply"})
+    for (const char* pattern : {"", "/tmp/a.####.ply", "../a.####.ply", "a/../../b.####.ply", "a//b.####.ply",
+                                "./a.####.ply", "a/####.ply/", "C:\\a.####.ply", "..\\a.####.ply"})
         EXPECT_FALSE(check_output_pattern(pattern)) << pattern;
 }
 
 TEST(OutputPattern, refuses_frames_that_would_overwrite_one_another) {
-    for (const char* pattern : {"a.ply", "##/a.##.ply", "####/a.ply"}) EXPECT_FALSE(check_output_pattern(pattern)) << pattern;
-    for (const char* pattern : {"a.#.ply", "deep/er/a.######.ply", "####"}) EXPECT_TRUE(check_output_pattern(pattern)) << pattern;
+    for (const char* pattern : {"a.ply", "##/a.##.ply", "####/a.ply"})
+        EXPECT_FALSE(check_output_pattern(pattern)) << pattern;
+    for (const char* pattern : {"a.#.ply", "deep/er/a.######.ply", "####"})
+        EXPECT_TRUE(check_output_pattern(pattern)) << pattern;
 }
 
 }  // namespace

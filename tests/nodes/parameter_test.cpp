@@ -45,7 +45,8 @@ TEST(Parameter, refuses_wrong_types) {
 }
 
 TEST(Parameter, refuses_values_out_of_range_and_names_the_range) {
-    EXPECT_TRUE(contains(fault("value", -1), "-1.0 m is out of range (permitted: 0 <= value <= 1000)")) << fault("value", -1);
+    EXPECT_TRUE(contains(fault("value", -1), "-1.0 m is out of range (permitted: 0 <= value <= 1000)"))
+        << fault("value", -1);
     EXPECT_TRUE(contains(fault("limit", 0), "permitted: value > 0"));
     EXPECT_TRUE(contains(fault("count", 0), "out of range"));
     EXPECT_TRUE(contains(fault("count", 1e18), "out of range"));

@@ -24,7 +24,7 @@ TEST(PlyFile, reads_back_what_was_written) {
     PlyElement face{"face", 2, {{"vertex_indices", PlyType::int32, PlyType::uint8}, {"material", PlyType::int16, {}}}};
     write_ply_header(bytes, {{"hello"}, {{"point", 2, ply_scalars("x y", PlyType::float64)}, face}});
     for (double v : {1.5, -0.0, 1e300, 4.9e-324}) bytes.number(v);
-    for (int n : {0, 3}) {                      // a list may be empty
+    for (int n : {0, 3}) {  // a list may be empty
         bytes.number(static_cast<uint8_t>(n));
         for (int i = 0; i < n; ++i) bytes.number(i);
         bytes.number(int16_t{-7});
@@ -50,7 +50,8 @@ TEST(PlyFile, every_truncation_is_noticed) {
     const std::string whole(bytes.view());
     ASSERT_EQ(fault_of(whole), "");
     for (size_t n = 0; n < whole.size(); ++n) EXPECT_NE(fault_of(whole.substr(0, n)), "") << n << " bytes";
-    EXPECT_TRUE(has(fault_of(whole.substr(0, whole.size() - 1)), "face 1 of 2")) << fault_of(whole.substr(0, whole.size() - 1));
+    EXPECT_TRUE(has(fault_of(whole.substr(0, whole.size() - 1)), "face 1 of 2"))
+        << fault_of(whole.substr(0, whole.size() - 1));
     EXPECT_TRUE(has(fault_of(whole + "x"), "1 bytes more"));
 }
 

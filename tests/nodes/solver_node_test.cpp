@@ -41,7 +41,7 @@ public:
         return value ? Error{} : value.error();
     }
 
-    std::vector<int> simulated;                 // by the latest call of state()
+    std::vector<int> simulated;  // by the latest call of state()
 
 private:
     static Graph read(const char* text) {
@@ -72,7 +72,8 @@ TEST(SolverNode, a_block_falls_on_the_floor_and_rests_there) {
         return z;
     };
     EXPECT_NEAR(lowest(*shot.state(1)), 0.6, 1e-12);
-    EXPECT_LT(lowest(*shot.state(5)), 0.6 - 0.5 * 9.81 * 0.15 * 0.15 * 0.8);  // four frames of falling, less a little damping
+    EXPECT_LT(lowest(*shot.state(5)),
+              0.6 - 0.5 * 9.81 * 0.15 * 0.15 * 0.8);  // four frames of falling, less a little damping
     const StatePtr end = shot.state(60);
     EXPECT_GT(lowest(*end), 0.0) << "no centre goes through the floor";
     EXPECT_LT(lowest(*end), 0.2);
@@ -133,12 +134,21 @@ TEST(SolverNode, an_animated_edit_costs_the_frames_that_it_changes) {
 }
 
 TEST(SolverNode, every_input_that_matters_simulates_again) {
-    const std::vector<std::tuple<std::string, std::string, Json>> edits = {
-        {"cells", "cells", {2, 2, 3}},        {"block", "position", {0, 0, 0.6}},  {"block", "density", 900},
-        {"block", "velocity", {0, 0, -1}},    {"block", "angular_velocity", {0, 90, 0}}, {"block", "youngs_modulus", 2e5},
-        {"block", "yield", 0.01},             {"block", "friction", 0.9},          {"floor", "position", {0, 0, -0.1}},
-        {"floor", "friction", 0.1},           {"sim", "substeps", 4},              {"sim", "gravity", {0, 0, -5}},
-        {"sim", "damping", 2.0},              {"sim", "self_collision", false},    {"sim", "colliders", Json::array()}};
+    const std::vector<std::tuple<std::string, std::string, Json>> edits = {{"cells", "cells", {2, 2, 3}},
+                                                                           {"block", "position", {0, 0, 0.6}},
+                                                                           {"block", "density", 900},
+                                                                           {"block", "velocity", {0, 0, -1}},
+                                                                           {"block", "angular_velocity", {0, 90, 0}},
+                                                                           {"block", "youngs_modulus", 2e5},
+                                                                           {"block", "yield", 0.01},
+                                                                           {"block", "friction", 0.9},
+                                                                           {"floor", "position", {0, 0, -0.1}},
+                                                                           {"floor", "friction", 0.1},
+                                                                           {"sim", "substeps", 4},
+                                                                           {"sim", "gravity", {0, 0, -5}},
+                                                                           {"sim", "damping", 2.0},
+                                                                           {"sim", "self_collision", false},
+                                                                           {"sim", "colliders", Json::array()}};
     for (const auto& [node, parameter, value] : edits) {
         Shot shot;
         shot.state(3);

@@ -33,7 +33,7 @@ Example example() {
         s.position.push_back(vec()), s.orientation.push_back(quat());
         s.velocity.push_back(vec()), s.angular_velocity.push_back(vec());
         Mat3 m;
-        for (int k = 0; k < 9; ++k) m(k / 3, k % 3) = number(random);   // not symmetric: rows must not become columns
+        for (int k = 0; k < 9; ++k) m(k / 3, k % 3) = number(random);  // not symmetric: rows must not become columns
         s.plastic_deformation.push_back(m);
         s.yield.push_back(number(random)), s.strain.push_back(number(random));
         s.group_rotation.push_back(quat());
@@ -47,7 +47,9 @@ Example example() {
     return e;
 }
 
-std::string bytes_of(const Example& e, int frame = 24) { return std::string(encode_state(frame, e.state, e.rest).view()); }
+std::string bytes_of(const Example& e, int frame = 24) {
+    return std::string(encode_state(frame, e.state, e.rest).view());
+}
 
 std::string fault_of(const std::string& bytes) {
     const auto file = decode_state(bytes, "sim.0024.ply");
@@ -65,7 +67,7 @@ TEST(StateFile, every_bit_comes_back) {
     ASSERT_TRUE(file) << file.error().text();
     EXPECT_EQ(file->frame, 24);
     EXPECT_EQ(file->state, e.state);
-    EXPECT_EQ(state_hash(file->state), state_hash(e.state));    // tells -0 from 0, which == does not
+    EXPECT_EQ(state_hash(file->state), state_hash(e.state));  // tells -0 from 0, which == does not
     EXPECT_EQ(file->body, e.rest.body);
     EXPECT_EQ(file->fragment, e.rest.fragment);
     EXPECT_TRUE(require_same_scene(*file, e.rest, "a"));
@@ -81,17 +83,21 @@ TEST(StateFile, an_empty_state_comes_back) {
 TEST(StateFile, keeps_the_columns_that_scripts_rely_on) {
     const std::string text = bytes_of(example());
     std::string expected = "element particle 3\n";
-    for (const char* name : {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz", "fp00", "fp01", "fp02", "fp10", "fp11", "fp12",
-                             "fp20", "fp21", "fp22", "yield", "strain"})
+    for (const char* name :
+         {"x",  "y",    "z",    "qw",   "qx",   "qy",   "qz",   "vx",   "vy",   "vz",   "wx",    "wy",
+          "wz", "fp00", "fp01", "fp02", "fp10", "fp11", "fp12", "fp20", "fp21", "fp22", "yield", "strain"})
         expected += std::string("property double ") + name + "\n";
-    expected += "property int body\nproperty int fragment\nelement edge 2\nproperty int a\nproperty int b\nproperty uchar intact\n";
+    expected +=
+        "property int body\nproperty int fragment\nelement edge 2\nproperty int a\nproperty int b\nproperty uchar "
+        "intact\n";
     EXPECT_TRUE(has(text, expected));
     EXPECT_TRUE(text.starts_with("ply\nformat binary_little_endian 1.0\ncomment sunder state frame 1\n"));
 }
 
 TEST(StateFile, every_truncation_is_noticed) {
     const std::string whole = bytes_of(example());
-    for (size_t n = 0; n < whole.size(); ++n) ASSERT_NE(fault_of(whole.substr(0, n)), "") << n << " of " << whole.size() << " bytes";
+    for (size_t n = 0; n < whole.size(); ++n)
+        ASSERT_NE(fault_of(whole.substr(0, n)), "") << n << " of " << whole.size() << " bytes";
     EXPECT_NE(fault_of(whole + '\0'), "");
 }
 
@@ -127,7 +133,8 @@ TEST(StateFile, numbers_gone_bad_are_named) {
 
 TEST(StateFile, foreign_frames_are_refused) {
     EXPECT_TRUE(has(fault_of("solid"), "not a PLY file"));
-    EXPECT_TRUE(has(fault_of("ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\nend_header\n"), "no state frame"));
+    EXPECT_TRUE(has(fault_of("ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\nend_header\n"),
+                    "no state frame"));
     std::string later = bytes_of(example());
     later.replace(later.find("state frame 1"), 13, "state frame 9");
     EXPECT_TRUE(has(fault_of(later), "does not know"));
