@@ -17,8 +17,8 @@ void fill_error(const Told& told, sunder_error* out) {
     if (!has_size(out)) return;
     const bool failed = told.status != SUNDER_OK;
     const auto text = [&](const std::string& s) { return failed ? s.c_str() : ""; };
-    sunder_error e{out->struct_size, told.status, text(told.error_text), text(told.error.where), text(told.error.what), text(told.error.mend),
-                   text(told.error.node), text(told.error.parameter)};
+    sunder_error e{out->struct_size,      told.status,           text(told.error_text), text(told.error.where),
+                   text(told.error.what), text(told.error.mend), text(told.error.node), text(told.error.parameter)};
     std::memcpy(out, &e, std::min<size_t>(out->struct_size, sizeof e));
 }
 
@@ -165,8 +165,10 @@ sunder_status sunder_graph_get(sunder_graph* graph, const char* node, const char
     });
 }
 
-sunder_status sunder_graph_get_at(sunder_graph* graph, const char* node, const char* parameter, double frame, const char** out_json) {
-    return on_graph(graph, {node, parameter, out_json}, [&](sunder::Graph& g) { return give(graph, g.parameter_at(node, parameter, frame), out_json); });
+sunder_status sunder_graph_get_at(sunder_graph* graph, const char* node, const char* parameter, double frame,
+                                  const char** out_json) {
+    return on_graph(graph, {node, parameter, out_json},
+                    [&](sunder::Graph& g) { return give(graph, g.parameter_at(node, parameter, frame), out_json); });
 }
 
 sunder_status sunder_graph_reset(sunder_graph* graph, const char* node, const char* parameter) {

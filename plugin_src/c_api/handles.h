@@ -24,12 +24,18 @@ struct Told {
 
 inline sunder_status status_of(ErrorCode code) {
     switch (code) {
-        case ErrorCode::bad_usage: return SUNDER_BAD_USAGE;
-        case ErrorCode::bad_input: return SUNDER_BAD_INPUT;
-        case ErrorCode::io: return SUNDER_IO;
-        case ErrorCode::numerical: return SUNDER_NUMERICAL;
-        case ErrorCode::cancelled: return SUNDER_CANCELLED;
-        case ErrorCode::internal: break;
+        case ErrorCode::bad_usage:
+            return SUNDER_BAD_USAGE;
+        case ErrorCode::bad_input:
+            return SUNDER_BAD_INPUT;
+        case ErrorCode::io:
+            return SUNDER_IO;
+        case ErrorCode::numerical:
+            return SUNDER_NUMERICAL;
+        case ErrorCode::cancelled:
+            return SUNDER_CANCELLED;
+        case ErrorCode::internal:
+            break;
     }
     return SUNDER_INTERNAL;
 }
@@ -54,7 +60,7 @@ sunder_status guarded(Told& told, Work&& work) noexcept {
         } catch (const std::exception& e) {
             return tell(told, {ErrorCode::internal, std::string("unexpected: ") + e.what(), {}, {}, {}, {}});
         }
-    } catch (...) {                             // not even the error's text could be made
+    } catch (...) {  // not even the error's text could be made
         told.status = SUNDER_INTERNAL;
         return SUNDER_INTERNAL;
     }
@@ -64,7 +70,9 @@ void fill_error(const Told& told, sunder_error* out);
 
 /// As much of a struct as the host knows, which may be an older or a newer one.
 template <class Struct>
-bool has_size(const Struct* s) { return s && s->struct_size >= sizeof(uint32_t); }
+bool has_size(const Struct* s) {
+    return s && s->struct_size >= sizeof(uint32_t);
+}
 
 /// The host's progress function and the handle's cancel flag as one Progress. Lives through one call.
 class HostProgress {
@@ -89,6 +97,6 @@ struct sunder_value {
 
     sunder::Value value;
     std::vector<std::string> names;
-    std::map<std::string, sunder::ArrayView, std::less<>> arrays;   // given out already; they live with the value
+    std::map<std::string, sunder::ArrayView, std::less<>> arrays;  // given out already; they live with the value
     sunder::c_api::Told told;
 };

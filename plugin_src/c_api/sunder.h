@@ -28,83 +28,89 @@ extern "C" {
 #define SUNDER_ABI_VERSION 1u
 
 SUNDER_API uint32_t sunder_abi_version(void);
-SUNDER_API const char *sunder_version(void);            /* "0.1.0" */
+SUNDER_API const char* sunder_version(void); /* "0.1.0" */
 
 typedef int32_t sunder_status;
 enum {
     SUNDER_OK = 0,
-    SUNDER_BAD_USAGE = 1,                               /* the call itself is wrong */
-    SUNDER_BAD_INPUT = 2,                               /* a file, mesh, graph, parameter or wire is wrong */
-    SUNDER_IO = 3,                                      /* reading or writing failed */
-    SUNDER_NUMERICAL = 4,                               /* numbers went bad */
-    SUNDER_CANCELLED = 5,                               /* somebody asked to stop; not a fault */
-    SUNDER_INTERNAL = 6                                 /* our bug */
+    SUNDER_BAD_USAGE = 1, /* the call itself is wrong */
+    SUNDER_BAD_INPUT = 2, /* a file, mesh, graph, parameter or wire is wrong */
+    SUNDER_IO = 3,        /* reading or writing failed */
+    SUNDER_NUMERICAL = 4, /* numbers went bad */
+    SUNDER_CANCELLED = 5, /* somebody asked to stop; not a fault */
+    SUNDER_INTERNAL = 6   /* our bug */
 };
 
 /* What went wrong last on a handle. Members that do not apply are "". */
 typedef struct sunder_error {
     uint32_t struct_size;
     sunder_status status;
-    const char *text;                                   /* "WHERE: WHAT (how to mend it)" */
+    const char* text; /* "WHERE: WHAT (how to mend it)" */
     const char *where, *what, *mend;
-    const char *node, *parameter;                       /* of the graph, concerned */
+    const char *node, *parameter; /* of the graph, concerned */
 } sunder_error;
 
-/* Called now and then during long work, on the thread that asked for it, with a fraction in [0, 1]. Returns 0 to cancel. */
-typedef int32_t (*sunder_progress_function)(void *user, double fraction, const char *text);
+/* Called now and then during long work, on the thread that asked for it, with a fraction in [0, 1]. Returns 0 to
+ * cancel. */
+typedef int32_t (*sunder_progress_function)(void* user, double fraction, const char* text);
 
 typedef struct sunder_progress {
     uint32_t struct_size;
-    sunder_progress_function function;                  /* may be NULL */
-    void *user;
+    sunder_progress_function function; /* may be NULL */
+    void* user;
 } sunder_progress;
 
-/* ---- Node types ---------------------------------------------------------------------------------------------------- */
+/* ---- Node types ---- */
 
-/* {"sunder": VERSION, "nodes": [...]}: every node type with its sockets and parameters. Lives as long as the library. */
-SUNDER_API const char *sunder_node_types_json(void);
+/* {"sunder": VERSION, "nodes": [...]}: every node type with its sockets and parameters. Lives as long as
+ * the library. */
+SUNDER_API const char* sunder_node_types_json(void);
 
-/* ---- Graphs -------------------------------------------------------------------------------------------------------- */
+/* ---- Graphs ---- */
 
 typedef struct sunder_graph sunder_graph;
 
 /* `abi_version` is SUNDER_ABI_VERSION of the header that the host was compiled with. Fails (SUNDER_BAD_USAGE, NULL in
  * `out_graph`) if the library does not speak it. */
-SUNDER_API sunder_status sunder_graph_create(uint32_t abi_version, sunder_graph **out_graph);
-SUNDER_API void sunder_graph_free(sunder_graph *graph);
-SUNDER_API void sunder_graph_error(const sunder_graph *graph, sunder_error *out_error);
+SUNDER_API sunder_status sunder_graph_create(uint32_t abi_version, sunder_graph** out_graph);
+SUNDER_API void sunder_graph_free(sunder_graph* graph);
+SUNDER_API void sunder_graph_error(const sunder_graph* graph, sunder_error* out_error);
 
 /* Replace what the graph holds; on an error it stays as it was. `where` names the text in errors; input paths are seen
  * from `base_folder`. */
-SUNDER_API sunder_status sunder_graph_load(sunder_graph *graph, const char *path);
-SUNDER_API sunder_status sunder_graph_parse(sunder_graph *graph, const char *json, const char *where, const char *base_folder);
-SUNDER_API sunder_status sunder_graph_save(sunder_graph *graph, const char *path);
+SUNDER_API sunder_status sunder_graph_load(sunder_graph* graph, const char* path);
+SUNDER_API sunder_status sunder_graph_parse(sunder_graph* graph, const char* json, const char* where,
+                                            const char* base_folder);
+SUNDER_API sunder_status sunder_graph_save(sunder_graph* graph, const char* path);
 /* The graph file's text; with `all_defaults` parameters left at their default are written too. */
-SUNDER_API sunder_status sunder_graph_json(sunder_graph *graph, int32_t all_defaults, const char **out_json);
+SUNDER_API sunder_status sunder_graph_json(sunder_graph* graph, int32_t all_defaults, const char** out_json);
 
-SUNDER_API sunder_status sunder_graph_add_node(sunder_graph *graph, const char *name, const char *type);
-SUNDER_API sunder_status sunder_graph_remove_node(sunder_graph *graph, const char *name);
+SUNDER_API sunder_status sunder_graph_add_node(sunder_graph* graph, const char* name, const char* type);
+SUNDER_API sunder_status sunder_graph_remove_node(sunder_graph* graph, const char* name);
 /* "node.output" to "node.input". A single input's wire is replaced, a list gets one more. */
-SUNDER_API sunder_status sunder_graph_connect(sunder_graph *graph, const char *output, const char *input);
-SUNDER_API sunder_status sunder_graph_disconnect(sunder_graph *graph, const char *input);
+SUNDER_API sunder_status sunder_graph_connect(sunder_graph* graph, const char* output, const char* input);
+SUNDER_API sunder_status sunder_graph_disconnect(sunder_graph* graph, const char* input);
 
 /* Parameters as JSON text: a value, null, or {"keys": [[frame, value], ...]}. Inputs too: "@node.socket" or a list. */
-SUNDER_API sunder_status sunder_graph_set(sunder_graph *graph, const char *node, const char *name, const char *json);
-SUNDER_API sunder_status sunder_graph_get(sunder_graph *graph, const char *node, const char *name, const char **out_json);
+SUNDER_API sunder_status sunder_graph_set(sunder_graph* graph, const char* node, const char* name, const char* json);
+SUNDER_API sunder_status sunder_graph_get(sunder_graph* graph, const char* node, const char* name,
+                                          const char** out_json);
 /* A parameter's value at a frame, animation worked out. */
-SUNDER_API sunder_status sunder_graph_get_at(sunder_graph *graph, const char *node, const char *parameter, double frame, const char **out_json);
-SUNDER_API sunder_status sunder_graph_reset(sunder_graph *graph, const char *node, const char *parameter);
+SUNDER_API sunder_status sunder_graph_get_at(sunder_graph* graph, const char* node, const char* parameter, double frame,
+                                             const char** out_json);
+SUNDER_API sunder_status sunder_graph_reset(sunder_graph* graph, const char* node, const char* parameter);
 
-SUNDER_API sunder_status sunder_graph_set_frame_rate(sunder_graph *graph, double frames_per_second);
-SUNDER_API sunder_status sunder_graph_set_frame_range(sunder_graph *graph, int32_t first, int32_t last);
-SUNDER_API sunder_status sunder_graph_set_threads(sunder_graph *graph, int32_t threads);        /* 0: all cores */
-SUNDER_API sunder_status sunder_graph_set_cache_limit(sunder_graph *graph, uint64_t bytes);     /* of past frames, a solver */
-SUNDER_API sunder_status sunder_graph_set_base_folder(sunder_graph *graph, const char *folder);
+SUNDER_API sunder_status sunder_graph_set_frame_rate(sunder_graph* graph, double frames_per_second);
+SUNDER_API sunder_status sunder_graph_set_frame_range(sunder_graph* graph, int32_t first, int32_t last);
+SUNDER_API sunder_status sunder_graph_set_threads(sunder_graph* graph, int32_t threads); /* 0: all cores */
+/* Of past frames that each solver keeps. */
+SUNDER_API sunder_status sunder_graph_set_cache_limit(sunder_graph* graph, uint64_t bytes);
+SUNDER_API sunder_status sunder_graph_set_base_folder(sunder_graph* graph, const char* folder);
 
 /* Stops what is being evaluated or baked; it returns SUNDER_CANCELLED as soon as its data are whole. */
-SUNDER_API void sunder_graph_cancel(sunder_graph *graph);
+SUNDER_API void sunder_graph_cancel(sunder_graph* graph);
 
-/* ---- Values -------------------------------------------------------------------------------------------------------- */
+/* ---- Values ---- */
 
 typedef struct sunder_value sunder_value;
 
@@ -115,55 +121,59 @@ enum { SUNDER_UINT8 = 0, SUNDER_INT32 = 1, SUNDER_UINT32 = 2, SUNDER_FLOAT32 = 3
 typedef struct sunder_array {
     uint32_t struct_size;
     sunder_array_type type;
-    const void *data;                                   /* lives as long as the value; NULL if there are no elements */
+    const void* data; /* lives as long as the value; NULL if there are no elements */
     uint32_t rank;
-    uint64_t shape[4];                                  /* the first `rank` count */
+    uint64_t shape[4]; /* the first `rank` count */
 } sunder_array;
 
 /* The value of "node.socket" at a frame. `progress` may be NULL. Free what you get. */
-SUNDER_API sunder_status sunder_graph_evaluate(sunder_graph *graph, const char *output, int32_t frame, const sunder_progress *progress,
-                                               sunder_value **out_value);
+SUNDER_API sunder_status sunder_graph_evaluate(sunder_graph* graph, const char* output, int32_t frame,
+                                               const sunder_progress* progress, sunder_value** out_value);
 /* A state frame that a bake wrote. Errors are told by the graph. */
-SUNDER_API sunder_status sunder_graph_read_state(sunder_graph *graph, const char *path, sunder_value **out_value);
+SUNDER_API sunder_status sunder_graph_read_state(sunder_graph* graph, const char* path, sunder_value** out_value);
 /* Makes a solver continue from a state (of "solver.state", or read from a file) at a frame. */
-SUNDER_API sunder_status sunder_graph_seed_state(sunder_graph *graph, const char *node, int32_t frame, const sunder_value *state);
+SUNDER_API sunder_status sunder_graph_seed_state(sunder_graph* graph, const char* node, int32_t frame,
+                                                 const sunder_value* state);
 
-SUNDER_API void sunder_value_free(sunder_value *value);
-SUNDER_API void sunder_value_error(const sunder_value *value, sunder_error *out_error);
-SUNDER_API const char *sunder_value_type(const sunder_value *value);            /* "state", "visual_mesh", ... */
-SUNDER_API uint32_t sunder_value_array_count(const sunder_value *value);
-SUNDER_API const char *sunder_value_array_name(const sunder_value *value, uint32_t index);      /* NULL behind the last */
-SUNDER_API sunder_status sunder_value_array(sunder_value *value, const char *name, sunder_array *out_array);
+SUNDER_API void sunder_value_free(sunder_value* value);
+SUNDER_API void sunder_value_error(const sunder_value* value, sunder_error* out_error);
+SUNDER_API const char* sunder_value_type(const sunder_value* value); /* "state", "visual_mesh", ... */
+SUNDER_API uint32_t sunder_value_array_count(const sunder_value* value);
+SUNDER_API const char* sunder_value_array_name(const sunder_value* value, uint32_t index); /* NULL behind the last */
+SUNDER_API sunder_status sunder_value_array(sunder_value* value, const char* name, sunder_array* out_array);
 /* Whatever is no array: names, poses, materials, counts. */
-SUNDER_API sunder_status sunder_value_info(sunder_value *value, const char **out_json);
+SUNDER_API sunder_status sunder_value_info(sunder_value* value, const char** out_json);
 /* A value made of this one: "fragment_mesh" of fragments. Free what you get. */
-SUNDER_API sunder_status sunder_value_part(sunder_value *value, const char *name, uint64_t index, sunder_value **out_value);
+SUNDER_API sunder_status sunder_value_part(sunder_value* value, const char* name, uint64_t index,
+                                           sunder_value** out_value);
 
-/* ---- Files --------------------------------------------------------------------------------------------------------- */
+/* ---- Files ---- */
 
 enum { SUNDER_BAKE_FRESH = 0, SUNDER_BAKE_RESUME = 1, SUNDER_BAKE_RESTART = 2 };
 
 typedef struct sunder_bake_settings {
     uint32_t struct_size;
-    int32_t start;                                      /* SUNDER_BAKE_... */
-    const char *folder;
-    int32_t has_frames, first_frame, last_frame;        /* has_frames 0: the graph's range */
+    int32_t start; /* SUNDER_BAKE_... */
+    const char* folder;
+    int32_t has_frames, first_frame, last_frame; /* has_frames 0: the graph's range */
 } sunder_bake_settings;
 
 typedef struct sunder_bake_report {
     uint32_t struct_size;
-    int32_t first_frame, last_frame;                    /* wanted */
-    int32_t first_new_frame;                            /* those before it were there already */
-    uint64_t n_frames, n_files, bytes;                  /* written now */
+    int32_t first_frame, last_frame;   /* wanted */
+    int32_t first_new_frame;           /* those before it were there already */
+    uint64_t n_frames, n_files, bytes; /* written now */
 } sunder_bake_report;
 
 /* `progress` and `out_report` may be NULL. A cancelled bake leaves whole frames and can be resumed. */
-SUNDER_API sunder_status sunder_graph_bake(sunder_graph *graph, const sunder_bake_settings *settings, const sunder_progress *progress,
-                                           sunder_bake_report *out_report);
+SUNDER_API sunder_status sunder_graph_bake(sunder_graph* graph, const sunder_bake_settings* settings,
+                                           const sunder_progress* progress, sunder_bake_report* out_report);
 /* {"files": N, "bytes": N, "faults": [...], "missing_frames": [...]} of a bake compared with its manifest. */
-SUNDER_API sunder_status sunder_graph_verify_bake(sunder_graph *graph, const char *folder, const sunder_progress *progress, const char **out_json);
+SUNDER_API sunder_status sunder_graph_verify_bake(sunder_graph* graph, const char* folder,
+                                                  const sunder_progress* progress, const char** out_json);
 /* fragments.json and pieces/ of fragments. Errors are told by the value. */
-SUNDER_API sunder_status sunder_value_write_fragments(sunder_value *value, const char *folder, const sunder_progress *progress);
+SUNDER_API sunder_status sunder_value_write_fragments(sunder_value* value, const char* folder,
+                                                      const sunder_progress* progress);
 
 #ifdef __cplusplus
 }

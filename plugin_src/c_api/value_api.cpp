@@ -30,7 +30,8 @@ sunder_status long_call(sunder_graph* graph, bool arguments_there, const sunder_
 
 }  // namespace
 
-sunder_status sunder_graph_evaluate(sunder_graph* graph, const char* output, int32_t frame, const sunder_progress* progress, sunder_value** out_value) {
+sunder_status sunder_graph_evaluate(sunder_graph* graph, const char* output, int32_t frame,
+                                    const sunder_progress* progress, sunder_value** out_value) {
     if (out_value) *out_value = nullptr;
     return long_call(graph, output && out_value, progress, [&](const sunder::Progress& p) -> Status {
         const auto reference = sunder::parse_reference(output);
@@ -67,7 +68,9 @@ void sunder_value_error(const sunder_value* value, sunder_error* out_error) {
 }
 
 const char* sunder_value_type(const sunder_value* value) { return value ? name_of(type_of(value->value)).data() : ""; }
-uint32_t sunder_value_array_count(const sunder_value* value) { return value ? static_cast<uint32_t>(value->names.size()) : 0; }
+uint32_t sunder_value_array_count(const sunder_value* value) {
+    return value ? static_cast<uint32_t>(value->names.size()) : 0;
+}
 
 const char* sunder_value_array_name(const sunder_value* value, uint32_t index) {
     return value && index < value->names.size() ? value->names[index].c_str() : nullptr;
@@ -117,10 +120,12 @@ sunder_status sunder_value_part(sunder_value* value, const char* name, uint64_t 
     });
 }
 
-sunder_status sunder_graph_bake(sunder_graph* graph, const sunder_bake_settings* settings, const sunder_progress* progress, sunder_bake_report* out_report) {
+sunder_status sunder_graph_bake(sunder_graph* graph, const sunder_bake_settings* settings,
+                                const sunder_progress* progress, sunder_bake_report* out_report) {
     const bool there = settings && settings->struct_size >= sizeof *settings && settings->folder;
     return long_call(graph, there, progress, [&](const sunder::Progress& p) -> Status {
-        if (settings->start < SUNDER_BAKE_FRESH || settings->start > SUNDER_BAKE_RESTART) return bad_usage("there is no such way to start a bake");
+        if (settings->start < SUNDER_BAKE_FRESH || settings->start > SUNDER_BAKE_RESTART)
+            return bad_usage("there is no such way to start a bake");
         sunder::BakeSettings s;
         s.folder = settings->folder;
         if (settings->has_frames) s.frames = {settings->first_frame, settings->last_frame};
@@ -128,17 +133,23 @@ sunder_status sunder_graph_bake(sunder_graph* graph, const sunder_bake_settings*
         const auto report = sunder::bake(graph->graph, s, p);
         if (!report) return report.error();
         if (!has_size(out_report)) return {};
-        const sunder_bake_report r{out_report->struct_size, report->frames[0], report->frames[1], report->first_new_frame, report->n_frames, report->n_files, report->bytes};
+        const sunder_bake_report r{
+            out_report->struct_size, report->frames[0], report->frames[1], report->first_new_frame,
+            report->n_frames,        report->n_files,   report->bytes};
         std::memcpy(out_report, &r, std::min<size_t>(out_report->struct_size, sizeof r));
         return {};
     });
 }
 
-sunder_status sunder_graph_verify_bake(sunder_graph* graph, const char* folder, const sunder_progress* progress, const char** out_json) {
+sunder_status sunder_graph_verify_bake(sunder_graph* graph, const char* folder, const sunder_progress* progress,
+                                       const char** out_json) {
     return long_call(graph, folder && out_json, progress, [&](const sunder::Progress& p) -> Status {
         const auto check = sunder::verify_bake(folder, p);
         if (!check) return check.error();
-        const Json json = {{"files", check->n_files}, {"bytes", check->bytes}, {"faults", check->faults}, {"missing_frames", check->missing_frames}};
+        const Json json = {{"files", check->n_files},
+                           {"bytes", check->bytes},
+                           {"faults", check->faults},
+                           {"missing_frames", check->missing_frames}};
         graph->told.text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
         *out_json = graph->told.text.c_str();
         return {};

@@ -1,11 +1,10 @@
 // sunder bake: a graph's bake nodes, frame by frame, to files.
-#include "nodes/bake.h"
-
 #include <charconv>
 #include <cstdio>
 #include <string>
 #include <vector>
 
+#include "nodes/bake.h"
 #include "nodes/strict_json.h"
 #include "plugin_src/cli/commands.h"
 #include "plugin_src/cli/progress_bar.h"
@@ -17,14 +16,15 @@ namespace {
 struct Options {
     std::string graph, folder, frames;
     std::vector<std::string> settings;
-    int threads = -1;                           // not given
+    int threads = -1;  // not given
     bool resume = false, restart = false;
 };
 
 Result<int> to_frame(std::string_view text) {
     int frame = 0;
     const auto [stop, code] = std::from_chars(text.data(), text.data() + text.size(), frame);
-    if (text.empty() || code != std::errc() || stop != text.data() + text.size()) return bad_usage("--frames: '" + std::string(text) + "' is no frame", "--frames A:B");
+    if (text.empty() || code != std::errc() || stop != text.data() + text.size())
+        return bad_usage("--frames: '" + std::string(text) + "' is no frame", "--frames A:B");
     return frame;
 }
 
@@ -62,10 +62,12 @@ Result<Graph> load_graph(const Options& options) {
 
 void print_frame(const BakedFrame& f) {
     const StepReport& s = f.step;
-    std::printf("frame %d of %d: %.3f s (simulate %.3f: predict %.3f shape %.3f contact %.3f momentum %.3f fracture %.3f; other nodes %.3f, write %.3f), "
-                "%zu edges broken, %zu contacts, %zu files\n",
-                f.frame, f.last_frame, f.simulate_s + f.other_nodes_s + f.write_s, f.simulate_s, s.predict_s, s.shape_s, s.contact_s, s.momentum_s,
-                s.fracture_s, f.other_nodes_s, f.write_s, s.edges_broken, s.contacts, f.n_files);
+    std::printf(
+        "frame %d of %d: %.3f s (simulate %.3f: predict %.3f shape %.3f contact %.3f momentum %.3f fracture %.3f; "
+        "other nodes %.3f, write %.3f), "
+        "%zu edges broken, %zu contacts, %zu files\n",
+        f.frame, f.last_frame, f.simulate_s + f.other_nodes_s + f.write_s, f.simulate_s, s.predict_s, s.shape_s,
+        s.contact_s, s.momentum_s, s.fracture_s, f.other_nodes_s, f.write_s, s.edges_broken, s.contacts, f.n_files);
     std::fflush(stdout);
 }
 
@@ -99,10 +101,11 @@ int run_bake(const Options& options) {
         return fail(error, "sunder bake");
     }
     if (report->n_frames == 0)
-        std::printf("%s: frames %d to %d are there already\n", options.folder.c_str(), report->frames[0], report->frames[1]);
+        std::printf("%s: frames %d to %d are there already\n", options.folder.c_str(), report->frames[0],
+                    report->frames[1]);
     else
-        std::printf("%s: frames %d to %d baked, %zu files, %s\n", options.folder.c_str(), report->first_new_frame, report->frames[1], report->n_files,
-                    bytes_text(report->bytes).c_str());
+        std::printf("%s: frames %d to %d baked, %zu files, %s\n", options.folder.c_str(), report->first_new_frame,
+                    report->frames[1], report->n_files, bytes_text(report->bytes).c_str());
     return kDone;
 }
 
@@ -114,12 +117,17 @@ void add_bake_command(CLI::App& app, Run& out_run) {
     CLI::App* command = app.add_subcommand("bake", "Evaluate every bake node of a graph, frame by frame, to files");
     command->add_option("GRAPH", options->graph, "graph file (JSON)")->required();
     command->add_option("-o,--output", options->folder, "output folder")->capture_default_str()->type_name("DIR");
-    command->add_option("--frames", options->frames, "frames to bake; the simulation always begins at the graph's first")->type_name("A:B");
-    command->add_option("--threads", options->threads, "worker threads, 0 for all cores; changes no result")->type_name("N");
+    command
+        ->add_option("--frames", options->frames, "frames to bake; the simulation always begins at the graph's first")
+        ->type_name("A:B");
+    command->add_option("--threads", options->threads, "worker threads, 0 for all cores; changes no result")
+        ->type_name("N");
     command->add_option("--set", options->settings, "change a parameter, as sim.substeps=16; may be given many times")
-        ->type_name("NODE.PARAM=VALUE")->allow_extra_args(false);
+        ->type_name("NODE.PARAM=VALUE")
+        ->allow_extra_args(false);
     auto* resume = command->add_flag("--resume", options->resume, "go on after the last whole frame, to the same bits");
-    command->add_flag("--restart", options->restart, "remove what an earlier bake wrote, and begin anew")->excludes(resume);
+    command->add_flag("--restart", options->restart, "remove what an earlier bake wrote, and begin anew")
+        ->excludes(resume);
     command->callback([options, &out_run] { out_run = [options] { return run_bake(*options); }; });
 }
 

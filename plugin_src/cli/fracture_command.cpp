@@ -1,11 +1,10 @@
 // sunder fracture: pre-fracture alone. Its options are the parameters of the nodes that do the work.
-#include "nodes/fragment_folder.h"
-
 #include <algorithm>
 #include <cstdio>
 #include <map>
 #include <string>
 
+#include "nodes/fragment_folder.h"
 #include "nodes/registry.h"
 #include "nodes/strict_json.h"
 #include "plugin_src/cli/commands.h"
@@ -15,7 +14,7 @@
 namespace sunder::cli {
 namespace {
 
-constexpr const char* kReader = "mesh";         // names of the two nodes, as errors tell them
+constexpr const char* kReader = "mesh";  // names of the two nodes, as errors tell them
 constexpr const char* kCutter = "fracture";
 
 struct Options {
@@ -49,8 +48,10 @@ int run_fracture(const Options& options) {
     const Status written = write_fragments(set, options.folder, bar.progress().part(kCuttingShare, 1));
     bar.clear();
     if (!written) return fail(written.error(), "sunder fracture");
-    for (const std::string& warning : set.warnings) std::fprintf(stderr, "sunder: warning: %s: %s\n", options.mesh.c_str(), warning.c_str());
-    std::printf("%s: %zu fragments, %zu interfaces\n", options.folder.c_str(), set.fragments.size(), set.interfaces.size());
+    for (const std::string& warning : set.warnings)
+        std::fprintf(stderr, "sunder: warning: %s: %s\n", options.mesh.c_str(), warning.c_str());
+    std::printf("%s: %zu fragments, %zu interfaces\n", options.folder.c_str(), set.fragments.size(),
+                set.interfaces.size());
     return kDone;
 }
 
@@ -62,9 +63,12 @@ void add_parameters(CLI::App* command, const char* node, const char* type, Optio
         std::replace(name.begin(), name.end(), '_', '-');
         std::string help = p.sentence + (p.unit.empty() ? "" : ", " + p.unit);
         if (const std::string range = range_text(p); !range.empty()) help += "; " + range;
-        for (const Json& c : p.choices) help += (&c == &p.choices.front() ? "; " : "|") + (c.is_string() ? c.get<std::string>() : c.dump());
-        const std::string fallback = p.default_value.is_string() ? p.default_value.get<std::string>() : p.default_value.dump();
-        command->add_option("--" + name, io_options.parameters[node][p.name], help + " [" + fallback + "]")->type_name(std::string(name_of(p.type)));
+        for (const Json& c : p.choices)
+            help += (&c == &p.choices.front() ? "; " : "|") + (c.is_string() ? c.get<std::string>() : c.dump());
+        const std::string fallback =
+            p.default_value.is_string() ? p.default_value.get<std::string>() : p.default_value.dump();
+        command->add_option("--" + name, io_options.parameters[node][p.name], help + " [" + fallback + "]")
+            ->type_name(std::string(name_of(p.type)));
     }
 }
 
@@ -72,7 +76,8 @@ void add_parameters(CLI::App* command, const char* node, const char* type, Optio
 
 void add_fracture_command(CLI::App& app, Run& out_run) {
     auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("fracture", "Cut a mesh into fragments: fragments.json and one closed mesh a fragment");
+    CLI::App* command =
+        app.add_subcommand("fracture", "Cut a mesh into fragments: fragments.json and one closed mesh a fragment");
     command->add_option("MESH", options->mesh, "mesh file")->required();
     command->add_option("-o,--output", options->folder, "output folder")->capture_default_str()->type_name("DIR");
     add_parameters(command, kCutter, "prefracture", *options);

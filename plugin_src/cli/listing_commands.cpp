@@ -20,7 +20,8 @@ std::string value_text(const Json& value) { return value.is_string() ? value.get
 
 void print_sockets(const char* heading, const std::vector<SocketDescription>& sockets, bool are_inputs) {
     for (const SocketDescription& s : sockets) {
-        const std::string kind = std::string(s.many ? "list of " : "") + std::string(name_of(s.type)) + (are_inputs && !s.required ? ", may be left out" : "");
+        const std::string kind = std::string(s.many ? "list of " : "") + std::string(name_of(s.type)) +
+                                 (are_inputs && !s.required ? ", may be left out" : "");
         std::printf("  %-7s %-22s %-30s %s\n", heading, s.name.c_str(), kind.c_str(), s.sentence.c_str());
     }
 }
@@ -34,16 +35,19 @@ void print_node(const NodeDescription& d) {
         for (const Json& c : p.choices) kind += (&c == &p.choices.front() ? " " : "|") + value_text(c);
         if (const std::string range = range_text(p); !range.empty()) kind += ", " + range;
         if (!p.unit.empty()) kind += " " + p.unit;
-        std::printf("  %-7s %-22s %-30s %s [%s%s]\n", "", p.name.c_str(), kind.c_str(), p.sentence.c_str(), value_text(p.default_value).c_str(),
-                    p.animatable ? ", animatable" : "");
+        std::printf("  %-7s %-22s %-30s %s [%s%s]\n", "", p.name.c_str(), kind.c_str(), p.sentence.c_str(),
+                    value_text(p.default_value).c_str(), p.animatable ? ", animatable" : "");
     }
     std::printf("\n");
 }
 
 int run_nodes(const Listing& listing) {
-    if (listing.as_json) std::printf("%s\n", descriptions_to_json().dump(2).c_str());
-    else if (listing.as_markdown) std::printf("%s", node_reference_markdown().c_str());
-    else for (const NodeType& type : standard_registry().types()) print_node(type.description);
+    if (listing.as_json)
+        std::printf("%s\n", descriptions_to_json().dump(2).c_str());
+    else if (listing.as_markdown)
+        std::printf("%s", node_reference_markdown().c_str());
+    else
+        for (const NodeType& type : standard_registry().types()) print_node(type.description);
     return std::fflush(stdout) == 0 ? kDone : kFailed;
 }
 
@@ -62,10 +66,12 @@ int run_verify(const std::string& folder) {
     int status = kDone;
     for (const std::string& fault : check->faults) {
         Error error = bad_input(folder, fault);
-        if (&fault == &check->faults.back()) error.mend = "--resume goes on with a bake that is not complete, --restart bakes anew";
+        if (&fault == &check->faults.back())
+            error.mend = "--resume goes on with a bake that is not complete, --restart bakes anew";
         status = fail(error, folder);
     }
-    if (status == kDone) std::printf("%s: whole, %zu files, %s\n", folder.c_str(), check->n_files, bytes_text(check->bytes).c_str());
+    if (status == kDone)
+        std::printf("%s: whole, %zu files, %s\n", folder.c_str(), check->n_files, bytes_text(check->bytes).c_str());
     return status;
 }
 
@@ -88,7 +94,8 @@ void add_info_command(CLI::App& app, Run& out_run) {
 
 void add_verify_command(CLI::App& app, Run& out_run) {
     auto folder = std::make_shared<std::string>();
-    CLI::App* command = app.add_subcommand("verify", "Check a bake against its manifest: sizes, hashes, missing frames");
+    CLI::App* command =
+        app.add_subcommand("verify", "Check a bake against its manifest: sizes, hashes, missing frames");
     command->add_option("DIR", *folder, "bake folder")->required();
     command->callback([folder, &out_run] { out_run = [folder] { return run_verify(*folder); }; });
 }

@@ -23,7 +23,7 @@ int run_program(int argc, char** argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
-        if (e.get_exit_code() == 0) return app.exit(e);     // --help, --version
+        if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
         std::string command = "sunder";
         for (const CLI::App* chosen : app.get_subcommands()) command += " " + chosen->get_name();
         return fail(sunder::bad_usage(e.what(), command + " --help tells what is permitted"), command);

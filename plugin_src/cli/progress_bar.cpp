@@ -13,9 +13,9 @@
 namespace sunder::cli {
 namespace {
 
-constexpr int kBarWidth = 30;                   // characters
+constexpr int kBarWidth = 30;  // characters
 constexpr auto kRedraw = std::chrono::milliseconds(100);
-constexpr double kFirstGuess = 2.0;             // s of work before time left is worth telling
+constexpr double kFirstGuess = 2.0;  // s of work before time left is worth telling
 
 bool is_terminal() {
     const char* kind = std::getenv("TERM");
@@ -59,8 +59,9 @@ void ProgressBar::draw(double fraction, std::string_view text) {
     const int filled = static_cast<int>(fraction * kBarWidth);
     char percent[16];
     std::snprintf(percent, sizeof percent, " %3d %% ", static_cast<int>(fraction * 100));
-    std::string line = "[" + std::string(static_cast<size_t>(filled), '#') + std::string(static_cast<size_t>(kBarWidth - filled), '.') + "]" +
-                       percent + std::string(text) + left;
+    std::string line = "[" + std::string(static_cast<size_t>(filled), '#') +
+                       std::string(static_cast<size_t>(kBarWidth - filled), '.') + "]" + percent + std::string(text) +
+                       left;
     if (is_interrupted()) line += " (stopping)";
     const size_t width = terminal_width() - 1;
     if (line.size() > width) line.resize(width);

@@ -12,7 +12,7 @@ namespace sunder::cli {
 class ProgressBar {
 public:
     ProgressBar();
-    ~ProgressBar();                             // wipes the bar
+    ~ProgressBar();  // wipes the bar
     ProgressBar(const ProgressBar&) = delete;
     ProgressBar& operator=(const ProgressBar&) = delete;
 
@@ -28,7 +28,7 @@ private:
 
     bool on_terminal_;
     bool is_drawn_ = false;
-    double first_fraction_ = -1;                // where this run began: a resumed bake does not begin at 0
+    double first_fraction_ = -1;  // where this run began: a resumed bake does not begin at 0
     Clock::time_point begin_, last_drawn_;
     Progress::Callback callback_;
 };

@@ -9,8 +9,8 @@ namespace sunder::cli {
 
 enum ExitStatus { kDone = 0, kFailed = 1, kWrongUsage = 2, kBadInput = 3, kCancelled = 130 };
 
-/// Prints "sunder: error: WHERE: WHAT (how to mend it)" and gives the exit status that goes with the code. `where` stands
-/// in for an error that names no place.
+/// Prints "sunder: error: WHERE: WHAT (how to mend it)" and gives the exit status that goes with the code. `where`
+/// stands in for an error that names no place.
 int fail(const Error& error, const std::string& where);
 
 /// From now on Ctrl-C (or a polite kill) asks running work to stop; a second one ends the program at once.

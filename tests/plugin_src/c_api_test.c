@@ -8,22 +8,22 @@
 
 static int failures = 0;
 
-#define CHECK(condition)                                                           \
-    do {                                                                           \
-        if (!(condition)) {                                                        \
-            fprintf(stderr, "line %d: not true: %s\n", __LINE__, #condition);      \
-            ++failures;                                                            \
-        }                                                                          \
+#define CHECK(condition)                                                      \
+    do {                                                                      \
+        if (!(condition)) {                                                   \
+            fprintf(stderr, "line %d: not true: %s\n", __LINE__, #condition); \
+            ++failures;                                                       \
+        }                                                                     \
     } while (0)
 
-static const char *const scene =
+static const char* const scene =
     "{\"sunder\": 1, \"frame_range\": [1, 4], \"nodes\": {"
     "\"bar\": {\"type\": \"lattice\", \"cells\": [2, 2, 4], \"size\": [0.2, 0.2, 0.4]},"
     "\"clay\": {\"type\": \"body\", \"fragments\": \"@bar.fragments\"},"
     "\"sim\": {\"type\": \"solver\", \"bodies\": [\"@clay.body\"]},"
     "\"cache\": {\"type\": \"bake_state\", \"state\": \"@sim.state\"}}}";
 
-static sunder_error error_of(const sunder_graph *graph) {
+static sunder_error error_of(const sunder_graph* graph) {
     sunder_error e;
     memset(&e, 0, sizeof e);
     e.struct_size = sizeof e;
@@ -35,19 +35,20 @@ struct watch {
     int calls, stop_after;
 };
 
-static int32_t on_progress(void *user, double fraction, const char *text) {
-    struct watch *w = user;
+static int32_t on_progress(void* user, double fraction, const char* text) {
+    struct watch* w = user;
     CHECK(fraction >= 0 && fraction <= 1 && text != NULL);
     return ++w->calls <= w->stop_after;
 }
 
-static void edits_and_errors(sunder_graph *graph) {
-    const char *json = NULL;
+static void edits_and_errors(sunder_graph* graph) {
+    const char* json = NULL;
     CHECK(sunder_graph_add_node(graph, "floor", "collider") == SUNDER_OK);
     CHECK(sunder_graph_set(graph, "floor", "friction", "0.25") == SUNDER_OK);
     CHECK(sunder_graph_get(graph, "floor", "friction", &json) == SUNDER_OK && strcmp(json, "0.25") == 0);
     CHECK(sunder_graph_connect(graph, "floor.collider", "sim.colliders") == SUNDER_OK);
-    CHECK(sunder_graph_get(graph, "sim", "colliders", &json) == SUNDER_OK && strcmp(json, "[\"@floor.collider\"]") == 0);
+    CHECK(sunder_graph_get(graph, "sim", "colliders", &json) == SUNDER_OK &&
+          strcmp(json, "[\"@floor.collider\"]") == 0);
     CHECK(sunder_graph_disconnect(graph, "sim.colliders") == SUNDER_OK);
     CHECK(sunder_graph_reset(graph, "floor", "friction") == SUNDER_OK);
     CHECK(sunder_graph_set(graph, "clay", "toughness", "{\"keys\": [[1, 1.0], [3, 2.0]]}") == SUNDER_OK);
@@ -78,7 +79,7 @@ static void edits_and_errors(sunder_graph *graph) {
     sunder_graph_cancel(NULL);
 }
 
-static void values(sunder_graph *graph) {
+static void values(sunder_graph* graph) {
     sunder_value *value = NULL, *fragments = NULL, *piece = NULL;
     struct watch w = {0, 1000000};
     sunder_progress progress = {sizeof(sunder_progress), on_progress, &w};
@@ -91,7 +92,7 @@ static void values(sunder_graph *graph) {
 
     sunder_array a;
     memset(&a, 0, sizeof a);
-    CHECK(sunder_value_array(value, "position", &a) == SUNDER_BAD_USAGE);   /* struct_size is not set */
+    CHECK(sunder_value_array(value, "position", &a) == SUNDER_BAD_USAGE); /* struct_size is not set */
     for (uint32_t i = 0; i < sunder_value_array_count(value); ++i) {
         a.struct_size = sizeof a;
         CHECK(sunder_value_array(value, sunder_value_array_name(value, i), &a) == SUNDER_OK);
@@ -100,9 +101,9 @@ static void values(sunder_graph *graph) {
     a.struct_size = sizeof a;
     CHECK(sunder_value_array(value, "orientation", &a) == SUNDER_OK);
     CHECK(a.type == SUNDER_FLOAT64 && a.rank == 2 && a.shape[0] == 16 && a.shape[1] == 4);
-    const double *q = a.data;
+    const double* q = a.data;
     CHECK(fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1) < 1e-9);
-    CHECK(fabs(q[0]) > 0.99);                                               /* w stands first; it only falls */
+    CHECK(fabs(q[0]) > 0.99); /* w stands first; it only falls */
     CHECK(sunder_value_array(value, "positoin", &a) == SUNDER_BAD_USAGE);
     sunder_error e;
     memset(&e, 0, sizeof e);
@@ -111,17 +112,18 @@ static void values(sunder_graph *graph) {
     CHECK(strstr(e.text, "positoin") != NULL);
 
     CHECK(sunder_graph_evaluate(graph, "bar.fragments", 1, NULL, &fragments) == SUNDER_OK);
-    CHECK(sunder_value_part(fragments, "fragment_mesh", 0, &piece) == SUNDER_OK && strcmp(sunder_value_type(piece), "mesh") == 0);
+    CHECK(sunder_value_part(fragments, "fragment_mesh", 0, &piece) == SUNDER_OK &&
+          strcmp(sunder_value_type(piece), "mesh") == 0);
     sunder_value_free(piece);
     CHECK(sunder_value_part(fragments, "fragment_mesh", 16, &piece) == SUNDER_BAD_USAGE && piece == NULL);
     sunder_value_free(fragments);
 
     /* Cancelled by the host's answer: no value, and the graph works on. */
-    sunder_value *none = (sunder_value *)&w;
+    sunder_value* none = (sunder_value*)&w;
     w.calls = 0, w.stop_after = 0;
     CHECK(sunder_graph_evaluate(graph, "sim.state", 4, &progress, &none) == SUNDER_CANCELLED && none == NULL);
     CHECK(error_of(graph).status == SUNDER_CANCELLED);
-    sunder_value *next = NULL;
+    sunder_value* next = NULL;
     CHECK(sunder_graph_evaluate(graph, "sim.state", 4, NULL, &next) == SUNDER_OK);
     CHECK(sunder_graph_seed_state(graph, "sim", 2, value) == SUNDER_OK);
     CHECK(sunder_graph_seed_state(graph, "clay", 2, value) == SUNDER_BAD_INPUT);
@@ -129,7 +131,7 @@ static void values(sunder_graph *graph) {
     sunder_value_free(value);
 }
 
-static void files(sunder_graph *graph, const char *folder) {
+static void files(sunder_graph* graph, const char* folder) {
     sunder_bake_settings settings;
     sunder_bake_report report;
     memset(&settings, 0, sizeof settings);
@@ -143,20 +145,20 @@ static void files(sunder_graph *graph, const char *folder) {
     CHECK(sunder_graph_bake(graph, &settings, NULL, NULL) == SUNDER_BAD_INPUT);
     settings.start = 9;
     CHECK(sunder_graph_bake(graph, &settings, NULL, NULL) == SUNDER_BAD_USAGE);
-    const char *json = NULL;
+    const char* json = NULL;
     CHECK(sunder_graph_verify_bake(graph, folder, NULL, &json) == SUNDER_OK && strstr(json, "\"faults\":[]") != NULL);
 
     char path[1000];
     snprintf(path, sizeof path, "%s/state/sim.0002.ply", folder);
-    sunder_value *state = NULL;
+    sunder_value* state = NULL;
     CHECK(sunder_graph_read_state(graph, path, &state) == SUNDER_OK && strcmp(sunder_value_type(state), "state") == 0);
     sunder_value_free(state);
     snprintf(path, sizeof path, "%s/manifest.json", folder);
     CHECK(sunder_graph_read_state(graph, path, &state) == SUNDER_BAD_INPUT && state == NULL);
 }
 
-int main(int argc, char **argv) {
-    sunder_graph *graph = NULL;
+int main(int argc, char** argv) {
+    sunder_graph* graph = NULL;
     if (argc != 2) return 2;
     CHECK(sunder_abi_version() == SUNDER_ABI_VERSION);
     CHECK(strlen(sunder_version()) >= 5);

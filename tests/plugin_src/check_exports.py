@@ -4,7 +4,12 @@ import subprocess
 import sys
 
 library, header, nm = sys.argv[1:]
-shown = {line.split()[-1] for line in subprocess.run([nm, "-D", "--defined-only", library], capture_output=True, text=True, check=True).stdout.splitlines()}
+shown = {
+    line.split()[-1]
+    for line in subprocess.run(
+        [nm, "-D", "--defined-only", library], capture_output=True, text=True, check=True
+    ).stdout.splitlines()
+}
 with open(header, encoding="utf-8") as file:
     declared = set(re.findall(r"^SUNDER_API [^;(]*?\b(sunder_\w+)\(", file.read(), re.M))
 assert len(declared) > 30, "the header was not understood"

@@ -1,4 +1,4 @@
-"""Everything that people can get wrong: an exit status, one sentence that says where and what, and no files left behind."""
+"""What people can get wrong: an exit status, one sentence that says where and what, and no files left behind."""
 import json
 
 import pytest
@@ -42,7 +42,10 @@ BAD_GRAPHS = {
     "null_where_none_may_be": (change(clay={"density": None}), ["'clay'", "density"]),
     "keys_out_of_order": (change(sim={"gravity": {"keys": [[5, [0, 0, 0]], [1, [0, 0, 1]]]}}), ["'sim'", "gravity"]),
     "keys_on_a_still_parameter": (change(clay={"density": {"keys": [[1, 5], [2, 6]]}}), ["'clay'", "density"]),
-    "path_that_leaves_the_folder": (change(out={"path": "../x.####.ply"}), ["'out'", "path", "leaves the output folder"]),
+    "path_that_leaves_the_folder": (
+        change(out={"path": "../x.####.ply"}),
+        ["'out'", "path", "leaves the output folder"],
+    ),
     "absolute_path": (change(out={"path": "/tmp/x.####.ply"}), ["'out'", "path"]),
     "path_without_frame": (change(out={"path": "x.ply"}), ["'out'", "path", "####"]),
     "unknown_mesh_format": (change(out={"path": "x.####.xyz"}), ["'out'", "path", ".ply or .obj"]),
@@ -115,7 +118,10 @@ def test_a_missing_mesh_is_refused_before_a_folder_is_made(sunder, scene, tmp_pa
     assert not (tmp_path / "cut").exists()
 
 
-@pytest.mark.parametrize("pieces, needles", [("0", ["pieces"]), ("-5", ["pieces"]), ("many", ["pieces"]), ("2.5", ["pieces"]), ("100001", ["pieces"])])
+@pytest.mark.parametrize(
+    "pieces, needles",
+    [("0", ["pieces"]), ("-5", ["pieces"]), ("many", ["pieces"]), ("2.5", ["pieces"]), ("100001", ["pieces"])],
+)
 def test_a_bad_number_of_pieces_is_refused(sunder, tmp_path, pieces, needles):
     (tmp_path / "mesh.obj").write_text(obj_text())
     refused(sunder("fracture", "mesh.obj", f"--pieces={pieces}", "-o", "cut"), *needles)
@@ -127,15 +133,38 @@ def test_an_unknown_cut_method_is_refused(sunder, tmp_path):
     refused(sunder("fracture", "mesh.obj", "--method", "sawing", "-o", "cut"), "method", "kmeans")
 
 
-@pytest.mark.parametrize("arguments, status", [
-    ([], 2), (["frobnicate"], 2), (["bake"], 2), (["bake", "--frob", "x.json"], 2), (["bake", "SCENE", "--frames", "a:b"], 2),
-    (["bake", "SCENE", "--frames", "1:2:3"], 2), (["bake", "SCENE", "--frames", ":"], 2), (["bake", "SCENE", "--threads", "x"], 2),
-    (["bake", "SCENE", "--resume", "--restart"], 2), (["bake", "SCENE", "--set", "substeps"], 2), (["bake", "SCENE", "--set", "sim=3"], 2),
-    (["bake", "SCENE", "-o", ""], 2), (["fracture"], 2), (["info"], 2), (["verify"], 2), (["nodes", "--json", "--markdown"], 2),
-    (["bake", "SCENE", "--frames", "9:2"], 3), (["bake", "SCENE", "--frames", "-3:2"], 3), (["bake", "SCENE", "--threads", "99999"], 3),
-    (["bake", "SCENE", "--set", "sim.substeps=many"], 3), (["bake", "SCENE", "--set", "sum.substeps=3"], 3),
-    (["bake", "gone.json"], 3), (["bake", "."], 3), (["info", "gone"], 3), (["info", "."], 3), (["verify", "gone"], 3), (["verify", "."], 3),
-])
+@pytest.mark.parametrize(
+    "arguments, status",
+    [
+        ([], 2),
+        (["frobnicate"], 2),
+        (["bake"], 2),
+        (["bake", "--frob", "x.json"], 2),
+        (["bake", "SCENE", "--frames", "a:b"], 2),
+        (["bake", "SCENE", "--frames", "1:2:3"], 2),
+        (["bake", "SCENE", "--frames", ":"], 2),
+        (["bake", "SCENE", "--threads", "x"], 2),
+        (["bake", "SCENE", "--resume", "--restart"], 2),
+        (["bake", "SCENE", "--set", "substeps"], 2),
+        (["bake", "SCENE", "--set", "sim=3"], 2),
+        (["bake", "SCENE", "-o", ""], 2),
+        (["fracture"], 2),
+        (["info"], 2),
+        (["verify"], 2),
+        (["nodes", "--json", "--markdown"], 2),
+        (["bake", "SCENE", "--frames", "9:2"], 3),
+        (["bake", "SCENE", "--frames", "-3:2"], 3),
+        (["bake", "SCENE", "--threads", "99999"], 3),
+        (["bake", "SCENE", "--set", "sim.substeps=many"], 3),
+        (["bake", "SCENE", "--set", "sum.substeps=3"], 3),
+        (["bake", "gone.json"], 3),
+        (["bake", "."], 3),
+        (["info", "gone"], 3),
+        (["info", "."], 3),
+        (["verify", "gone"], 3),
+        (["verify", "."], 3),
+    ],
+)
 def test_wrong_usage_is_2_and_wrong_input_is_3(sunder, scene, tmp_path, arguments, status):
     path = scene()
     refused(sunder(*[path if a == "SCENE" else a for a in arguments]), status=status)
@@ -148,11 +177,18 @@ def baked(sunder, scene, tmp_path):
     return tmp_path / "out"
 
 
-@pytest.mark.parametrize("damage, needles", [
-    (lambda b: b[:-1], ["truncated"]), (lambda b: b[:len(b) // 2], ["truncated"]), (lambda b: b[:70], ["truncated"]),
-    (lambda b: b + b"x", ["more than its header"]), (lambda b: b"", []), (lambda b: b.replace(b"state frame 1", b"state frame 7"), ["state frame 7"]),
-    (lambda b: b.replace(b"binary_little_endian", b"binary_big_endian"), ["another kind"]),
-])
+@pytest.mark.parametrize(
+    "damage, needles",
+    [
+        (lambda b: b[:-1], ["truncated"]),
+        (lambda b: b[: len(b) // 2], ["truncated"]),
+        (lambda b: b[:70], ["truncated"]),
+        (lambda b: b + b"x", ["more than its header"]),
+        (lambda b: b"", []),
+        (lambda b: b.replace(b"state frame 1", b"state frame 7"), ["state frame 7"]),
+        (lambda b: b.replace(b"binary_little_endian", b"binary_big_endian"), ["another kind"]),
+    ],
+)
 def test_a_damaged_state_frame_is_told(sunder, scene, tmp_path, damage, needles):
     frame = baked(sunder, scene, tmp_path) / "state" / "sim.0002.ply"
     frame.write_bytes(damage(frame.read_bytes()))
@@ -170,25 +206,23 @@ def test_a_state_of_another_bake_is_not_resumed_from(sunder, scene, tmp_path):
     refused(sunder("bake", "scene.json", "-o", "out", "--resume"), "does not tell the truth", "sim.0003.ply")
 
 
-def lie(manifest, how):
-    how(manifest)
-    return json.dumps(manifest)
-
-
-@pytest.mark.parametrize("name, how", {
-    "wrong_hash": lambda m: m["frames"][1]["files"][0].update(hash="0123456789abcdef"),
-    "wrong_size": lambda m: m["frames"][1]["files"][0].update(size=7),
-    "negative_size": lambda m: m["frames"][1]["files"][0].update(size=-7),
-    "file_that_is_not_there": lambda m: m["frames"][1]["files"][0].update(path="mesh/gone.0002.ply"),
-    "file_outside": lambda m: m["frames"][1]["files"][0].update(path="../scene.json"),
-    "absolute_file": lambda m: m["frames"][1]["files"][0].update(path="/etc/hostname"),
-    "frame_left_out": lambda m: m["frames"].pop(1),
-    "frame_twice": lambda m: m["frames"].append(m["frames"][2]),
-    "frames_of_text": lambda m: m.update(frames="all"),
-    "graph_gone": lambda m: m.pop("graph"),
-    "later_format": lambda m: m.update(format="sunder manifest 2"),
-    "another_format": lambda m: m.update(format="web manifest"),
-}.items())
+@pytest.mark.parametrize(
+    "name, how",
+    {
+        "wrong_hash": lambda m: m["frames"][1]["files"][0].update(hash="0123456789abcdef"),
+        "wrong_size": lambda m: m["frames"][1]["files"][0].update(size=7),
+        "negative_size": lambda m: m["frames"][1]["files"][0].update(size=-7),
+        "file_that_is_not_there": lambda m: m["frames"][1]["files"][0].update(path="mesh/gone.0002.ply"),
+        "file_outside": lambda m: m["frames"][1]["files"][0].update(path="../scene.json"),
+        "absolute_file": lambda m: m["frames"][1]["files"][0].update(path="/etc/hostname"),
+        "frame_left_out": lambda m: m["frames"].pop(1),
+        "frame_twice": lambda m: m["frames"].append(m["frames"][2]),
+        "frames_of_text": lambda m: m.update(frames="all"),
+        "graph_gone": lambda m: m.pop("graph"),
+        "later_format": lambda m: m.update(format="sunder manifest 2"),
+        "another_format": lambda m: m.update(format="web manifest"),
+    }.items(),
+)
 def test_a_manifest_that_lies_is_found_out(sunder, scene, tmp_path, name, how):
     path = baked(sunder, scene, tmp_path) / "manifest.json"
     manifest = json.loads(path.read_text())
@@ -204,11 +238,11 @@ def test_a_manifest_that_lies_is_found_out(sunder, scene, tmp_path, name, how):
 def test_a_manifest_that_was_cut_off_is_found_out_and_mended_by_restart(sunder, scene, tmp_path, share):
     path = baked(sunder, scene, tmp_path) / "manifest.json"
     text = path.read_text()
-    path.write_text(text[:int(share * len(text))])
+    path.write_text(text[: int(share * len(text))])
     refused(sunder("verify", "out"), "manifest.json")
     refused(sunder("bake", "scene.json", "-o", "out", "--resume"), "manifest.json")
     run = sunder("bake", "scene.json", "-o", "out", "--restart", "--frames", "1:3")
     if share == 0:
-        refused(run, "manifest.json")           # an empty file might be anybody's
+        refused(run, "manifest.json")  # an empty file might be anybody's
     else:
         assert run.status == 0 and path.read_text() == text, run.err

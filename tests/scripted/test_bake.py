@@ -37,7 +37,12 @@ def long_scene(states=True):
 
 def started(tmp_path, folder, *arguments):
     """A bake that has at least three whole frames and is still running."""
-    process = subprocess.Popen([PROGRAM, "bake", "scene.json", "-o", folder, *arguments], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    process = subprocess.Popen(
+        [PROGRAM, "bake", "scene.json", "-o", folder, *arguments],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
     for _ in range(3):
         assert process.stdout.readline().startswith(b"frame")
     return process
@@ -53,7 +58,13 @@ def test_one_line_a_frame_where_there_is_no_terminal(sunder, scene):
 def test_a_bar_with_time_left_on_a_terminal(scene, tmp_path):
     scene(long_scene())
     master, slave = pty.openpty()
-    process = subprocess.Popen([PROGRAM, "bake", "scene.json", "-o", "out"], cwd=tmp_path, stdout=slave, stderr=slave, env={**os.environ, "TERM": "xterm"})
+    process = subprocess.Popen(
+        [PROGRAM, "bake", "scene.json", "-o", "out"],
+        cwd=tmp_path,
+        stdout=slave,
+        stderr=slave,
+        env={**os.environ, "TERM": "xterm"},
+    )
     os.close(slave)
     shown = b""
     while select.select([master], [], [], 60)[0]:
@@ -63,7 +74,7 @@ def test_a_bar_with_time_left_on_a_terminal(scene, tmp_path):
             break
     assert process.wait() == 0
     assert b"[####" in shown and b"%" in shown
-    assert b"frame 5 of" not in shown           # no plain lines beside the bar
+    assert b"frame 5 of" not in shown  # no plain lines beside the bar
     assert shown.rstrip().splitlines()[-1].split(b"\x1b[K")[-1].startswith(b"out: frames 1 to 120 baked")
 
 
@@ -120,8 +131,11 @@ def test_a_full_disk_is_told_and_nothing_is_lost(sunder, tmp_path, whole):
 
     def small_disk():  # fails a write part of the way as a full disk does, and needs no privileges
         resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000))
+
     run = sunder("bake", "scene.json", "-o", "out", "--resume", preexec_fn=small_disk)
-    assert run.status == 1 and len(run.errors) == 1 and "cannot write" in run.lines[0] and "--resume" in run.lines[0], run.err
+    assert (
+        run.status == 1 and len(run.errors) == 1 and "cannot write" in run.lines[0] and "--resume" in run.lines[0]
+    ), run.err
     assert {k: v for k, v in contents(tmp_path / "out").items() if k != "manifest.json"}.items() <= whole.items()
     assert len(json.loads((tmp_path / "out" / "manifest.json").read_text())["frames"]) == 3
     bake(sunder, "out", "--resume")
@@ -133,13 +147,26 @@ def test_a_folder_that_cannot_be_is_told(sunder, scene, tmp_path):
     (tmp_path / "file").write_text("mine")
     for folder in ("file", "file/sub", "/proc/nowhere"):
         run = sunder("bake", "scene.json", "-o", folder)
-        assert run.status == 1 and len(run.errors) == 1 and folder.split("/")[1 if folder[0] == "/" else 0] in run.lines[0], run.err
+        assert (
+            run.status == 1 and len(run.errors) == 1 and folder.split("/")[1 if folder[0] == "/" else 0] in run.lines[0]
+        ), run.err
     assert (tmp_path / "file").read_text() == "mine"
 
 
 def test_set_changes_the_graph_and_the_manifest_tells(sunder, scene, tmp_path):
     scene()
-    bake(sunder, "out", "--frames", "1:2", "--set", "clay.toughness=null", "--set", "ball.position=[0,0,1]", "--set", "cache.path=s/x.##.ply")
+    bake(
+        sunder,
+        "out",
+        "--frames",
+        "1:2",
+        "--set",
+        "clay.toughness=null",
+        "--set",
+        "ball.position=[0,0,1]",
+        "--set",
+        "cache.path=s/x.##.ply",
+    )
     nodes = json.loads((tmp_path / "out" / "manifest.json").read_text())["graph"]["nodes"]
     assert nodes["clay"]["toughness"] is None and nodes["ball"]["position"] == [0, 0, 1]
     assert (tmp_path / "out" / "s" / "x.02.ply").is_file()
@@ -149,6 +176,7 @@ def test_set_changes_the_graph_and_the_manifest_tells(sunder, scene, tmp_path):
 
 def test_a_changed_input_file_is_told(sunder, scene, tmp_path):
     from conftest import mesh_scene, obj_text
+
     scene(mesh_scene())
     (tmp_path / "mesh.obj").write_text(obj_text())
     bake(sunder, "out", "--frames", "1:1")
@@ -160,10 +188,26 @@ def test_a_changed_input_file_is_told(sunder, scene, tmp_path):
 def test_baked_states_are_those_that_evaluation_gives(sunder, tmp_path, whole):
     import numpy as np
     import sunder as package
+
     graph = package.Graph.load(tmp_path / "scene.json")
     for frame in (1, 5, 10):
-        live, baked = graph.evaluate("sim.state", frame), package.read_state(tmp_path / "whole" / "state" / f"sim.{frame:04d}.ply")
-        for name in ("position", "orientation", "velocity", "angular_velocity", "plastic_deformation", "yield", "strain", "edge_intact", "edges",
-                     "rigid_position", "body", "fragment", "piece"):
+        live, baked = graph.evaluate("sim.state", frame), package.read_state(
+            tmp_path / "whole" / "state" / f"sim.{frame:04d}.ply"
+        )
+        for name in (
+            "position",
+            "orientation",
+            "velocity",
+            "angular_velocity",
+            "plastic_deformation",
+            "yield",
+            "strain",
+            "edge_intact",
+            "edges",
+            "rigid_position",
+            "body",
+            "fragment",
+            "piece",
+        ):
             assert np.array_equal(getattr(live, name), getattr(baked, name)), name
-    assert live.edge_intact.min() == 0          # it broke
+    assert live.edge_intact.min() == 0  # it broke

@@ -47,14 +47,16 @@ def test_pieces_are_closed_and_fill_the_cube(cut):
         positions, triangles, material = read_piece(cut / fragment["file"])
         directed = {(int(t[i]), int(t[(i + 1) % 3])) for t in triangles for i in range(3)}
         assert len(directed) == 3 * len(triangles) and all((b, a) in directed for a, b in directed)
-        assert volume(positions, triangles) == pytest.approx(fragment["volume"], rel=1e-9)      # the same integral, other order
+        assert volume(positions, triangles) == pytest.approx(
+            fragment["volume"], rel=1e-9
+        )  # the same integral, other order
         assert set(material) <= {0, listing["interior_material"]}
         total += fragment["volume"]
         for p in positions:
             seen.setdefault(p.tobytes(), set()).add(fragment["id"])
     assert total == pytest.approx(1, rel=1e-6)  # the surface of a cube is kept; rounding only
     shared = {pair for owners in seen.values() for pair in ((a, b) for a in owners for b in owners if a < b)}
-    for interface in listing["interfaces"]:     # what touches has vertices of the same bits
+    for interface in listing["interfaces"]:  # what touches has vertices of the same bits
         assert (interface["a"], interface["b"]) in shared
         assert interface["area"] > 0 and np.linalg.norm(interface["normal"]) == pytest.approx(1, abs=1e-6)
 

@@ -14,8 +14,20 @@ def test_help_and_version_are_answers_not_errors(sunder):
 def test_nodes_are_listed_for_people_and_programs(sunder):
     nodes = json.loads(sunder("nodes", "--json").out)["nodes"]
     types = [n["type"] for n in nodes]
-    assert {"mesh_file", "lattice", "prefracture", "body", "collider", "rigid_body", "pin", "force", "solver", "deformer", "bake_mesh",
-            "bake_state"} <= set(types)
+    assert {
+        "mesh_file",
+        "lattice",
+        "prefracture",
+        "body",
+        "collider",
+        "rigid_body",
+        "pin",
+        "force",
+        "solver",
+        "deformer",
+        "bake_mesh",
+        "bake_state",
+    } <= set(types)
     text = sunder("nodes").out
     for node in nodes:
         assert node["type"] in text
@@ -28,9 +40,14 @@ def test_info_tells_what_things_are(sunder, scene, tmp_path):
     (tmp_path / "mesh.obj").write_text(obj_text())
     scene()
     assert sunder("bake", "scene.json", "-o", "out", "--frames", "1:2").status == 0
-    for path, needles in {"mesh.obj": ["mesh", "volume", "1 m3", "bounds a solid"], "scene.json": ["graph", "sim: solver", "1 to 10"],
-                          "out": ["2 of 1 to 2", "complete"], "out/manifest.json": ["bake"], "out/state/sim.0002.ply": ["27 in 1 bodies", "frame, time    2"],
-                          "out/mesh/block.0002.ply": ["mesh frame", "vertex", "corner_normals"]}.items():
+    for path, needles in {
+        "mesh.obj": ["mesh", "volume", "1 m3", "bounds a solid"],
+        "scene.json": ["graph", "sim: solver", "1 to 10"],
+        "out": ["2 of 1 to 2", "complete"],
+        "out/manifest.json": ["bake"],
+        "out/state/sim.0002.ply": ["27 in 1 bodies", "frame, time    2"],
+        "out/mesh/block.0002.ply": ["mesh frame", "vertex", "corner_normals"],
+    }.items():
         run = sunder("info", path)
         assert run.status == 0, run.err
         for needle in needles:

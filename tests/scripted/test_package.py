@@ -61,16 +61,30 @@ def test_wires_are_made_and_cut(graph):
 def test_a_state_has_the_arrays_that_the_contract_names(graph):
     s = graph.evaluate("sim.state", frame=6)
     n, m = 27, 54
-    shapes = {"position": (n, 3), "orientation": (n, 4), "velocity": (n, 3), "angular_velocity": (n, 3), "plastic_deformation": (n, 3, 3),
-              "strain": (n,), "yield_": (n,), "edges": (m, 2), "edge_intact": (m,), "fragment": (n,), "body": (n,), "piece": (n,),
-              "rigid_position": (1, 3), "rest_position": (n, 3), "mass": (n,)}
+    shapes = {
+        "position": (n, 3),
+        "orientation": (n, 4),
+        "velocity": (n, 3),
+        "angular_velocity": (n, 3),
+        "plastic_deformation": (n, 3, 3),
+        "strain": (n,),
+        "yield_": (n,),
+        "edges": (m, 2),
+        "edge_intact": (m,),
+        "fragment": (n,),
+        "body": (n,),
+        "piece": (n,),
+        "rigid_position": (1, 3),
+        "rest_position": (n, 3),
+        "mass": (n,),
+    }
     for name, shape in shapes.items():
         assert getattr(s, name).shape == shape, name
     assert s.position.dtype == np.float64 and s.frame == 6 and s.time == pytest.approx(5 / 24)
     assert np.allclose(np.linalg.norm(s.orientation, axis=1), 1)
-    assert np.allclose(np.linalg.det(s.plastic_deformation), 1, atol=1e-6)       # flow keeps volume; rounding of many steps
+    assert np.allclose(np.linalg.det(s.plastic_deformation), 1, atol=1e-6)  # flow keeps volume; rounding of many steps
     assert np.array_equal(s.fragment, np.arange(n)) and (s.edges[:, 0] < s.edges[:, 1]).all()
-    start = graph.evaluate("sim.state")                                          # the first frame unless told
+    start = graph.evaluate("sim.state")  # the first frame unless told
     assert start.frame == 1 and np.array_equal(start.position, start.rest_position)
     assert np.array_equal(start.orientation, start.rest_orientation) and np.all(start.edge_intact == 1)
 
@@ -81,12 +95,17 @@ def test_a_mesh_has_the_arrays_that_the_contract_names(graph):
     assert m.positions.dtype == np.float32 and m.normals.shape == (3 * t, 3) and m.uvs.shape[1] == 2
     assert m.face_material.shape == m.face_fragment.shape == (t,) and m.vertex_fragment.shape == (v,)
     a, b, c = (m.positions[m.triangles[:, i]].astype(float) for i in range(3))
-    assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(0.027, rel=1e-4)        # float32 positions
+    assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(0.027, rel=1e-4)  # float32 positions
 
 
 def test_fragments_have_the_arrays_that_the_contract_names(graph):
     f = graph.evaluate("block.fragments")
-    assert len(f) == 27 and f.rest_position.shape == (27, 3) and f.rest_orientation.shape == (27, 4) and f.radii.shape == (27, 3)
+    assert (
+        len(f) == 27
+        and f.rest_position.shape == (27, 3)
+        and f.rest_orientation.shape == (27, 4)
+        and f.radii.shape == (27, 3)
+    )
     assert f.volume.sum() == pytest.approx(0.027) and f.edges.shape == (54, 2)
     assert np.allclose(f.interfaces.area, 0.01) and len(f.interfaces) == 54
     assert np.allclose(np.abs(f.interfaces.normal).max(axis=1), 1)
@@ -101,14 +120,14 @@ def test_fragments_have_the_arrays_that_the_contract_names(graph):
 def test_arrays_outlive_value_and_graph():
     g = sunder.Graph.from_dict(block_scene())
     state = g.evaluate("sim.state", frame=5)
-    position, orientation = state.position, state.orientation   # of the value itself, and made for the caller
+    position, orientation = state.position, state.orientation  # of the value itself, and made for the caller
     copies = position.copy(), orientation.copy()
     del state, g
     gc.collect()
-    [np.random.default_rng(i).random(100_000) for i in range(50)]               # whoever frees too early is overwritten
+    [np.random.default_rng(i).random(100_000) for i in range(50)]  # whoever frees too early is overwritten
     assert np.array_equal(position, copies[0]) and np.array_equal(orientation, copies[1])
     with pytest.raises(ValueError):
-        position[0] = 0                          # results are shared with the graph's cache
+        position[0] = 0  # results are shared with the graph's cache
 
 
 def test_results_are_not_changed_by_later_edits(graph):
@@ -119,25 +138,28 @@ def test_results_are_not_changed_by_later_edits(graph):
     assert np.array_equal(before.position, kept) and not np.array_equal(after.position, kept)
 
 
-@pytest.mark.parametrize("action, code, node, parameter", [
-    (lambda g: g["clay"].set(density=-1), "bad_input", "clay", "density"),
-    (lambda g: g["clay"].set(denisty=1), "bad_input", "clay", "denisty"),
-    (lambda g: g["clay"].set(density=float("nan")), "bad_input", "", ""),
-    (lambda g: g["clay"].set(density=object()), "bad_usage", "", ""),
-    (lambda g: g["cloy"], "bad_input", "cloy", ""),
-    (lambda g: g.add("boddy", "x"), "bad_input", "x", "type"),
-    (lambda g: g.add("body", "clay"), "bad_input", "clay", ""),
-    (lambda g: g.connect("block.fragments", "sim.bodies"), "bad_input", "sim", "bodies"),
-    (lambda g: g.evaluate("sim.stat"), "bad_input", "sim", "stat"),
-    (lambda g: g.evaluate("nonsense"), "bad_input", "", ""),
-    (lambda g: sunder.Graph.load("gone.json"), "bad_input", "", ""),
-    (lambda g: sunder.Graph.from_dict("{"), "bad_input", "", ""),
-    (lambda g: sunder.read_state("gone.ply"), "bad_input", "", ""),
-    (lambda g: sunder.verify("gone"), "bad_input", "", ""),
-    (lambda g: g.bake("x", resume=True, restart=True), "bad_usage", "", ""),
-    (lambda g: g["cl\0ay"], "bad_input", None, ""),
-    (lambda g: g.save("a\0b"), "bad_usage", "", ""),
-])
+@pytest.mark.parametrize(
+    "action, code, node, parameter",
+    [
+        (lambda g: g["clay"].set(density=-1), "bad_input", "clay", "density"),
+        (lambda g: g["clay"].set(denisty=1), "bad_input", "clay", "denisty"),
+        (lambda g: g["clay"].set(density=float("nan")), "bad_input", "", ""),
+        (lambda g: g["clay"].set(density=object()), "bad_usage", "", ""),
+        (lambda g: g["cloy"], "bad_input", "cloy", ""),
+        (lambda g: g.add("boddy", "x"), "bad_input", "x", "type"),
+        (lambda g: g.add("body", "clay"), "bad_input", "clay", ""),
+        (lambda g: g.connect("block.fragments", "sim.bodies"), "bad_input", "sim", "bodies"),
+        (lambda g: g.evaluate("sim.stat"), "bad_input", "sim", "stat"),
+        (lambda g: g.evaluate("nonsense"), "bad_input", "", ""),
+        (lambda g: sunder.Graph.load("gone.json"), "bad_input", "", ""),
+        (lambda g: sunder.Graph.from_dict("{"), "bad_input", "", ""),
+        (lambda g: sunder.read_state("gone.ply"), "bad_input", "", ""),
+        (lambda g: sunder.verify("gone"), "bad_input", "", ""),
+        (lambda g: g.bake("x", resume=True, restart=True), "bad_usage", "", ""),
+        (lambda g: g["cl\0ay"], "bad_input", None, ""),
+        (lambda g: g.save("a\0b"), "bad_usage", "", ""),
+    ],
+)
 def test_errors_say_code_node_and_parameter(graph, action, code, node, parameter):
     before = graph.to_dict()
     with pytest.raises(sunder.Error) as caught:
@@ -160,12 +182,13 @@ def test_progress_is_told_and_cancels(graph):
     with pytest.raises(sunder.Error) as caught:
         graph.evaluate("sim.state", frame=8, progress=lambda fraction, text: False)
     assert caught.value.code == "cancelled"
-    assert graph.evaluate("sim.state", frame=8).frame == 8                       # and it works on
+    assert graph.evaluate("sim.state", frame=8).frame == 8  # and it works on
 
 
 def test_what_progress_raises_comes_out_again(graph):
     def fail(fraction, text):
         raise KeyboardInterrupt("stop")
+
     with pytest.raises(KeyboardInterrupt):
         graph.evaluate("sim.state", frame=8, progress=fail)
 
@@ -180,9 +203,10 @@ def test_cancel_from_another_thread_and_the_lock_is_free_meanwhile(graph):
             graph.evaluate("sim.state", frame=100000, progress=lambda fraction, text: running.set())
         except sunder.Error as error:
             failed.append(error.code)
+
     thread = threading.Thread(target=work)
     thread.start()
-    assert running.wait(60)                      # this thread runs while the other is inside the library
+    assert running.wait(60)  # this thread runs while the other is inside the library
     graph.cancel()
     thread.join(60)
     assert not thread.is_alive() and failed == ["cancelled"]
@@ -209,7 +233,9 @@ def test_a_saved_state_is_gone_on_from(tmp_path, graph):
 
 
 def run_python(code, **environment):
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env={**os.environ, **environment})
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env={**os.environ, **environment}
+    )
 
 
 def test_a_library_that_is_not_there_or_not_ours_is_told(tmp_path):

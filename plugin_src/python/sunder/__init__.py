@@ -16,5 +16,18 @@ from .library import version
 from .values import Fragments, Interfaces, Mesh, State, Value
 
 __version__ = version()
-__all__ = ["Error", "Fragments", "Graph", "Interfaces", "Mesh", "Node", "State", "Value", "bake", "node_types", "read_state", "verify",
-           "version"]
+__all__ = [
+    "Error",
+    "Fragments",
+    "Graph",
+    "Interfaces",
+    "Mesh",
+    "Node",
+    "State",
+    "Value",
+    "bake",
+    "node_types",
+    "read_state",
+    "verify",
+    "version",
+]

@@ -128,7 +128,11 @@ class Graph:
 
     def __getitem__(self, name):
         if name not in self:
-            raise Error("bad_input", f"node '{name}': there is no node of that name (permitted: {', '.join(self)})", node=str(name))
+            raise Error(
+                "bad_input",
+                f"node '{name}': there is no node of that name (permitted: {', '.join(self)})",
+                node=str(name),
+            )
         return Node(self, name)
 
     def __contains__(self, name):
@@ -195,11 +199,18 @@ class Graph:
         if resume and restart:
             raise Error("bad_usage", "bake: resume and restart exclude one another")
         first, last = frames or (0, 0)
-        settings = BakeSettings(1 if resume else 2 if restart else 0, encode(folder), int(frames is not None), int(first), int(last))
+        settings = BakeSettings(
+            1 if resume else 2 if restart else 0, encode(folder), int(frames is not None), int(first), int(last)
+        )
         report = BakeReport()
         self._long_call("graph_bake", progress, ctypes.byref(settings), Progress, ctypes.byref(report))
-        return {"frames": (report.first_frame, report.last_frame), "first_new_frame": report.first_new_frame, "n_frames": report.n_frames,
-                "n_files": report.n_files, "bytes": report.bytes}
+        return {
+            "frames": (report.first_frame, report.last_frame),
+            "first_new_frame": report.first_new_frame,
+            "n_frames": report.n_frames,
+            "n_files": report.n_files,
+            "bytes": report.bytes,
+        }
 
 
 def bake(graph, folder, frames=None, threads=None, resume=False, restart=False, progress=None):
@@ -211,14 +222,14 @@ def bake(graph, folder, frames=None, threads=None, resume=False, restart=False, 
 
 
 def verify(folder, progress=None):
-    """Compares a bake with its manifest: {"files", "bytes", "faults", "missing_frames"}; whole if there are no faults."""
+    """Compares a bake with its manifest: {"files", "bytes", "faults", "missing_frames"}; whole if no faults."""
     graph, text = Graph(), ctypes.c_char_p()
     graph._long_call("graph_verify_bake", progress, encode(folder), Progress, ctypes.byref(text))
     return json.loads(decode(text.value))
 
 
 def read_state(path):
-    """A state frame that a bake wrote, as a State; what the file does not tell (rest shapes, masses) is not a number."""
+    """A state frame that a bake wrote, as a State; what the file does not tell (rest shapes, masses) is NaN."""
     graph, out = Graph(), ctypes.c_void_p()
     graph._call("graph_read_state", encode(path), ctypes.byref(out))
     return wrap(out)

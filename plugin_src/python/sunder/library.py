@@ -20,8 +20,16 @@ class _Sized(ctypes.Structure):
 
 
 class ErrorStruct(_Sized):
-    _fields_ = [("struct_size", c_uint32), ("status", c_int32), ("text", c_char_p), ("where", c_char_p), ("what", c_char_p), ("mend", c_char_p),
-                ("node", c_char_p), ("parameter", c_char_p)]
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("status", c_int32),
+        ("text", c_char_p),
+        ("where", c_char_p),
+        ("what", c_char_p),
+        ("mend", c_char_p),
+        ("node", c_char_p),
+        ("parameter", c_char_p),
+    ]
 
 
 class ProgressStruct(_Sized):
@@ -29,17 +37,36 @@ class ProgressStruct(_Sized):
 
 
 class ArrayStruct(_Sized):
-    _fields_ = [("struct_size", c_uint32), ("type", c_int32), ("data", c_void_p), ("rank", c_uint32), ("shape", c_uint64 * 4)]
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("type", c_int32),
+        ("data", c_void_p),
+        ("rank", c_uint32),
+        ("shape", c_uint64 * 4),
+    ]
 
 
 class BakeSettings(_Sized):
-    _fields_ = [("struct_size", c_uint32), ("start", c_int32), ("folder", c_char_p), ("has_frames", c_int32), ("first_frame", c_int32),
-                ("last_frame", c_int32)]
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("start", c_int32),
+        ("folder", c_char_p),
+        ("has_frames", c_int32),
+        ("first_frame", c_int32),
+        ("last_frame", c_int32),
+    ]
 
 
 class BakeReport(_Sized):
-    _fields_ = [("struct_size", c_uint32), ("first_frame", c_int32), ("last_frame", c_int32), ("first_new_frame", c_int32), ("n_frames", c_uint64),
-                ("n_files", c_uint64), ("bytes", c_uint64)]
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("first_frame", c_int32),
+        ("last_frame", c_int32),
+        ("first_new_frame", c_int32),
+        ("n_frames", c_uint64),
+        ("n_files", c_uint64),
+        ("bytes", c_uint64),
+    ]
 
 
 _TEXT = POINTER(c_char_p)
@@ -88,7 +115,7 @@ _FUNCTIONS = {  # name: (result, arguments)
 
 
 def _candidates():
-    """Where the library may lie, best first: named by SUNDER_LIBRARY, beside the package, in a build folder of the tree."""
+    """Where the library may lie, best first: as SUNDER_LIBRARY names it, beside the package, in a build folder."""
     named = os.environ.get("SUNDER_LIBRARY")
     if named:
         return [named]
@@ -103,8 +130,11 @@ def _load():
     candidates = _candidates()
     path = next((p for p in candidates if os.path.exists(p)), None)
     if path is None:
-        raise Error("bad_input", "libsunder.so: is not there (build it with ./sunder, or name it in SUNDER_LIBRARY); looked for "
-                    + ", ".join(candidates))
+        raise Error(
+            "bad_input",
+            "libsunder.so: is not there (build it with ./sunder, or name it in SUNDER_LIBRARY); looked for "
+            + ", ".join(candidates),
+        )
     try:
         library = ctypes.CDLL(path)
         found = library.sunder_abi_version
@@ -112,8 +142,11 @@ def _load():
         raise Error("bad_input", f"{path}: is not Sunder's library: {error}") from error
     found.restype = c_uint32
     if found() != ABI_VERSION:
-        raise Error("bad_input", f"{path}: speaks version {found()} of the interface, this package {ABI_VERSION} (use the package "
-                    "that came with the library)")
+        raise Error(
+            "bad_input",
+            f"{path}: speaks version {found()} of the interface, this package {ABI_VERSION} (use the package "
+            "that came with the library)",
+        )
     for name, (result, arguments) in _FUNCTIONS.items():
         function = getattr(library, "sunder_" + name)
         function.restype, function.argtypes = result, arguments
@@ -149,6 +182,7 @@ def decode(data):
 
 def dump(value):
     """A Python value as JSON text; numpy numbers and arrays are welcome."""
+
     def plain(other):
         if hasattr(other, "tolist"):
             return other.tolist()
@@ -173,7 +207,7 @@ def check(status, tell, handle):
 
 
 class Progress:
-    """A Python callable as a progress function. What it raises (Ctrl-C too) cancels the job and is raised again after it."""
+    """A Python callable as a progress function. What it raises (Ctrl-C too) cancels the job and is raised again."""
 
     def __init__(self, callable_):
         self.raised = None

@@ -31,7 +31,10 @@ class Value:
         self._cache = {}
         library = lib()
         self.type = decode(library.sunder_value_type(pointer))
-        self._arrays = [decode(library.sunder_value_array_name(pointer, i)) for i in range(library.sunder_value_array_count(pointer))]
+        self._arrays = [
+            decode(library.sunder_value_array_name(pointer, i))
+            for i in range(library.sunder_value_array_count(pointer))
+        ]
         text = ctypes.c_char_p()
         self._check(library.sunder_value_info(pointer, ctypes.byref(text)))
         self.info = json.loads(text.value)
@@ -44,7 +47,9 @@ class Value:
             info = self.__dict__.get("info", {})
             if name in info:
                 return info[name]
-            raise AttributeError(f"a {self.__dict__.get('type', 'value')} has no '{name}'; it has {', '.join(self._names())}")
+            raise AttributeError(
+                f"a {self.__dict__.get('type', 'value')} has no '{name}'; it has {', '.join(self._names())}"
+            )
         if name not in self._cache:
             self._cache[name] = self._array(name)
         return self._cache[name]
@@ -61,7 +66,7 @@ class Value:
     def _array(self, name):
         a = ArrayStruct()
         self._check(lib().sunder_value_array(self._handle.pointer, encode(name), ctypes.byref(a)))
-        dtype, shape = np.dtype(_DTYPES[a.type]), tuple(a.shape[:a.rank])
+        dtype, shape = np.dtype(_DTYPES[a.type]), tuple(a.shape[: a.rank])
         n_bytes = int(np.prod(shape, dtype=np.int64)) * dtype.itemsize
         if n_bytes == 0:
             array = np.empty(shape, dtype)
@@ -74,9 +79,14 @@ class Value:
 
 
 class State(Value):
-    """All bodies at a frame: position (n, 3), orientation (n, 4), velocity, angular_velocity (n, 3), plastic_deformation (n, 3, 3), yield_,
-    strain (n,), edges (m, 2), edge_intact (m,), body, fragment, piece (n,); rigid_position, rigid_orientation, ... of rigid bodies;
-    broken_edge, broken_time, broken_strain of this frame; rest_position, rest_orientation, radii, mass, volume at rest."""
+    """All bodies at a frame, n particles and m edges.
+
+    position (n, 3), orientation (n, 4), velocity (n, 3), angular_velocity (n, 3), plastic_deformation (n, 3, 3),
+    yield_ (n,), strain (n,), body (n,), fragment (n,), piece (n,), edges (m, 2), edge_intact (m,);
+    rigid_position, rigid_orientation, rigid_velocity, rigid_angular_velocity of rigid bodies;
+    broken_edge, broken_time, broken_strain of this frame;
+    rest_position, rest_orientation, radii, mass, volume at rest; frame, time, bodies, rigid_bodies, report.
+    """
 
     @property
     def yield_(self):
@@ -85,12 +95,14 @@ class State(Value):
 
 
 class Mesh(Value):
-    """positions (v, 3), triangles (t, 3), normals (3t, 3) and uvs (3t, 2) by corner, face_material (t,); of a visual mesh also
-    face_fragment (t,) and vertex_fragment (v,)."""
+    """positions (v, 3), triangles (t, 3), normals (3t, 3) and uvs (3t, 2) by corner, face_material (t,).
+
+    A visual mesh also has face_fragment (t,) and vertex_fragment (v,).
+    """
 
 
 class Interfaces:
-    """Where fragments touch: pair (m, 2), area (m,) m2, normal (m, 3) from the first to the second, centroid (m, 3) m."""
+    """Where fragments touch: pair (m, 2), area (m,) m2, normal (m, 3) from first to second, centroid (m, 3) m."""
 
     def __init__(self, fragments):
         self.pair, self.area = fragments.edges, fragments.interface_area
@@ -101,7 +113,10 @@ class Interfaces:
 
 
 class Fragments(Value):
-    """rest_position (n, 3), rest_orientation (n, 4), radii (n, 3), volume, cluster (n,), edges (m, 2), interfaces, warnings."""
+    """rest_position (n, 3), rest_orientation (n, 4), radii (n, 3), volume (n,), cluster (n,), edges (m, 2).
+
+    Also interfaces, and warnings, materials, source_volume, ... of the cut.
+    """
 
     @property
     def interfaces(self):
