@@ -64,4 +64,32 @@ CellComplex make_cell_complex(const TetMesh& mesh) {
     return complex;
 }
 
+size_t drop_crumbs(TetMesh& io_mesh, double least_volume) {
+    const CellComplex complex = make_cell_complex(io_mesh);
+    std::vector<uint32_t> part(complex.n_cells());
+    std::iota(part.begin(), part.end(), 0u);
+    auto lowest = [&](uint32_t i) {
+        while (part[i] != i) i = part[i] = part[part[i]];
+        return i;
+    };
+    for (const CellFace& f : complex.faces) {
+        if (f.neighbour == CellFace::kOutside) continue;
+        const uint32_t a = lowest(f.cell), b = lowest(f.neighbour);
+        part[std::max(a, b)] = std::min(a, b);
+    }
+    std::vector<double> volume(complex.n_cells(), 0);
+    for (uint32_t i = 0; i < complex.n_cells(); ++i) volume[lowest(i)] += complex.cell_volume[i];
+    const auto largest = static_cast<uint32_t>(std::max_element(volume.begin(), volume.end()) - volume.begin());
+    std::vector<std::array<uint32_t, 4>> kept;
+    size_t n_dropped = 0;
+    for (uint32_t i = 0; i < complex.n_cells(); ++i) {
+        const uint32_t root = lowest(i);
+        const bool is_crumb = root != largest && volume[root] < least_volume;
+        if (!is_crumb) kept.push_back(io_mesh.tets[i]);
+        else if (root == i) ++n_dropped;
+    }
+    io_mesh.tets = std::move(kept);
+    return n_dropped;
+}
+
 }  // namespace sunder

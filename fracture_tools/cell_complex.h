@@ -41,6 +41,10 @@ struct CellFaceLists {
     explicit CellFaceLists(const CellComplex& complex);
 };
 
+/// Leaves out separate parts (sets of cells that hang together by faces) of less than `least_volume`, m3, but never the
+/// largest part. Gives their number.
+size_t drop_crumbs(TetMesh& io_mesh, double least_volume);
+
 /// Tetrahedra as cells; `source_triangle` is left open.
 CellComplex make_cell_complex(const TetMesh& mesh);
 

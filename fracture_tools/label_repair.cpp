@@ -26,6 +26,10 @@ public:
     void merge_surplus(uint32_t wanted);
     size_t cure_pinched_edges(bool count_only);
     uint32_t compact();
+    uint32_t n_parts() const {
+        std::vector<uint32_t> component_of;
+        return static_cast<uint32_t>(components(component_of).size());
+    }
 
 private:
     struct Component { uint32_t label; double volume; std::vector<uint32_t> cells; };
@@ -269,6 +273,8 @@ uint32_t Labels::compact() {
 LabelRepair repair_labels(const CellComplex& complex, uint32_t wanted, std::vector<uint32_t>& io_label) {
     assert(io_label.size() == complex.n_cells());
     const CellFaceLists lists(complex);
+    std::vector<uint32_t> all_one(complex.n_cells(), 0);
+    wanted = std::max(wanted, Labels(complex, lists, all_one, 1).n_parts());  // merging cannot go below that
     auto make_whole = [&](std::vector<uint32_t>& io) {
         // Halving may part a label, joining may empty one: twice is enough in practice, and harmless where it is not.
         for (int k = 0; k < 3; ++k) {

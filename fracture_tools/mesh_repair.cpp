@@ -230,6 +230,9 @@ Result<TriMesh> repair_mesh(const TriMesh& mesh, const std::string& where, std::
         return repair(mesh, where, io_warnings);
     } catch (const std::bad_alloc&) {
         return Error{ErrorCode::internal, "memory ran out while repairing the mesh", where, {}, {}, {}};
+    } catch (const CGAL::Failure_exception& failure) {  // its what() is a page; the expression tells experts enough
+        return bad_input(where, "the mesh could not be repaired: " + failure.expression().substr(0, 80),
+                         "close and clean it in a modelling program");
     } catch (const std::exception& failure) {
         return bad_input(where, std::string("the mesh could not be repaired: ") + failure.what(),
                          "close and clean it in a modelling program");

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 
 #include "fracture_tools/cell_complex.h"
 #include "fracture_tools/fragments.h"
@@ -25,7 +24,14 @@ constexpr double kSurfaceDistance = 0.07, kLargestSurfaceDistance = 0.002;
 /// Cells are made smaller and meshed again when there are fewer than this share of the wanted ones, this often.
 constexpr double kEnoughCells = 0.6;
 constexpr int kMeshingAttempts = 3;
-constexpr double kVolumeErrorToTell = 0.01;
+constexpr double kVolumeErrorToTell = 0.012;
+/// Vertices allowed for the surface, beyond what the pieces need: the most detailed solid tried took 35,000. A surface
+/// that crosses itself may ask for more and more of them.
+constexpr size_t kSpareVertices = 60'000;
+
+/// Separate parts below this share of a piece's mean volume are left out. Where surfaces cross, meshing leaves such; a
+/// particle of that mass would only disturb the rest.
+constexpr double kCrumb = 0.002;
 
 std::string percent(double share) {
     char text[32];
@@ -48,6 +54,17 @@ Result<TriMesh> make_solid(const TriMesh& mesh, const PrefractureSettings& setti
     return mesh;
 }
 
+/// Meshes once; where the features that were chosen for the mesh stand in the way, without them.
+Result<TetMesh> mesh_cells(const TriMesh& mesh, const PrefractureSettings& settings, const std::string& where,
+                           TetrahedralizeSettings cells) {
+    cells.sharp_angle = settings.sharp_angle > 0 ? settings.sharp_angle : choose_sharp_angle(mesh, cells.cell_size);
+    Result<TetMesh> tets = tetrahedralize(mesh, cells, where);
+    const bool may_drop_features = settings.sharp_angle == 0 && cells.sharp_angle > 0;
+    if (tets || !may_drop_features || tets.error().code != ErrorCode::bad_input) return tets;
+    cells.sharp_angle = 0;
+    return tetrahedralize(mesh, cells, where);
+}
+
 /// Tetrahedra enough for the pieces, with the mesh's volume; cells shrink until both hold.
 Result<TetMesh> fill(const TriMesh& mesh, const PrefractureSettings& settings, const std::string& where,
                      std::vector<std::string>& io_warnings, const Progress& progress) {
@@ -56,17 +73,16 @@ Result<TetMesh> fill(const TriMesh& mesh, const PrefractureSettings& settings, c
     TetrahedralizeSettings cells;
     cells.cell_size = std::cbrt(kCellsPerCube * report.volume / wanted);
     cells.surface_distance = std::min(kSurfaceDistance * cells.cell_size, kLargestSurfaceDistance * report.bounds.diagonal());
-    cells.max_vertices = static_cast<size_t>(4 * wanted) + 200'000;
+    cells.max_vertices = static_cast<size_t>(2 * wanted) + kSpareVertices;
     for (int attempt = 1;; ++attempt) {
         if (!progress.report(double(attempt - 1) / kMeshingAttempts, "filling the mesh with cells")) return cancelled();
-        cells.sharp_angle = settings.sharp_angle > 0 ? settings.sharp_angle : choose_sharp_angle(mesh, cells.cell_size);
-        Result<TetMesh> tets = tetrahedralize(mesh, cells, where);
+        Result<TetMesh> tets = mesh_cells(mesh, settings, where, cells);
         if (!tets) return tets;
         const double error = std::abs(volume_of(*tets) - report.volume) / report.volume;
         const double share = double(tets->tets.size()) / wanted;
-        if (attempt < kMeshingAttempts && (share < kEnoughCells || error > kMaxVolumeError)) {
-            cells.cell_size *= share < kEnoughCells ? std::cbrt(std::max(share, 0.05)) : 0.8;
-            cells.surface_distance = std::min(0.5 * cells.surface_distance, kSurfaceDistance * cells.cell_size);
+        if (attempt < kMeshingAttempts && (share < kEnoughCells || error > kVolumeErrorToTell)) {
+            if (share < kEnoughCells) cells.cell_size *= std::cbrt(std::max(share, 0.05));
+            cells.surface_distance = std::min(0.6 * cells.surface_distance, kSurfaceDistance * cells.cell_size);
             continue;
         }
         if (error > kMaxVolumeError)
@@ -105,6 +121,9 @@ Result<FragmentSet> prefracture(const TriMesh& mesh, const PrefractureSettings& 
 
     Result<TetMesh> tets = fill(*solid, settings, where, warnings, progress.part(0.1, 0.6));
     if (!tets) return tets.error();
+    const double mean_piece = volume_of(*tets) / settings.pieces;
+    if (const size_t n = drop_crumbs(*tets, kCrumb * mean_piece); n > 0)
+        warnings.push_back(where + ": " + std::to_string(n) + " separate parts much smaller than a piece were left out");
     CellComplex complex = make_cell_complex(*tets);
     find_source_triangles(*solid, complex);
 

@@ -12,6 +12,8 @@ namespace {
 constexpr double kVisible = 15, kSharp = 40;    // degrees
 constexpr double kAlone = 0.5;                  // length of visible edges against that of sharp ones
 constexpr double kLong = 2;                     // cells
+/// Less sharp length than this share of the box's diagonal is a flaw of the mesh (folded slivers), not its design.
+constexpr double kLeastLength = 0.5;
 
 struct EdgeLengths {
     double sharp = 0, visible = 0;              // above kSharp; between kVisible and kSharp, m
@@ -53,9 +55,12 @@ EdgeLengths measure_edges(const MeshView& mesh) {
 
 double choose_sharp_angle(const MeshView& mesh, double cell_size) {
     const EdgeLengths edges = measure_edges(mesh);
-    if (edges.n == 0) return 0;
+    Aabb box;
+    for (const Triangle& t : mesh.triangles)
+        for (uint32_t v : t) box.extend(mesh.positions[v]);
+    if (edges.sharp + edges.visible < kLeastLength * box.diagonal()) return 0;
     if ((edges.sharp + edges.visible) / double(edges.n) > kLong * cell_size) return kVisible;
-    return edges.sharp > 0 && edges.visible <= kAlone * edges.sharp ? kSharp : 0;
+    return edges.sharp >= kLeastLength * box.diagonal() && edges.visible <= kAlone * edges.sharp ? kSharp : 0;
 }
 
 }  // namespace sunder

@@ -11,6 +11,7 @@
 #include <CGAL/make_mesh_3.h>
 
 #include <cmath>
+#include <tuple>
 #include <unordered_map>
 
 namespace sunder {
@@ -76,6 +77,20 @@ TetMesh to_plain(const Complex& complex, const UnitBox& unit) {
     return out;
 }
 
+/// Sharp edges are protected by balls before anything else is meshed. Where edges cross or nearly touch the balls shrink
+/// without end, at a cost that grows with the square of their number: tried on their own first, with a limit on it.
+bool can_protect_edges(const Domain& domain, const Criteria& criteria, double edge_size) {
+    std::vector<std::tuple<Domain::Curve_index, std::pair<Kernel::Point_3, Domain::Index>, std::pair<Kernel::Point_3, Domain::Index>>> curves;
+    domain.get_curves(std::back_inserter(curves));
+    double length = 0;
+    for (const auto& curve : curves) length += domain.curve_length(std::get<0>(curve));
+    const auto max_balls = static_cast<size_t>(2000 + 4 * length / edge_size);
+    Complex trial;
+    CGAL::Mesh_error_code code = CGAL::CGAL_MESH_3_NO_ERROR;
+    CGAL::Mesh_3::internal::init_c3t3_with_features(trial, domain, criteria, false, max_balls, &code);
+    return code == CGAL::CGAL_MESH_3_NO_ERROR;
+}
+
 Result<TetMesh> run(const MeshView& mesh, const TetrahedralizeSettings& settings, const std::string& where) {
     const UnitBox unit(mesh);
     Result<Surface> surface = make_surface(mesh, unit, where);
@@ -91,13 +106,15 @@ Result<TetMesh> run(const MeshView& mesh, const TetrahedralizeSettings& settings
     const Criteria criteria(Param::edge_size = cell, Param::facet_angle = kFacetAngle, Param::facet_size = cell,
                             Param::facet_distance = settings.surface_distance * unit.scale,
                             Param::cell_radius_edge_ratio = kCellRadiusEdge, Param::cell_size = cell);
+    if (has_features && !can_protect_edges(domain, criteria, cell))
+        return bad_input(where, "its sharp edges cross or nearly touch", "merge them, or set the sharp angle to 180");
     CGAL::Mesh_error_code code = CGAL::CGAL_MESH_3_NO_ERROR;
     Param::internal::Mesh_3_options options;
     options.maximal_number_of_vertices = settings.max_vertices;
     options.pointer_to_error_code = &code;
     const Complex complex = CGAL::make_mesh_3<Complex>(
         domain, criteria, has_features ? Param::features(domain) : Param::no_features(), Param::no_perturb(),
-        Param::no_exude(), options, Param::internal::Manifold_options(Param::internal::Manifold_options::MANIFOLD));
+        Param::no_exude(), options);
     if (code != CGAL::CGAL_MESH_3_NO_ERROR)
         return bad_input(where, "filling it with tetrahedra does not settle", "look for self-intersections");
     TetMesh out = to_plain(complex, unit);
@@ -115,6 +132,9 @@ Result<TetMesh> tetrahedralize(const MeshView& mesh, const TetrahedralizeSetting
     } catch (const std::bad_alloc&) {
         return Error{ErrorCode::internal, "memory ran out while filling the mesh with tetrahedra", where,
                      "ask for fewer pieces", {}, {}};
+    } catch (const CGAL::Failure_exception& failure) {  // its what() is a page; the expression tells experts enough
+        return bad_input(where, "filling it with tetrahedra failed: " + failure.expression().substr(0, 80),
+                         "look for self-intersections");
     } catch (const std::exception& failure) {
         return bad_input(where, std::string("filling it with tetrahedra failed: ") + failure.what(),
                          "look for self-intersections");
