@@ -1,4 +1,4 @@
-// The only file that includes assimp.
+// The only file that includes assimp. PLY and OFF it does not read safely: those are our own (polygon_files.h).
 #include "fracture_tools/mesh_io.h"
 
 #include <assimp/material.h>
@@ -11,7 +11,10 @@
 #include <cmath>
 #include <Eigen/LU>
 #include <filesystem>
-#include <unordered_map>
+#include <fstream>
+
+#include "fracture_tools/mesh_assembler.h"
+#include "fracture_tools/polygon_files.h"
 
 namespace sunder {
 namespace {
@@ -24,42 +27,42 @@ std::string lower_extension(const std::string& path) {
     return e;
 }
 
-struct BitsHash {
-    size_t operator()(const std::array<double, 3>& p) const {
-        size_t h = 0;
-        for (double x : p) h = (h ^ std::hash<double>()(x)) * 0x9e3779b97f4a7c15ull, h ^= h >> 29;
-        return h;
-    }
-};
-
 /// Gathers the triangles of all nodes into one mesh.
 class Collector {
 public:
-    Collector(const aiScene& scene, std::string path, double scale) : scene_(scene), path_(std::move(path)), scale_(scale) {
+    Collector(const aiScene& scene, std::string path, double scale)
+        : scene_(scene), path_(std::move(path)), scale_(scale), assembler_(has_uvs(scene), has_normals(scene, path_)) {
         number_materials();
-        for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
-            has_uvs_ |= scene.mMeshes[m]->HasTextureCoords(0);
-            has_normals_ |= scene.mMeshes[m]->HasNormals();
-        }
-        // STL's normals are those of the triangles and say nothing of what the artist wants smooth.
-        if (lower_extension(path_) == ".stl") has_normals_ = false;
     }
 
     Result<TriMesh> collect() {
         if (Status s = visit(*scene_.mRootNode, Eigen::Matrix4d::Identity()); !s) return s.error();
-        if (mesh_.triangles.empty()) return bad_input(path_, "the file has no triangles");
-        if (default_is_used_ && material_name_.size() > 0)
-            material_name_.push_back("default");
-        mesh_.material_names = material_name_;
-        return std::move(mesh_);
+        if (assembler_.n_triangles() == 0) return bad_input(path_, "the file has no triangles");
+        TriMesh mesh = assembler_.finish();
+        if (default_is_used_ && !material_name_.empty()) material_name_.push_back("default");
+        mesh.material_names = material_name_;
+        return mesh;
     }
 
 private:
-    /// Materials keep the order of the file. The one that assimp adds for triangles without comes last.
+    static bool has_uvs(const aiScene& scene) {
+        return std::any_of(scene.mMeshes, scene.mMeshes + scene.mNumMeshes, [](const aiMesh* m) { return m->HasTextureCoords(0); });
+    }
+    /// STL's normals are those of the triangles and say nothing of what the artist wants smooth.
+    static bool has_normals(const aiScene& scene, const std::string& path) {
+        return lower_extension(path) != ".stl" &&
+               std::any_of(scene.mMeshes, scene.mMeshes + scene.mNumMeshes, [](const aiMesh* m) { return m->HasNormals(); });
+    }
+
+    /// Materials keep the order of the file. The one that assimp adds for triangles without comes last: it is known by
+    /// its name, or (glTF) has none and stands last.
     void number_materials() {
+        std::vector<uint8_t> is_used(scene_.mNumMaterials, 0);
+        for (unsigned m = 0; m < scene_.mNumMeshes; ++m)
+            if (scene_.mMeshes[m]->mMaterialIndex < is_used.size()) is_used[scene_.mMeshes[m]->mMaterialIndex] = 1;
         for (unsigned m = 0; m < scene_.mNumMaterials; ++m) {
             const std::string name = scene_.mMaterials[m]->GetName().C_Str();
-            const bool inserted = name == AI_DEFAULT_MATERIAL_NAME || (name.empty() && scene_.mNumMaterials == 1);
+            const bool inserted = name == AI_DEFAULT_MATERIAL_NAME || (name.empty() && (!is_used[m] || m + 1 == scene_.mNumMaterials));
             material_number_.push_back(inserted ? -1 : static_cast<int32_t>(material_name_.size()));
             if (!inserted) material_name_.push_back(name);
         }
@@ -90,63 +93,37 @@ private:
         const Vec3 shift = to_world.topRightCorner<3, 1>();
         const bool is_mirrored = linear.determinant() < 0;
         const Mat3 normal_matrix = linear.inverse().transpose();
-        std::vector<uint32_t> number(part.mNumVertices);
+        std::vector<FileCorner> corners(part.mNumVertices);
         for (unsigned v = 0; v < part.mNumVertices; ++v) {
             const aiVector3D& p = part.mVertices[v];
             const Vec3 world = scale_ * (linear * Vec3(p.x, p.y, p.z) + shift);
             if (!world.allFinite())
                 return bad_input(path_, "vertex " + std::to_string(v) + " of mesh '" + (part.mName.length ? part.mName.C_Str() : node) +
                                             "' has a coordinate that is no finite number");
-            number[v] = weld(world);
+            corners[v].vertex = assembler_.weld(world);
+            if (part.HasTextureCoords(0)) corners[v].uv = Vec2f(part.mTextureCoords[0][v].x, part.mTextureCoords[0][v].y);
+            if (part.HasNormals()) corners[v].normal = normal_matrix * Vec3(part.mNormals[v].x, part.mNormals[v].y, part.mNormals[v].z);
         }
         const int32_t material = material_of(part);
         for (unsigned f = 0; f < part.mNumFaces; ++f) {
             const aiFace& face = part.mFaces[f];
             if (face.mNumIndices != 3) continue;
-            std::array<unsigned, 3> corner = {face.mIndices[0], face.mIndices[1], face.mIndices[2]};
-            if (*std::max_element(corner.begin(), corner.end()) >= part.mNumVertices)
+            std::array<unsigned, 3> of = {face.mIndices[0], face.mIndices[1], face.mIndices[2]};
+            if (*std::max_element(of.begin(), of.end()) >= part.mNumVertices)
                 return bad_input(path_, "triangle " + std::to_string(f) + " names a vertex that is not there");
-            if (is_mirrored) std::swap(corner[1], corner[2]);
-            const Triangle t = {number[corner[0]], number[corner[1]], number[corner[2]]};
-            if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
-            mesh_.triangles.push_back(t);
-            mesh_.triangle_material.push_back(material);
-            if (has_uvs_)
-                for (unsigned c : corner) {
-                    const bool has = part.HasTextureCoords(0);
-                    mesh_.corner_uvs.push_back(has ? Vec2f(part.mTextureCoords[0][c].x, part.mTextureCoords[0][c].y) : Vec2f(0, 0));
-                }
-            if (has_normals_) add_normals(part, corner, t, normal_matrix);
+            if (is_mirrored) std::swap(of[1], of[2]);
+            assembler_.add_polygon(std::array{corners[of[0]], corners[of[1]], corners[of[2]]}, material);
         }
         return {};
-    }
-
-    void add_normals(const aiMesh& part, const std::array<unsigned, 3>& corner, const Triangle& t, const Mat3& normal_matrix) {
-        const auto& p = mesh_.positions;
-        const Vec3 own = (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]);
-        for (unsigned c : corner) {
-            Vec3 n = own;
-            if (part.HasNormals()) n = normal_matrix * Vec3(part.mNormals[c].x, part.mNormals[c].y, part.mNormals[c].z);
-            if (!n.allFinite() || n.norm() == 0) n = own;
-            mesh_.corner_normals.push_back(n.normalized().cast<float>());
-        }
-    }
-
-    uint32_t weld(const Vec3& p) {
-        const std::array<double, 3> key = {p.x() + 0.0, p.y() + 0.0, p.z() + 0.0};  // + 0.0: -0 is 0
-        const auto [at, is_new] = vertex_.try_emplace(key, static_cast<uint32_t>(mesh_.positions.size()));
-        if (is_new) mesh_.positions.push_back(Vec3(key[0], key[1], key[2]));
-        return at->second;
     }
 
     const aiScene& scene_;
     std::string path_;
     double scale_;
-    bool has_uvs_ = false, has_normals_ = false, default_is_used_ = false;
+    bool default_is_used_ = false;
     std::vector<int32_t> material_number_;      // of assimp's materials in ours; -1: inserted by assimp
     std::vector<std::string> material_name_;
-    std::unordered_map<std::array<double, 3>, uint32_t, BitsHash> vertex_;  // looked up only
-    TriMesh mesh_;
+    MeshAssembler assembler_;
 };
 
 Status check_readable(const std::string& path, const MeshReadSettings& settings) {
@@ -160,19 +137,34 @@ Status check_readable(const std::string& path, const MeshReadSettings& settings)
     return bad_input(path, "this is no mesh format that can be read", std::string("give ") + kFormats);
 }
 
+Result<TriMesh> read_with_assimp(const std::string& path, double scale) {
+    Assimp::Importer importer;
+    const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_SortByPType);
+    if (!scene || !scene->mRootNode) {
+        std::string reason = importer.GetErrorString();
+        std::replace(reason.begin(), reason.end(), '\n', ' ');
+        return bad_input(path, "the file cannot be read: " + reason, std::string("give ") + kFormats);
+    }
+    return Collector(*scene, path, scale).collect();
+}
+
+Result<std::string> read_bytes(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::string bytes((std::istreambuf_iterator<char>(file)), {});
+    if (!file.good() && !file.eof()) return bad_input(path, "the file cannot be read");
+    return bytes;
+}
+
 }  // namespace
 
 Result<TriMesh> read_mesh(const std::string& path, const MeshReadSettings& settings) {
     if (Status s = check_readable(path, settings); !s) return s.error();
     try {
-        Assimp::Importer importer;
-        const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_SortByPType);
-        if (!scene || !scene->mRootNode) {
-            std::string reason = importer.GetErrorString();
-            std::replace(reason.begin(), reason.end(), '\n', ' ');
-            return bad_input(path, "the file cannot be read: " + reason, std::string("give ") + kFormats);
-        }
-        return Collector(*scene, path, settings.scale).collect();
+        const std::string extension = lower_extension(path);
+        if (extension != ".ply" && extension != ".off") return read_with_assimp(path, settings.scale);
+        const Result<std::string> bytes = read_bytes(path);
+        if (!bytes) return bytes.error();
+        return extension == ".ply" ? read_ply(*bytes, path, settings.scale) : read_off(*bytes, path, settings.scale);
     } catch (const std::exception& failure) {
         return bad_input(path, std::string("the file cannot be read: ") + failure.what(), std::string("give ") + kFormats);
     }

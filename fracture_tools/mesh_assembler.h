@@ -1,0 +1,47 @@
+// Triangles of a file put together into one mesh, welded by position.
+#pragma once
+
+#include <array>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "solver/data/tri_mesh.h"
+
+namespace sunder {
+
+/// What a reader knows of one corner.
+struct FileCorner {
+    uint32_t vertex = 0;                        // as weld() gave it
+    Vec2f uv = Vec2f::Zero();
+    Vec3 normal = Vec3::Zero();                 // any length; 0: none, the triangle's own is taken
+};
+
+/// Vertices at one position (bit for bit; -0 is 0) become one. Triangles with two corners at one position are dropped.
+class MeshAssembler {
+public:
+    /// Which attributes corners shall have.
+    MeshAssembler(bool has_uvs, bool has_normals) : has_uvs_(has_uvs), has_normals_(has_normals) {}
+
+    uint32_t weld(const Vec3& position);
+
+    /// Cuts a polygon into triangles: as a fan where it is convex, ear after ear where it is not.
+    void add_polygon(std::span<const FileCorner> corners, int32_t material);
+
+    /// Triangles so far.
+    size_t n_triangles() const { return mesh_.triangles.size(); }
+
+    TriMesh finish() { return std::move(mesh_); }
+
+private:
+    struct Hash {
+        size_t operator()(const std::array<double, 3>& p) const;
+    };
+    void add_triangle(const FileCorner& a, const FileCorner& b, const FileCorner& c, int32_t material);
+
+    bool has_uvs_, has_normals_;
+    std::unordered_map<std::array<double, 3>, uint32_t, Hash> vertex_;  // looked up only: its order has no effect
+    TriMesh mesh_;
+};
+
+}  // namespace sunder
