@@ -25,6 +25,7 @@ Result<BodyValue> place(CookContext& context, const Parameters& p, ContentKey ke
     body.pose = pose_of(p);
     SimulationMesh placed;
     append_body(placed, *mesh, body.pose);
+    build_one_rings(placed);
     body.rest = std::make_shared<const SimulationMesh>(std::move(placed));
     body.velocity = p.vector3("velocity");
     body.angular_velocity = radians(p.vector3("angular_velocity"));

@@ -4,8 +4,8 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <set>
-#include <sstream>
 
 #include "nodes/graph.h"
 #include "nodes/graph_impl.h"
@@ -103,10 +103,9 @@ Result<Graph> Graph::load(const std::string& path, const Registry& registry) {
     if (std::filesystem::file_size(path, fault) > kLargest)
         return bad_input(path, "is too large for a graph", "256 MiB at most");
     std::ifstream file(path, std::ios::binary);
-    std::ostringstream text;
-    if (!file || !(text << file.rdbuf()))
-        return bad_input(path, std::string("cannot be read: ") + std::strerror(errno));
-    return from_json_text(text.str(), path, std::filesystem::path(path).parent_path().string(), registry);
+    const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    if (!file.is_open() || file.bad()) return bad_input(path, std::string("cannot be read: ") + std::strerror(errno));
+    return from_json_text(text, path, std::filesystem::path(path).parent_path().string(), registry);
 }
 
 Json Graph::to_json(Defaults defaults) const {

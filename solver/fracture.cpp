@@ -7,14 +7,15 @@ namespace sunder {
 namespace {
 
 // +1 or -1: on which side of the plane the group's centre particle goes. `on_the_plane`: closer than this, m.
-int side_of_center(const LiveTopology& live, const GroupShapes& shapes, std::span<const MovingParticle> particles, uint32_t g,
-                   const Vec3& on_plane, const Vec3& normal, double on_the_plane) {
+int side_of_center(const LiveTopology& live, const GroupShapes& shapes, std::span<const MovingParticle> particles,
+                   uint32_t g, const Vec3& on_plane, const Vec3& normal, double on_the_plane) {
     const double distance = normal.dot(particles[g].x - on_plane);
     if (std::abs(distance) >= on_the_plane) return distance > 0 ? 1 : -1;
     double balance = 0;  // mass on the normal's side less mass on the other
     for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
         if (live.member(s) == g) continue;
-        balance += normal.dot(particles[live.member(s)].x - on_plane) > 0 ? shapes.member[s].mass : -shapes.member[s].mass;
+        balance +=
+            normal.dot(particles[live.member(s)].x - on_plane) > 0 ? shapes.member[s].mass : -shapes.member[s].mass;
     }
     return std::abs(balance) > 1e-9 * shapes.group[g].mass ? (balance > 0 ? 1 : -1) : 1;
 }
@@ -34,7 +35,8 @@ Vec3 oriented(const Vec3& n) {
 GroupStrain group_strain(const Vec3& e, const Mat3& directions, const Quat& rotation, const Material& material) {
     int largest, smallest;
     const double tension = e.maxCoeff(&largest), compression = -e.minCoeff(&smallest);
-    const double tension_load = tension / material.toughness, compression_load = compression / material.compressive_toughness;
+    const double tension_load = tension / material.toughness,
+                 compression_load = compression / material.compressive_toughness;
     GroupStrain s;
     const bool pulled = tension_load >= compression_load;
     s.load = pulled ? tension_load : compression_load;
@@ -43,8 +45,9 @@ GroupStrain group_strain(const Vec3& e, const Mat3& directions, const Quat& rota
     return s;
 }
 
-std::vector<BrokenEdge> edges_to_cut(const LiveTopology& live, const GroupShapes& shapes, std::span<const MovingParticle> particles,
-                                     std::span<const GroupStrain> strains, double time) {
+std::vector<BrokenEdge> edges_to_cut(const LiveTopology& live, const GroupShapes& shapes,
+                                     std::span<const MovingParticle> particles, std::span<const GroupStrain> strains,
+                                     double time) {
     std::vector<BrokenEdge> cuts;
     for (uint32_t g = 0; g < strains.size(); ++g) {
         if (strains[g].load <= 1.0 || live.count(g) == 1) continue;

@@ -5,7 +5,8 @@
 namespace sunder {
 
 void gauss_seidel_sweep(const LiveTopology& live, const GroupShapes& shapes, std::span<const double> stiffness,
-                        std::span<const uint8_t> held, std::span<MovingParticle> io_particles, std::span<GroupGoal> io_goals) {
+                        std::span<const uint8_t> held, std::span<MovingParticle> io_particles,
+                        std::span<GroupGoal> io_goals) {
     for (uint32_t g = 0; g < io_goals.size(); ++g) {
         if (live.count(g) == 1) {
             io_goals[g].rotation = io_particles[g].d;

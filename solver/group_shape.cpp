@@ -4,7 +4,8 @@
 
 namespace sunder {
 
-void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation) {
+void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,
+                        std::span<const Mat3> plastic_deformation) {
     const size_t n = rest.n_particles();
     particle_moment.resize(n);
     for (size_t i = 0; i < n; ++i) {
@@ -31,7 +32,8 @@ void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live, st
 void GroupShapes::rebuild(const SimulationMesh& rest, const LiveTopology& live, const Mat3& F_P, uint32_t g) {
     GroupShape& shape = group[g];
     const uint32_t begin = live.begin(g), end = live.end(g);
-    const Vec3& origin = rest.rest_position[g];  // sums relative to the centre: no cancellation far from the world's origin
+    const Vec3& origin =
+        rest.rest_position[g];  // sums relative to the centre: no cancellation far from the world's origin
 
     shape.mass = 0;
     Vec3 center = Vec3::Zero();
@@ -70,7 +72,8 @@ void GroupShapes::rebuild(const SimulationMesh& rest, const LiveTopology& live, 
     shape.volume_rest = (A_qq * shape.volume_gradient).trace();
 }
 
-GroupStiffness group_stiffness(const GroupShape& shape, double rest_trace, double rest_volume, const Material& material) {
+GroupStiffness group_stiffness(const GroupShape& shape, double rest_trace, double rest_volume,
+                               const Material& material) {
     GroupStiffness s;
     if (shape.positions_trace <= 0) return s;
     const double nu = material.poisson_ratio, mu = material.youngs_modulus / (2 * (1 + nu));

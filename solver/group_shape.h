@@ -18,18 +18,18 @@ using Sym3 = std::array<double, 6>;
 
 /// One member of one group.
 struct MemberShape {
-    Vec3 q;                                     // F_P (xbar_j - cbar), m; mass-weighted sum over the group is zero
-    double mass;                                // kg
-    Sym3 moment;                                // F_P Rbar_j A_j Rbar_j^T F_P^T, kg m2
+    Vec3 q;       // F_P (xbar_j - cbar), m; mass-weighted sum over the group is zero
+    double mass;  // kg
+    Sym3 moment;  // F_P Rbar_j A_j Rbar_j^T F_P^T, kg m2
 };
 
 /// One group. `A_qq` below weighs the ellipsoid terms by kStretchMomentWeight.
 struct GroupShape {
-    double mass = 0;                            // M, kg
-    double positions_trace = 0;                 // tr of the members' part of A_qq, kg m2; 0 for a lone particle
-    StretchBasis stretch;                       // of A_qq
-    Mat3 volume_gradient = Mat3::Zero();        // W ~ A_qq^-1, bounded: tr(R^T A_pq W) - volume_rest measures volume strain
-    double volume_rest = 0;                     // tr(A_qq W)
+    double mass = 0;                      // M, kg
+    double positions_trace = 0;           // tr of the members' part of A_qq, kg m2; 0 for a lone particle
+    StretchBasis stretch;                 // of A_qq
+    Mat3 volume_gradient = Mat3::Zero();  // W ~ A_qq^-1, bounded: tr(R^T A_pq W) - volume_rest measures volume strain
+    double volume_rest = 0;               // tr(A_qq W)
 };
 
 /// Weight of the ellipsoids in the optimal stretch (Eq. 7). Orientations do not stretch, so at full weight they hide
@@ -37,10 +37,10 @@ struct GroupShape {
 constexpr double kStretchMomentWeight = 0.1;
 
 struct GroupShapes {
-    std::vector<GroupShape> group;              // (n_particles)
-    std::vector<MemberShape> member;            // as LiveTopology's slots
-    std::vector<double> rest_trace;             // positions_trace of the whole one-ring before any flow (n_particles), kg m2
-    std::vector<Sym3> particle_moment;          // Rbar_j A_j Rbar_j^T, A_j = m_j/5 diag(a2, b2, c2), kg m2 (n_particles)
+    std::vector<GroupShape> group;      // (n_particles)
+    std::vector<MemberShape> member;    // as LiveTopology's slots
+    std::vector<double> rest_trace;     // positions_trace of the whole one-ring before any flow (n_particles), kg m2
+    std::vector<Sym3> particle_moment;  // Rbar_j A_j Rbar_j^T, A_j = m_j/5 diag(a2, b2, c2), kg m2 (n_particles)
 
     void reset(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation);
     void rebuild(const SimulationMesh& rest, const LiveTopology& live, const Mat3& F_P, uint32_t g);
@@ -48,13 +48,14 @@ struct GroupShapes {
 
 /// Compliance and volume response of a group, from its material and rest shape.
 struct GroupStiffness {
-    double k = 0;                               // 1/alpha_g = 6 mu V_g / rest_trace, 1/s2: E/V = mu |F - R|^2 for any mesh
-    double volume_ratio = 0;                    // lambda_Lame / (2 mu) = nu / (1 - 2 nu)
+    double k = 0;             // 1/alpha_g = 6 mu V_g / rest_trace, 1/s2: E/V = mu |F - R|^2 for any mesh
+    double volume_ratio = 0;  // lambda_Lame / (2 mu) = nu / (1 - 2 nu)
 };
 
-/// k belongs to the whole one-ring at rest and stays when edges break or material flows: with fixed k, taking a member out
-/// of a group can only lower its energy, so that no cut ever adds any; and a crushed pair does not become rigid.
-GroupStiffness group_stiffness(const GroupShape& shape, double rest_trace, double rest_volume, const Material& material);
+/// k belongs to the whole one-ring at rest and stays when edges break or material flows: with fixed k, taking a member
+/// out of a group can only lower its energy, so that no cut ever adds any; and a crushed pair does not become rigid.
+GroupStiffness group_stiffness(const GroupShape& shape, double rest_trace, double rest_volume,
+                               const Material& material);
 
 inline Mat3 to_matrix(const Sym3& s) {
     Mat3 m;

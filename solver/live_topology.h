@@ -13,19 +13,20 @@ class LiveTopology {
 public:
     void reset(const SimulationMesh& rest, std::span<const uint8_t> edge_intact);
 
-    /// Takes broken edges out of the groups of their ends; `broken` in any order. Returns the groups that changed, ascending.
+    /// Takes broken edges out of the groups of their ends; `broken` in any order. Returns the groups that changed,
+    /// ascending.
     std::vector<uint32_t> remove_edges(const SimulationMesh& rest, std::span<const uint32_t> broken);
 
     uint32_t begin(size_t g) const { return offset_[g]; }
     uint32_t end(size_t g) const { return end_[g]; }
     uint32_t count(size_t g) const { return end_[g] - offset_[g]; }
     uint32_t member(size_t slot) const { return member_[slot]; }
-    uint32_t edge(size_t slot) const { return edge_[slot]; }        // SimulationMesh::kNone for the centre
-    uint32_t twin(size_t slot) const { return twin_[slot]; }        // slot of the centre in the member's group
-    bool joined(uint32_t i, uint32_t j) const;                      // by an intact edge
-    std::span<const uint32_t> begins() const { return offset_; }    // (n_particles + 1)
-    std::span<const uint32_t> ends() const { return end_; }         // (n_particles)
-    std::span<const uint32_t> members() const { return member_; }   // by slot
+    uint32_t edge(size_t slot) const { return edge_[slot]; }       // SimulationMesh::kNone for the centre
+    uint32_t twin(size_t slot) const { return twin_[slot]; }       // slot of the centre in the member's group
+    bool joined(uint32_t i, uint32_t j) const;                     // by an intact edge
+    std::span<const uint32_t> begins() const { return offset_; }   // (n_particles + 1)
+    std::span<const uint32_t> ends() const { return end_; }        // (n_particles)
+    std::span<const uint32_t> members() const { return member_; }  // by slot
     size_t n_slots() const { return member_.size(); }
 
     /// Pieces: connected sets of particles, numbered by their first particle; their particles, piece after piece.
@@ -41,7 +42,7 @@ private:
 
     std::vector<uint32_t> offset_, end_, member_, edge_, twin_;
     std::vector<uint32_t> piece_, piece_offset_, piece_particle_;
-    std::vector<uint8_t> gone_;     // scratch: edges to drop
+    std::vector<uint8_t> gone_;  // scratch: edges to drop
 };
 
 }  // namespace sunder

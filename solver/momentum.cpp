@@ -4,8 +4,9 @@
 
 namespace sunder {
 
-PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia, std::span<const uint32_t> particles,
-                             std::span<const Vec3> position, std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity) {
+PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia,
+                             std::span<const uint32_t> particles, std::span<const Vec3> position,
+                             std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity) {
     PieceMomentum p;
     const Vec3 origin = position[particles.front()];  // relative sums: exact far from the world's origin
     for (uint32_t j : particles) {
@@ -23,8 +24,9 @@ PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Mat3> i
     return p;
 }
 
-void set_angular_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia, std::span<const uint32_t> particles, const Vec3& wanted,
-                          std::span<const Vec3> position, std::span<Vec3> io_velocity, std::span<Vec3> io_angular_velocity) {
+void set_angular_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia,
+                          std::span<const uint32_t> particles, const Vec3& wanted, std::span<const Vec3> position,
+                          std::span<Vec3> io_velocity, std::span<Vec3> io_angular_velocity) {
     const PieceMomentum p = piece_momentum(rest, inertia, particles, position, io_velocity, io_angular_velocity);
     const Eigen::SelfAdjointEigenSolver<Mat3> eigen(p.inertia);
     Vec3 inverse;

@@ -11,19 +11,22 @@ namespace sunder {
 
 /// Momentum of one piece about its own centre of mass.
 struct PieceMomentum {
-    Vec3 center = Vec3::Zero();                 // m
-    Vec3 velocity = Vec3::Zero();               // of the centre, m/s
-    Vec3 angular = Vec3::Zero();                // L = sum m r x v + H_j w_j, kg m2/s
-    Mat3 inertia = Mat3::Zero();                // sum H_j - m [r]x [r]x, kg m2
-    double mass = 0;                            // kg
+    Vec3 center = Vec3::Zero();    // m
+    Vec3 velocity = Vec3::Zero();  // of the centre, m/s
+    Vec3 angular = Vec3::Zero();   // L = sum m r x v + H_j w_j, kg m2/s
+    Mat3 inertia = Mat3::Zero();   // sum H_j - m [r]x [r]x, kg m2
+    double mass = 0;               // kg
 };
 
 /// What a particle contributes besides its mass: the inertia tensor H = D (tr(M) I - M) D^T of its ellipsoid.
-PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia, std::span<const uint32_t> particles,
-                             std::span<const Vec3> position, std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity);
+PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia,
+                             std::span<const uint32_t> particles, std::span<const Vec3> position,
+                             std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity);
 
-/// Adds the rigid spin H^-1 (wanted - L) to the piece. A piece without inertia about some axis (a point) is not turned about it.
-void set_angular_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia, std::span<const uint32_t> particles, const Vec3& wanted,
-                          std::span<const Vec3> position, std::span<Vec3> io_velocity, std::span<Vec3> io_angular_velocity);
+/// Adds the rigid spin H^-1 (wanted - L) to the piece. A piece without inertia about some axis (a point) is not turned
+/// about it.
+void set_angular_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia,
+                          std::span<const uint32_t> particles, const Vec3& wanted, std::span<const Vec3> position,
+                          std::span<Vec3> io_velocity, std::span<Vec3> io_angular_velocity);
 
 }  // namespace sunder

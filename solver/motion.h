@@ -23,12 +23,14 @@ inline Vec3 rotation_vector(const Quat& q) {
 
 /// Where a driven pose is at `share` of the frame, in [0, 1].
 inline Pose interpolate(const DrivenPose& drive, double share) {
-    return {drive.begin.position + share * (drive.end.position - drive.begin.position), drive.begin.orientation.slerp(share, drive.end.orientation)};
+    return {drive.begin.position + share * (drive.end.position - drive.begin.position),
+            drive.begin.orientation.slerp(share, drive.end.orientation)};
 }
 
 /// Principal moments of inertia of a solid sphere or box about its centre, kg m2.
 inline Vec3 rigid_body_inertia(const RigidBody& body) {
-    if (body.shape.kind == ShapeKind::sphere) return Vec3::Constant(0.4 * body.mass * body.shape.radius * body.shape.radius);
+    if (body.shape.kind == ShapeKind::sphere)
+        return Vec3::Constant(0.4 * body.mass * body.shape.radius * body.shape.radius);
     const Vec3 squared = body.shape.half_extents.cwiseProduct(body.shape.half_extents);
     return body.mass / 3.0 * (squared.sum() * Vec3::Ones() - squared);
 }

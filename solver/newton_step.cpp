@@ -7,7 +7,7 @@
 namespace sunder {
 namespace {
 
-constexpr size_t kGrain = 256;                  // fewest groups or particles a thread is worth waking for
+constexpr size_t kGrain = 256;  // fewest groups or particles a thread is worth waking for
 
 // Sum over particles in stored order: the same bits for any number of threads.
 double dot(std::span<const Twist> a, std::span<const Twist> b) {
@@ -37,7 +37,8 @@ void NewtonStep::prepare_groups(const Input& in, size_t begin, size_t end) {
             m.mass = shape_of_member.mass;
             m.arm = R * shape_of_member.q;
             m.volume_arm = W * shape_of_member.q;
-            K += m.mass * (m.arm.squaredNorm() * Mat3::Identity() - m.arm * m.arm.transpose()) + in.inertia[in.live.member(s)];
+            K += m.mass * (m.arm.squaredNorm() * Mat3::Identity() - m.arm * m.arm.transpose()) +
+                 in.inertia[in.live.member(s)];
         }
         group.K_inverse = K.inverse();
     }
@@ -93,7 +94,8 @@ void NewtonStep::gather_product(const Input& in, size_t begin, size_t end) {
         for (uint32_t s = in.live.begin(j); s < in.live.end(j); ++s) {
             const Group& group = groups_[in.live.member(s)];
             const Member& m = members_[in.live.twin(s)];
-            shift += group.b * (d.shift - group.center_shift - group.turn.cross(m.arm)) + group.pressure * group.volume_change * m.volume_arm;
+            shift += group.b * (d.shift - group.center_shift - group.turn.cross(m.arm)) +
+                     group.pressure * group.volume_change * m.volume_arm;
             turn += group.b * (d.turn - group.turn);
         }
         product_[j] = {in.rest.mass[j] * shift, in.inertia[j] * turn};
@@ -102,7 +104,8 @@ void NewtonStep::gather_product(const Input& in, size_t begin, size_t end) {
 
 void NewtonStep::precondition(const Input& in, size_t begin, size_t end) {
     for (size_t j = begin; j < end; ++j)
-        preconditioned_[j] = {residual_[j].shift / (in.rest.mass[j] * diagonal_[j]), inverse_inertia_[j] * residual_[j].turn / diagonal_[j]};
+        preconditioned_[j] = {residual_[j].shift / (in.rest.mass[j] * diagonal_[j]),
+                              inverse_inertia_[j] * residual_[j].turn / diagonal_[j]};
 }
 
 void NewtonStep::solve(const Input& in, const WorkerPool& workers) {
@@ -115,7 +118,7 @@ void NewtonStep::solve(const Input& in, const WorkerPool& workers) {
         workers.for_range(n, kGrain, [&](size_t first, size_t last) { fit_groups(in, first, last); });
         workers.for_range(n, kGrain, [&](size_t first, size_t last) { gather_product(in, first, last); });
         const double curvature = dot(direction_, product_);
-        if (!(curvature > 0)) return;           // nothing left but rounding
+        if (!(curvature > 0)) return;  // nothing left but rounding
         const double alpha = rz / curvature;
         workers.for_range(n, kGrain, [&](size_t first, size_t last) {
             for (size_t j = first; j < last; ++j) {

@@ -24,7 +24,8 @@ Mat3 optimal_stretch(const StretchBasis& basis, const Mat3& R, const Mat3& A_pq)
 }
 
 PrincipalStretch principal_stretch(const Mat3& S) {
-    constexpr double kSmallest = 0.1, kLargest = 10.0;  // beyond these the logarithm is of no use (numerics: inverted groups)
+    constexpr double kSmallest = 0.1,
+                     kLargest = 10.0;  // beyond these the logarithm is of no use (numerics: inverted groups)
     const Eigen::SelfAdjointEigenSolver<Mat3> eigen(S);
     PrincipalStretch p;
     p.stretch = eigen.eigenvalues();

@@ -8,7 +8,7 @@ namespace sunder {
 /// Eigensystem of A_qq, kept while the group's rest shape keeps: A_qq = V diag(a) V^T.
 struct StretchBasis {
     Mat3 V = Mat3::Identity();
-    Mat3 Lam = Mat3::Identity();                // 2 / (a_i + a_j), 1/(kg m2)
+    Mat3 Lam = Mat3::Identity();  // 2 / (a_i + a_j), 1/(kg m2)
 };
 
 /// `A_qq` symmetric positive definite, kg m2 (the ellipsoid moments see to that; eigenvalues are kept above 1e-9 of
@@ -21,10 +21,10 @@ Mat3 optimal_stretch(const StretchBasis& basis, const Mat3& R, const Mat3& A_pq)
 
 /// Principal stretches and directions of S, ascending.
 struct PrincipalStretch {
-    Vec3 stretch = Vec3::Ones();                // lambda, -
-    Vec3 log_strain = Vec3::Zero();             // log of lambda clamped to [0.1, 10], -
-    Mat3 directions = Mat3::Identity();         // columns e_i, in the frame that R turns
-    bool reliable = true;                       // false: some lambda <= 0.1 (collapsed or inverted): no flow, no fracture
+    Vec3 stretch = Vec3::Ones();         // lambda, -
+    Vec3 log_strain = Vec3::Zero();      // log of lambda clamped to [0.1, 10], -
+    Mat3 directions = Mat3::Identity();  // columns e_i, in the frame that R turns
+    bool reliable = true;                // false: some lambda <= 0.1 (collapsed or inverted): no flow, no fracture
 };
 PrincipalStretch principal_stretch(const Mat3& S);
 

@@ -9,11 +9,11 @@ namespace sunder {
 
 struct WorkerPool::Impl {
     std::vector<std::thread> workers;
-    std::atomic<uint32_t> generation{0};    // a new job each time it grows
-    std::atomic<int> running{0};            // workers that still work on it
+    std::atomic<uint32_t> generation{0};  // a new job each time it grows
+    std::atomic<int> running{0};          // workers that still work on it
     bool stop = false;
 
-    Call call = nullptr;                    // the job, published by `generation`
+    Call call = nullptr;  // the job, published by `generation`
     const void* body = nullptr;
     size_t n = 0;
     size_t parts = 1;
@@ -27,7 +27,8 @@ struct WorkerPool::Impl {
         uint32_t seen = 0;
         for (;;) {
             // Stages follow each other within microseconds: look a while before sleeping.
-            for (int spin = 0; spin < 2000 && generation.load(std::memory_order_acquire) == seen; ++spin) std::this_thread::yield();
+            for (int spin = 0; spin < 2000 && generation.load(std::memory_order_acquire) == seen; ++spin)
+                std::this_thread::yield();
             generation.wait(seen, std::memory_order_acquire);
             seen = generation.load(std::memory_order_acquire);
             if (stop) return;
@@ -64,7 +65,8 @@ void WorkerPool::run(size_t n, size_t grain, Call call, const void* body) const 
     p.generation.notify_all();
     p.do_part(0);
     for (int left; (left = p.running.load(std::memory_order_acquire)) > 0;) {
-        for (int spin = 0; spin < 2000 && p.running.load(std::memory_order_acquire) > 0; ++spin) std::this_thread::yield();
+        for (int spin = 0; spin < 2000 && p.running.load(std::memory_order_acquire) > 0; ++spin)
+            std::this_thread::yield();
         left = p.running.load(std::memory_order_acquire);
         if (left > 0) p.running.wait(left, std::memory_order_acquire);
     }

@@ -18,7 +18,9 @@ public:
     /// a barrier costs a few microseconds, so small work runs on the calling thread.
     template <class Body>
     void for_range(size_t n, size_t grain, const Body& body) const {
-        run(n, grain, [](const void* b, size_t begin, size_t end) { (*static_cast<const Body*>(b))(begin, end); }, &body);
+        run(
+            n, grain, [](const void* b, size_t begin, size_t end) { (*static_cast<const Body*>(b))(begin, end); },
+            &body);
     }
 
 private:

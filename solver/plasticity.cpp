@@ -18,7 +18,8 @@ RightFactor right_factor(const Mat3& F) {
     const Mat3& U = eigen.eigenvectors();
     const Mat3 inverse = U * Vec3((-log_p.array()).exp()).asDiagonal() * U.transpose();
     log_p.array() -= log_p.mean();
-    if (const double spread = log_p(2) - log_p(0), limit = std::log(kMaxPlasticRatio); spread > limit) log_p *= limit / spread;
+    if (const double spread = log_p(2) - log_p(0), limit = std::log(kMaxPlasticRatio); spread > limit)
+        log_p *= limit / spread;
     return {U * Vec3(log_p.array().exp()).asDiagonal() * U.transpose(), Quat(Mat3(F * inverse)).normalized()};
 }
 
@@ -43,7 +44,8 @@ FlowResult flow(const PrincipalStretch& stretch, const Material& material, doubl
     result.spin = next.Q;
     io_state.F_P = next.P;
     if (material.hardening > 0) {
-        const double cap = material.toughness == kNever ? kNever : std::max(io_state.yield, kHardeningCap * material.toughness);
+        const double cap =
+            material.toughness == kNever ? kNever : std::max(io_state.yield, kHardeningCap * material.toughness);
         io_state.yield = std::min(io_state.yield + material.hardening * gamma * size, cap);
     }
     return result;

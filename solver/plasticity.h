@@ -10,17 +10,18 @@ namespace sunder {
 /// Largest ratio of principal stretches that F_P may store; drawn further, a group stays elastic.
 constexpr double kMaxPlasticRatio = 8.0;
 
-/// Yield grows towards this share of the toughness at most, so that a ductile material never hardens into a brittle one.
+/// Yield grows towards this share of the toughness at most, so that a ductile material never hardens into a brittle
+/// one.
 constexpr double kHardeningCap = 0.9;
 
 struct PlasticState {
-    Mat3 F_P = Mat3::Identity();                // symmetric, det 1
-    double yield = kNever;                      // -
+    Mat3 F_P = Mat3::Identity();  // symmetric, det 1
+    double yield = kNever;        // -
 };
 
 struct FlowResult {
-    Vec3 elastic_log_strain;                    // what remains, along PrincipalStretch::directions (Eq. 9)
-    Quat spin = Quat::Identity();               // turns the group's rotation: R <- R spin leaves every goal where it was
+    Vec3 elastic_log_strain;       // what remains, along PrincipalStretch::directions (Eq. 9)
+    Quat spin = Quat::Identity();  // turns the group's rotation: R <- R spin leaves every goal where it was
     bool flowed = false;
 };
 

@@ -42,11 +42,13 @@ Quat optimal_rotation(const Mat3& A, const Quat& warm_start) {
         const double c11 = xx * zz - xz * xz, c12 = xy * xz - xx * yz, c22 = xx * yy - xy * xy;
         const double det = xx * c00 + xy * c01 + xz * c02;
         const double tiny = kProperMaximum * scale;
-        if (!(xx > tiny && c22 > tiny * scale * 1e-3 && det > tiny * scale * scale * 1e-6)) return optimal_rotation_svd(A);
+        if (!(xx > tiny && c22 > tiny * scale * 1e-3 && det > tiny * scale * scale * 1e-6))
+            return optimal_rotation_svd(A);
 
         const Vec3 w = Vec3(c00 * gradient.x() + c01 * gradient.y() + c02 * gradient.z(),
                             c01 * gradient.x() + c11 * gradient.y() + c12 * gradient.z(),
-                            c02 * gradient.x() + c12 * gradient.y() + c22 * gradient.z()) / det;
+                            c02 * gradient.x() + c12 * gradient.y() + c22 * gradient.z()) /
+                       det;
         const double step = w.squaredNorm();
         if (step > 1.0) return optimal_rotation_svd(A);  // half a radian and more: not a warm start
         // Cayley map of w, second order in w like the exponential, and exactly a rotation after normalising.

@@ -11,20 +11,20 @@
 
 namespace sunder {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();   // a yield or toughness that is never reached
+constexpr double kNever = std::numeric_limits<double>::infinity();  // a yield or toughness that is never reached
 
 /// How a body resists, flows and breaks. Strains are principal logarithmic ones.
 struct Material {
-    double youngs_modulus = 2e5;                // Pa, > 0
-    double poisson_ratio = 0.0;                 // 0 .. 0.45
-    double yield = kNever;                      // deviatoric strain at which plastic flow starts, > 0
-    double flow_rate = 30;                      // 1/s, >= 0: share of the excess strain that flows per second
-    double hardening = 0;                       // growth of yield per plastic strain, >= 0
-    double toughness = kNever;                  // tensile strain at which a group breaks, > 0
-    double compressive_toughness = kNever;      // the same for compression; never by default
-    double stiffness = 1.0;                     // k of method gauss_seidel, 0 .. 1 (the paper's)
-    double friction = 0.5;                      // Coulomb, >= 0
-    double restitution = 0.0;                   // 0 .. 1
+    double youngs_modulus = 2e5;            // Pa, > 0
+    double poisson_ratio = 0.0;             // 0 .. 0.45
+    double yield = kNever;                  // deviatoric strain at which plastic flow starts, > 0
+    double flow_rate = 30;                  // 1/s, >= 0: share of the excess strain that flows per second
+    double hardening = 0;                   // growth of yield per plastic strain, >= 0
+    double toughness = kNever;              // tensile strain at which a group breaks, > 0
+    double compressive_toughness = kNever;  // the same for compression; never by default
+    double stiffness = 1.0;                 // k of method gauss_seidel, 0 .. 1 (the paper's)
+    double friction = 0.5;                  // Coulomb, >= 0
+    double restitution = 0.0;               // 0 .. 1
 
     Status check(const std::string& where) const;
 };
@@ -33,14 +33,14 @@ struct Body {
     std::string name;
     uint32_t particle_begin = 0, particle_end = 0;  // its range in the scene's SimulationMesh
     uint32_t edge_begin = 0, edge_end = 0;
-    Vec3 velocity = Vec3::Zero();               // at the start, m/s
-    Vec3 angular_velocity = Vec3::Zero();       // at the start, about the body's centre of mass, rad/s
+    Vec3 velocity = Vec3::Zero();          // at the start, m/s
+    Vec3 angular_velocity = Vec3::Zero();  // at the start, about the body's centre of mass, rad/s
 };
 
 /// Particles held and moved rigidly: particle -> pose * (its rest placement), the pose being given per frame.
 struct Pin {
     std::string name;
-    std::vector<uint32_t> particles;            // scene particles, ascending
+    std::vector<uint32_t> particles;  // scene particles, ascending
 };
 
 enum class ShapeKind { plane, sphere, box, capsule };
@@ -49,9 +49,9 @@ enum class ShapeKind { plane, sphere, box, capsule };
 /// `radius` around the segment |z| <= half_height.
 struct Shape {
     ShapeKind kind = ShapeKind::sphere;
-    double radius = 0.5;                        // m, > 0
-    Vec3 half_extents = Vec3::Constant(0.5);    // m, > 0
-    double half_height = 0.5;                   // m, > 0
+    double radius = 0.5;                      // m, > 0
+    Vec3 half_extents = Vec3::Constant(0.5);  // m, > 0
+    double half_height = 0.5;                 // m, > 0
 };
 
 /// Moves as it is told, is pushed by nothing.
@@ -65,14 +65,14 @@ struct Collider {
 struct RigidBody {
     std::string name;
     Shape shape;
-    double mass = 1;                            // kg, > 0
-    Pose pose;                                  // at the start
+    double mass = 1;  // kg, > 0
+    Pose pose;        // at the start
     Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();
     double friction = 0.5, restitution = 0.0;
 };
 
 struct Scene {
-    SimulationMesh rest;                        // all bodies, one after the other, each as placed at the start
+    SimulationMesh rest;  // all bodies, one after the other, each as placed at the start
     std::vector<Body> bodies;
     std::vector<Pin> pins;
     std::vector<Collider> colliders;
@@ -82,41 +82,41 @@ struct Scene {
 /// Wind drags particles towards its velocity: acceleration = drag * (velocity - v), drag in 1/s (0: no wind).
 /// An acceleration field adds to gravity.
 struct Force {
-    Vec3 acceleration = Vec3::Zero();           // m/s2
-    Vec3 wind = Vec3::Zero();                   // m/s
-    double drag = 0;                            // 1/s, >= 0
+    Vec3 acceleration = Vec3::Zero();  // m/s2
+    Vec3 wind = Vec3::Zero();          // m/s
+    double drag = 0;                   // 1/s, >= 0
 };
 
 /// A driven pose over one frame. Poses between the two are interpolated (position linearly, orientation by slerp).
 struct DrivenPose {
     Pose begin, end;
-    bool active = true;                         // an inactive pin lets go, an inactive collider is not there
+    bool active = true;  // an inactive pin lets go, an inactive collider is not there
 };
 
 /// Everything animated, for the frame that is about to be simulated.
 struct FrameInput {
-    double duration = 1.0 / 24;                 // s, > 0
-    Vec3 gravity = Vec3(0, 0, -9.81);           // m/s2
+    double duration = 1.0 / 24;        // s, > 0
+    Vec3 gravity = Vec3(0, 0, -9.81);  // m/s2
     std::vector<Force> forces;
-    std::vector<Material> materials;            // one a body
-    std::vector<DrivenPose> pins;               // one a pin; identity leaves it at rest
-    std::vector<DrivenPose> colliders;          // one a collider
+    std::vector<Material> materials;    // one a body
+    std::vector<DrivenPose> pins;       // one a pin; identity leaves it at rest
+    std::vector<DrivenPose> colliders;  // one a collider
 };
 
 enum class Method {
-    projective,     // implicit Euler by Newton steps over all groups at once; stiffness in Pa (docs/theory.md)
-    jacobi,         // the same equations by over-relaxed averaging sweeps: cheap for soft bodies, too soft for stiff ones
-    gauss_seidel,   // the paper's: sequential projection with k in [0, 1]; for comparison
+    projective,  // implicit Euler by Newton steps over all groups at once; stiffness in Pa (docs/theory.md)
+    jacobi,      // the same equations by over-relaxed averaging sweeps: cheap for soft bodies, too soft for stiff ones
+    gauss_seidel,  // the paper's: sequential projection with k in [0, 1]; for comparison
 };
 
 struct SolverSettings {
     Method method = Method::projective;
-    int substeps = 8;                           // per frame, 1 .. 1000
-    int iterations = 2;                         // sweeps per substep, 1 .. 1000
-    double over_relaxation = 1.5;               // 0.1 .. 1.9; 1 with a single iteration
-    double damping = 0;                         // 1/s, >= 0: velocities decay as exp(-damping t)
-    double depenetration_speed = 1.0;           // m/s, > 0: fastest push apart of what overlapped already
-    bool self_collision = true;                 // particles of one body against one another
+    int substeps = 8;                  // per frame, 1 .. 1000
+    int iterations = 2;                // sweeps per substep, 1 .. 1000
+    double over_relaxation = 1.5;      // 0.1 .. 1.9; 1 with a single iteration
+    double damping = 0;                // 1/s, >= 0: velocities decay as exp(-damping t)
+    double depenetration_speed = 1.0;  // m/s, > 0: fastest push apart of what overlapped already
+    bool self_collision = true;        // particles of one body against one another
 
     Status check(const std::string& where) const;
 };

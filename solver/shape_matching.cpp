@@ -18,7 +18,8 @@ inline void add_product(Mat3& A, const Mat3& D, const Sym3& N) {
 
 }  // namespace
 
-GroupMoments group_moments(const LiveTopology& live, const GroupShapes& shapes, std::span<const MovingParticle> particles, uint32_t g) {
+GroupMoments group_moments(const LiveTopology& live, const GroupShapes& shapes,
+                           std::span<const MovingParticle> particles, uint32_t g) {
     GroupMoments m{Mat3::Zero(), Mat3::Zero(), Vec3::Zero()};
     const Vec3 origin = particles[g].x;  // relative to the centre particle: exact far from the world's origin
     for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
@@ -33,8 +34,9 @@ GroupMoments group_moments(const LiveTopology& live, const GroupShapes& shapes, 
     return m;
 }
 
-void match_groups(const LiveTopology& live, const GroupShapes& shapes, std::span<const GroupStiffness> stiffness, double h,
-                  std::span<const MovingParticle> particles, size_t begin, size_t end, std::span<GroupGoal> io_goals) {
+void match_groups(const LiveTopology& live, const GroupShapes& shapes, std::span<const GroupStiffness> stiffness,
+                  double h, std::span<const MovingParticle> particles, size_t begin, size_t end,
+                  std::span<GroupGoal> io_goals) {
     for (uint32_t g = static_cast<uint32_t>(begin); g < end; ++g) {
         GroupGoal& goal = io_goals[g];
         if (live.count(g) == 1) {  // a lone particle matches itself wherever it is
@@ -55,7 +57,8 @@ void match_groups(const LiveTopology& live, const GroupShapes& shapes, std::span
             // Pressure: E = lambda/2 V (tr(R^T A_pq W) - tr(A_qq W))^2 beside the mu |F - R|^2 of shape matching;
             // its gradient at member j is lambda V (...) R W m_j q_j.
             const Mat3 A_stretch = A.positions + kStretchMomentWeight * A.ellipsoids;
-            const double volume_strain = (goal.G.transpose() * A_stretch * shape.volume_gradient).trace() - shape.volume_rest;
+            const double volume_strain =
+                (goal.G.transpose() * A_stretch * shape.volume_gradient).trace() - shape.volume_rest;
             const Mat3 spread = shape.positions_trace / 3 * shape.volume_gradient;
             goal.G -= ratio * volume_strain * goal.G * spread;
             goal.weight_bound = goal.weight * (1 + ratio * 3 * spread.norm() / std::sqrt(3.0));

@@ -11,20 +11,20 @@ namespace sunder {
 
 /// A particle during a step. Rotations are relative to rest: D = q qbar^-1.
 struct MovingParticle {
-    Vec3 x;                                     // present position, m
-    Quat d;                                     // present rotation since rest
-    Mat3 D;                                     // the same as a matrix
-    Vec3 x_inertial;                            // where inertia (and contacts) take it, m
+    Vec3 x;           // present position, m
+    Quat d;           // present rotation since rest
+    Mat3 D;           // the same as a matrix
+    Vec3 x_inertial;  // where inertia (and contacts) take it, m
     Quat d_inertial;
 };
 
 /// What a group asks of its members: member j wants to be at center + G q_j, turned by R.
 struct GroupGoal {
-    Vec3 center;                                // m
-    Mat3 G;                                     // R (I - volume pressure), -
-    Quat rotation;                              // optimal rotation R; warm start of the next sweep
-    double weight;                              // b_g = h^2 / alpha_g, -
-    double weight_bound;                        // the same with the volume term: what keeps a sweep stable
+    Vec3 center;          // m
+    Mat3 G;               // R (I - volume pressure), -
+    Quat rotation;        // optimal rotation R; warm start of the next sweep
+    double weight;        // b_g = h^2 / alpha_g, -
+    double weight_bound;  // the same with the volume term: what keeps a sweep stable
 };
 
 /// A_pq of a group: members' part and ellipsoids' part, kg m2; and the centre of mass, m.
@@ -32,11 +32,13 @@ struct GroupMoments {
     Mat3 positions, ellipsoids;
     Vec3 center;
 };
-GroupMoments group_moments(const LiveTopology& live, const GroupShapes& shapes, std::span<const MovingParticle> particles, uint32_t g);
+GroupMoments group_moments(const LiveTopology& live, const GroupShapes& shapes,
+                           std::span<const MovingParticle> particles, uint32_t g);
 
 /// Local step: the goals of groups [begin, end).
-void match_groups(const LiveTopology& live, const GroupShapes& shapes, std::span<const GroupStiffness> stiffness, double h,
-                  std::span<const MovingParticle> particles, size_t begin, size_t end, std::span<GroupGoal> io_goals);
+void match_groups(const LiveTopology& live, const GroupShapes& shapes, std::span<const GroupStiffness> stiffness,
+                  double h, std::span<const MovingParticle> particles, size_t begin, size_t end,
+                  std::span<GroupGoal> io_goals);
 
 /// Averaging step for particles [begin, end):
 ///     x <- x + omega [ (x_inertial - x) + sum_g b_g (goal_g - x) ] / (1 + sum_g b_g),   rotations likewise.

@@ -14,39 +14,56 @@ std::string number(double v) {
 
 Status in_range(const std::string& where, const char* name, double value, double low, double high) {
     if (value >= low && value <= high) return {};  // a NaN fails both
-    return bad_input(where, std::string(name) + " is " + number(value), "permitted: " + number(low) + " to " + number(high));
+    return bad_input(where, std::string(name) + " is " + number(value),
+                     "permitted: " + number(low) + " to " + number(high));
 }
 
 Status all_finite(const char* array, const std::vector<Vec3>& values) {
     for (size_t i = 0; i < values.size(); ++i)
-        if (!values[i].allFinite()) return bad_input("state", std::string(array) + " of particle " + std::to_string(i) + " is not finite");
+        if (!values[i].allFinite())
+            return bad_input("state", std::string(array) + " of particle " + std::to_string(i) + " is not finite");
     return {};
 }
 
 Status all_unit(const char* array, const std::vector<Quat>& values) {
     for (size_t i = 0; i < values.size(); ++i)
-        if (!(std::abs(values[i].norm() - 1) < 1e-3)) return bad_input("state", std::string(array) + " of particle " + std::to_string(i) + " is not a unit quaternion");
+        if (!(std::abs(values[i].norm() - 1) < 1e-3))
+            return bad_input("state",
+                             std::string(array) + " of particle " + std::to_string(i) + " is not a unit quaternion");
     return {};
 }
 
 Status check_scene(const Scene& scene) {
     const SimulationMesh& rest = scene.rest;
     const size_t n = rest.n_particles();
-    if (n == 0 && scene.rigid_bodies.empty()) return bad_input("scene", "nothing to simulate", "add a body or a rigid body");
+    if (n == 0 && scene.rigid_bodies.empty())
+        return bad_input("scene", "nothing to simulate", "add a body or a rigid body");
     for (size_t i = 0; i < n; ++i) {
-        const bool sound = rest.rest_position[i].allFinite() && rest.mass[i] > 0 && std::isfinite(rest.mass[i]) && rest.volume[i] > 0 &&
-                           rest.radii[i].minCoeff() > 0 && rest.radii[i].allFinite() && std::abs(rest.rest_orientation[i].norm() - 1) < 1e-6;
-        if (!sound) return bad_input("scene", "particle " + std::to_string(i) + " has a rest position, mass, volume, radius or orientation that is not finite and positive");
-        if (rest.body[i] >= scene.bodies.size()) return bad_input("scene", "particle " + std::to_string(i) + " belongs to body " + std::to_string(rest.body[i]) + " of " + std::to_string(scene.bodies.size()));
+        const bool sound = rest.rest_position[i].allFinite() && rest.mass[i] > 0 && std::isfinite(rest.mass[i]) &&
+                           rest.volume[i] > 0 && rest.radii[i].minCoeff() > 0 && rest.radii[i].allFinite() &&
+                           std::abs(rest.rest_orientation[i].norm() - 1) < 1e-6;
+        if (!sound)
+            return bad_input(
+                "scene",
+                "particle " + std::to_string(i) +
+                    " has a rest position, mass, volume, radius or orientation that is not finite and positive");
+        if (rest.body[i] >= scene.bodies.size())
+            return bad_input("scene", "particle " + std::to_string(i) + " belongs to body " +
+                                          std::to_string(rest.body[i]) + " of " + std::to_string(scene.bodies.size()));
     }
     for (const Pin& pin : scene.pins)
         for (uint32_t i : pin.particles)
-            if (i >= n) return bad_input("pin '" + pin.name + "'", "holds particle " + std::to_string(i) + " of " + std::to_string(n));
+            if (i >= n)
+                return bad_input("pin '" + pin.name + "'",
+                                 "holds particle " + std::to_string(i) + " of " + std::to_string(n));
     for (const RigidBody& body : scene.rigid_bodies) {
         const std::string where = "rigid body '" + body.name + "'";
-        if (body.shape.kind != ShapeKind::sphere && body.shape.kind != ShapeKind::box) return bad_input(where, "is neither a sphere nor a box");
-        if (!(body.mass > 0 && std::isfinite(body.mass))) return bad_input(where, "mass is " + number(body.mass), "give a mass above 0 kg");
-        if (!(body.shape.radius > 0 && body.shape.half_extents.minCoeff() > 0)) return bad_input(where, "size is not positive");
+        if (body.shape.kind != ShapeKind::sphere && body.shape.kind != ShapeKind::box)
+            return bad_input(where, "is neither a sphere nor a box");
+        if (!(body.mass > 0 && std::isfinite(body.mass)))
+            return bad_input(where, "mass is " + number(body.mass), "give a mass above 0 kg");
+        if (!(body.shape.radius > 0 && body.shape.half_extents.minCoeff() > 0))
+            return bad_input(where, "size is not positive");
     }
     return {};
 }
@@ -54,20 +71,35 @@ Status check_scene(const Scene& scene) {
 }  // namespace
 
 Status Material::check(const std::string& where) const {
-    struct Range { const char* name; double value, low, high; };
+    struct Range {
+        const char* name;
+        double value, low, high;
+    };
     const double inf = kNever, tiny = 1e-12;
-    for (const Range& r : {Range{"youngs_modulus", youngs_modulus, tiny, 1e13}, {"poisson_ratio", poisson_ratio, 0, 0.45}, {"yield", yield, tiny, inf},
-                           {"flow_rate", flow_rate, 0, 1e6}, {"hardening", hardening, 0, 1e6}, {"toughness", toughness, tiny, inf},
-                           {"compressive_toughness", compressive_toughness, tiny, inf}, {"stiffness", stiffness, 0, 1}, {"friction", friction, 0, 100},
+    for (const Range& r : {Range{"youngs_modulus", youngs_modulus, tiny, 1e13},
+                           {"poisson_ratio", poisson_ratio, 0, 0.45},
+                           {"yield", yield, tiny, inf},
+                           {"flow_rate", flow_rate, 0, 1e6},
+                           {"hardening", hardening, 0, 1e6},
+                           {"toughness", toughness, tiny, inf},
+                           {"compressive_toughness", compressive_toughness, tiny, inf},
+                           {"stiffness", stiffness, 0, 1},
+                           {"friction", friction, 0, 100},
                            {"restitution", restitution, 0, 1}})
         if (Status ok = in_range(where, r.name, r.value, r.low, r.high); !ok) return ok;
     return {};
 }
 
 Status SolverSettings::check(const std::string& where) const {
-    struct Range { const char* name; double value, low, high; };
-    for (const Range& r : {Range{"substeps", double(substeps), 1, 1000}, {"iterations", double(iterations), 1, 1000},
-                           {"over_relaxation", over_relaxation, 0.1, 1.9}, {"damping", damping, 0, 1e6}, {"depenetration_speed", depenetration_speed, 1e-6, 1e4}})
+    struct Range {
+        const char* name;
+        double value, low, high;
+    };
+    for (const Range& r : {Range{"substeps", double(substeps), 1, 1000},
+                           {"iterations", double(iterations), 1, 1000},
+                           {"over_relaxation", over_relaxation, 0.1, 1.9},
+                           {"damping", damping, 0, 1e6},
+                           {"depenetration_speed", depenetration_speed, 1e-6, 1e4}})
         if (Status ok = in_range(where, r.name, r.value, r.low, r.high); !ok) return ok;
     return {};
 }
@@ -87,7 +119,7 @@ const Scene& Solver::scene() const { return impl_->scene; }
 
 Result<std::unique_ptr<Solver>> Solver::create(Scene scene, int threads) {
     if (Status ok = check_scene(scene); !ok) return ok.error();
-    if (scene.rest.group_offset.empty()) build_one_rings(scene.rest);  // rigid bodies alone
+    build_one_rings(scene.rest);
     std::unique_ptr<Solver> solver(new Solver());
     solver->impl_ = std::make_unique<Impl>(std::move(scene), threads);
     return solver;
@@ -110,7 +142,8 @@ FrameState Solver::initial_state(const std::vector<Material>& materials) const {
     for (const Body& body : scene.bodies) {
         Vec3 center = Vec3::Zero();
         double mass = 0;
-        for (uint32_t i = body.particle_begin; i < body.particle_end; ++i) mass += rest.mass[i], center += rest.mass[i] * rest.rest_position[i];
+        for (uint32_t i = body.particle_begin; i < body.particle_end; ++i)
+            mass += rest.mass[i], center += rest.mass[i] * rest.rest_position[i];
         if (mass > 0) center /= mass;
         for (uint32_t i = body.particle_begin; i < body.particle_end; ++i) {
             s.velocity[i] = body.velocity + body.angular_velocity.cross(rest.rest_position[i] - center);
@@ -124,40 +157,51 @@ FrameState Solver::initial_state(const std::vector<Material>& materials) const {
 }
 
 Status Solver::Impl::check_input(const FrameInput& input) const {
-    if (!(input.duration > 0 && std::isfinite(input.duration))) return bad_input("frame", "duration is " + number(input.duration), "give seconds above 0");
+    if (!(input.duration > 0 && std::isfinite(input.duration)))
+        return bad_input("frame", "duration is " + number(input.duration), "give seconds above 0");
     if (!input.gravity.allFinite()) return bad_input("frame", "gravity is not finite");
-    if (input.materials.size() != scene.bodies.size() || input.pins.size() != scene.pins.size() || input.colliders.size() != scene.colliders.size())
-        return Error{ErrorCode::internal, "frame input does not match the scene's bodies, pins and colliders", {}, {}, {}, {}};
+    if (input.materials.size() != scene.bodies.size() || input.pins.size() != scene.pins.size() ||
+        input.colliders.size() != scene.colliders.size())
+        return Error{
+            ErrorCode::internal, "frame input does not match the scene's bodies, pins and colliders", {}, {}, {}, {}};
     for (size_t b = 0; b < scene.bodies.size(); ++b)
         if (Status ok = input.materials[b].check("body '" + scene.bodies[b].name + "'"); !ok) return ok;
     for (const std::vector<DrivenPose>* driven : {&input.pins, &input.colliders})
         for (const DrivenPose& d : *driven)
-            if (!(d.begin.position.allFinite() && d.end.position.allFinite() && d.begin.orientation.coeffs().allFinite() && d.end.orientation.coeffs().allFinite()))
+            if (!(d.begin.position.allFinite() && d.end.position.allFinite() &&
+                  d.begin.orientation.coeffs().allFinite() && d.end.orientation.coeffs().allFinite()))
                 return bad_input("frame", "a pin's or collider's pose is not finite");
     return {};
 }
 
 Status Solver::check_state(const FrameState& s) const {
     const size_t n = impl_->scene.rest.n_particles();
-    if (s.position.size() != n || s.orientation.size() != n || s.velocity.size() != n || s.angular_velocity.size() != n ||
-        s.plastic_deformation.size() != n || s.yield.size() != n || s.strain.size() != n || s.group_rotation.size() != n)
-        return bad_input("state", "holds " + std::to_string(s.position.size()) + " particles, the scene " + std::to_string(n));
+    if (s.position.size() != n || s.orientation.size() != n || s.velocity.size() != n ||
+        s.angular_velocity.size() != n || s.plastic_deformation.size() != n || s.yield.size() != n ||
+        s.strain.size() != n || s.group_rotation.size() != n)
+        return bad_input("state",
+                         "holds " + std::to_string(s.position.size()) + " particles, the scene " + std::to_string(n));
     if (s.edge_intact.size() != impl_->scene.rest.n_edges())
-        return bad_input("state", "holds " + std::to_string(s.edge_intact.size()) + " edges, the scene " + std::to_string(impl_->scene.rest.n_edges()));
+        return bad_input("state", "holds " + std::to_string(s.edge_intact.size()) + " edges, the scene " +
+                                      std::to_string(impl_->scene.rest.n_edges()));
     if (s.rigid_bodies.size() != impl_->scene.rigid_bodies.size())
-        return bad_input("state", "holds " + std::to_string(s.rigid_bodies.size()) + " rigid bodies, the scene " + std::to_string(impl_->scene.rigid_bodies.size()));
+        return bad_input("state", "holds " + std::to_string(s.rigid_bodies.size()) + " rigid bodies, the scene " +
+                                      std::to_string(impl_->scene.rigid_bodies.size()));
     if (Status ok = all_finite("position", s.position); !ok) return ok;
     if (Status ok = all_finite("velocity", s.velocity); !ok) return ok;
     if (Status ok = all_finite("angular velocity", s.angular_velocity); !ok) return ok;
     if (Status ok = all_unit("orientation", s.orientation); !ok) return ok;
     if (Status ok = all_unit("group rotation", s.group_rotation); !ok) return ok;
     for (size_t i = 0; i < n; ++i)
-        if (!s.plastic_deformation[i].allFinite() || !(s.plastic_deformation[i].determinant() > 0.5) || !(s.yield[i] > 0))
-            return bad_input("state", "plastic deformation or yield of particle " + std::to_string(i) + " is not possible");
+        if (!s.plastic_deformation[i].allFinite() || !(s.plastic_deformation[i].determinant() > 0.5) ||
+            !(s.yield[i] > 0))
+            return bad_input("state",
+                             "plastic deformation or yield of particle " + std::to_string(i) + " is not possible");
     return {};
 }
 
-Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings& settings, FrameState& io_state, const Progress& progress) {
+Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings& settings, FrameState& io_state,
+                                   const Progress& progress) {
     if (Status ok = settings.check("solver"); !ok) return ok.error();
     if (Status ok = impl_->check_input(input); !ok) return ok.error();
     if (Status ok = check_state(io_state); !ok) return ok.error();
@@ -171,7 +215,8 @@ Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings
     for (int k = 0; k < settings.substeps; ++k) {
         if (!progress.report(double(k) / settings.substeps, "simulating")) return cancelled();
         const double begin = double(k) / settings.substeps, end = double(k + 1) / settings.substeps;
-        if (Status ok = substep(context, h, begin, end, k + 1 == settings.substeps, impl_->work, state, report); !ok) return ok.error();
+        if (Status ok = substep(context, h, begin, end, k + 1 == settings.substeps, impl_->work, state, report); !ok)
+            return ok.error();
     }
     io_state = std::move(state);
     return report;

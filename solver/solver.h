@@ -20,7 +20,8 @@ public:
     /// At rest as placed, with the bodies' velocities and each body's yield from `materials` (one a body).
     FrameState initial_state(const std::vector<Material>& materials) const;
 
-    /// One frame. On an error (input of the wrong size, numbers gone bad: particle named; cancelled) `io_state` is as before.
+    /// One frame. On an error (input of the wrong size, numbers gone bad: particle named; cancelled) `io_state` is as
+    /// before.
     Result<StepReport> advance(const FrameInput& input, const SolverSettings& settings, FrameState& io_state,
                                const Progress& progress = {});
 

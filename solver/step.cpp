@@ -11,9 +11,9 @@
 namespace sunder {
 namespace {
 
-constexpr double kRunawaySpeed = 1e5;           // m/s; nothing that an artist animates is faster: numbers went bad
-constexpr int kContactPasses = 12;              // Gauss-Seidel passes over the contacts after each sweep, at most
-constexpr double kContactTolerance = 1e-3;      // of the contact margin: a change of gap below it ends the passes
+constexpr double kRunawaySpeed = 1e5;       // m/s; nothing that an artist animates is faster: numbers went bad
+constexpr int kContactPasses = 12;          // Gauss-Seidel passes over the contacts after each sweep, at most
+constexpr double kContactTolerance = 1e-3;  // of the contact margin: a change of gap below it ends the passes
 constexpr size_t kGroupGrain = 128, kParticleGrain = 512;  // fewest a thread is worth waking for
 
 class Stopwatch {
@@ -40,7 +40,9 @@ struct Substep {
     const SimulationMesh& rest() const { return context.scene.rest; }
     size_t n_particles() const { return rest().n_particles(); }
     size_t n_movables() const { return n_particles() + state.rigid_bodies.size(); }
-    ContactBodies bodies() const { return {work.contact_mass, work.start_position, work.start_rotation, work.moving, work.push}; }
+    ContactBodies bodies() const {
+        return {work.contact_mass, work.start_position, work.start_rotation, work.moving, work.push};
+    }
     const Material& material(size_t particle) const { return context.input.materials[rest().body[particle]]; }
 
     void load();
@@ -69,7 +71,8 @@ void Substep::load() {
         p.D = p.d.toRotationMatrix();
         const Mat3 M = to_matrix(work.shapes.particle_moment[i]);
         work.inertia[i] = p.D * (M.trace() * Mat3::Identity() - M) * p.D.transpose();
-        work.contact_mass[i] = {1.0 / rest().mass[i], work.live.count(i) > 1 ? Mat3(Mat3::Zero()) : Mat3(work.inertia[i].inverse())};
+        work.contact_mass[i] = {1.0 / rest().mass[i],
+                                work.live.count(i) > 1 ? Mat3(Mat3::Zero()) : Mat3(work.inertia[i].inverse())};
         work.velocity[i] = state.velocity[i];
         work.angular_velocity[i] = state.angular_velocity[i];
     }
@@ -79,7 +82,8 @@ void Substep::load() {
         MovingParticle& p = work.moving[i];
         p.x = body.position, p.d = body.orientation, p.D = p.d.toRotationMatrix();
         const Vec3 moments = rigid_body_inertia(scene.rigid_bodies[r]);
-        work.contact_mass[i] = {1.0 / scene.rigid_bodies[r].mass, p.D * moments.cwiseInverse().asDiagonal() * p.D.transpose()};
+        work.contact_mass[i] = {1.0 / scene.rigid_bodies[r].mass,
+                                p.D * moments.cwiseInverse().asDiagonal() * p.D.transpose()};
         work.velocity[i] = body.velocity;
         work.angular_velocity[i] = body.angular_velocity;
     }
@@ -95,7 +99,8 @@ void Substep::predict() {
     Vec3 acceleration = context.input.gravity, wind = Vec3::Zero();
     double drag = 0;
     for (const Force& f : context.input.forces) acceleration += f.acceleration, wind += f.drag * f.wind, drag += f.drag;
-    for (size_t i = 0; i < n_movables(); ++i) work.velocity[i] = (work.velocity[i] + h * (acceleration + wind)) / (1 + h * drag);  // implicit drag
+    for (size_t i = 0; i < n_movables(); ++i)
+        work.velocity[i] = (work.velocity[i] + h * (acceleration + wind)) / (1 + h * drag);  // implicit drag
 
     hold_pins();
     for (size_t i = 0; i < n_movables(); ++i) {
@@ -130,17 +135,20 @@ void Substep::hold_pins() {
 
 void Substep::find_contacts() {
     work.detection.find(context.scene, context.input, context.settings.self_collision, work.live, work.held,
-                        {work.start_position, work.start_rotation, work.velocity, work.angular_velocity}, {h, begin, end}, work.contacts);
+                        {work.start_position, work.start_rotation, work.velocity, work.angular_velocity},
+                        {h, begin, end}, work.contacts);
     report.contacts = std::max(report.contacts, work.contacts.size());
-    prepare_contacts(bodies(), work.velocity, work.angular_velocity, h, context.settings.depenetration_speed, work.contacts);
+    prepare_contacts(bodies(), work.velocity, work.angular_velocity, h, context.settings.depenetration_speed,
+                     work.contacts);
     warm_start(bodies(), state.contacts, h, work.contacts);
 }
 
 void Substep::remember_momentum() {
     for (size_t piece = 0; piece < work.live.n_pieces(); ++piece) {
         if (work.piece_held[piece]) continue;
-        work.piece_angular[piece] = piece_momentum(rest(), work.inertia, work.live.piece_particles(piece), work.start_position, work.velocity,
-                                                   work.angular_velocity).angular;
+        work.piece_angular[piece] = piece_momentum(rest(), work.inertia, work.live.piece_particles(piece),
+                                                   work.start_position, work.velocity, work.angular_velocity)
+                                        .angular;
     }
 }
 
@@ -160,13 +168,15 @@ void Substep::correct() {
 
 void Substep::match_shapes() {
     const SolverSettings& settings = context.settings;
-    if (settings.method == Method::gauss_seidel) return gauss_seidel_sweep(work.live, work.shapes, work.paper_stiffness, work.held, work.moving, work.goals);
+    if (settings.method == Method::gauss_seidel)
+        return gauss_seidel_sweep(work.live, work.shapes, work.paper_stiffness, work.held, work.moving, work.goals);
 
     context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
         match_groups(work.live, work.shapes, work.stiffness, h, work.moving, first, last, work.goals);
     });
     if (settings.method == Method::projective) {
-        work.newton.apply({rest(), work.live, work.shapes, work.stiffness, work.goals, work.inertia, work.held}, context.workers, work.moving);
+        work.newton.apply({rest(), work.live, work.shapes, work.stiffness, work.goals, work.inertia, work.held},
+                          context.workers, work.moving);
     } else {
         // A single over-relaxed sweep overshoots the implicit step.
         const double omega = settings.iterations > 1 ? settings.over_relaxation : 1.0;
@@ -204,13 +214,14 @@ void Substep::restore_momentum() {
         center = origin + center / mass;
         for (uint32_t j : particles)
             gained += rest().mass[j] * (state.position[j] - center).cross(work.push[j].shift) + work.push[j].torque;
-        set_angular_momentum(rest(), work.inertia, particles, work.piece_angular[piece] + gained / h, state.position, work.velocity,
-                             work.angular_velocity);
+        set_angular_momentum(rest(), work.inertia, particles, work.piece_angular[piece] + gained / h, state.position,
+                             work.velocity, work.angular_velocity);
     }
 }
 
 void Substep::settle_contacts() {
-    const double threshold = 2 * h * context.input.gravity.norm();  // a resting contact closes at h g: it must not bounce
+    const double threshold =
+        2 * h * context.input.gravity.norm();  // a resting contact closes at h g: it must not bounce
     settle_velocities(work.contact_mass, h, threshold, work.contacts, work.velocity, work.angular_velocity);
     remember(bodies(), work.contacts, h, state.contacts);
 }
@@ -231,7 +242,8 @@ void Substep::flow_and_measure() {
             const GroupMoments A = group_moments(work.live, work.shapes, work.moving, g);
             Quat& R = work.goals[g].rotation;
             R = optimal_rotation(A.positions + A.ellipsoids, R);
-            const Mat3 S = optimal_stretch(work.shapes.group[g].stretch, R.toRotationMatrix(), A.positions + kStretchMomentWeight * A.ellipsoids);
+            const Mat3 S = optimal_stretch(work.shapes.group[g].stretch, R.toRotationMatrix(),
+                                           A.positions + kStretchMomentWeight * A.ellipsoids);
             // |log lambda| <= limit wherever |S - I| is below this: no need for the eigenvectors.
             if (!measure && (S - Mat3::Identity()).norm() < -std::expm1(-limit)) continue;
 
@@ -239,7 +251,8 @@ void Substep::flow_and_measure() {
             PlasticState plastic{state.plastic_deformation[g], state.yield[g]};
             const FlowResult result = flow(principal, m, h, plastic);
             state.strain[g] = result.elastic_log_strain.cwiseAbs().maxCoeff();
-            if (principal.reliable) work.strains[g] = group_strain(result.elastic_log_strain, principal.directions, R, m);
+            if (principal.reliable)
+                work.strains[g] = group_strain(result.elastic_log_strain, principal.directions, R, m);
             if (!result.flowed) continue;
             state.plastic_deformation[g] = plastic.F_P;
             state.yield[g] = plastic.yield;
@@ -271,7 +284,8 @@ void Substep::break_edges() {
             work.flowed[g] = 0;
             work.synced_plastic[g] = state.plastic_deformation[g];
             work.shapes.rebuild(rest(), work.live, state.plastic_deformation[g], g);
-            work.stiffness[g] = group_stiffness(work.shapes.group[g], work.shapes.rest_trace[g], rest().volume[g], material(g));
+            work.stiffness[g] =
+                group_stiffness(work.shapes.group[g], work.shapes.rest_trace[g], rest().volume[g], material(g));
         }
     });
 }
@@ -288,7 +302,8 @@ void Substep::store() {
     }
     for (size_t r = 0; r < state.rigid_bodies.size(); ++r) {
         const size_t i = n_particles() + r;
-        state.rigid_bodies[r] = {work.moving[i].x, work.moving[i].d, keep * work.velocity[i], keep * work.angular_velocity[i]};
+        state.rigid_bodies[r] = {work.moving[i].x, work.moving[i].d, keep * work.velocity[i],
+                                 keep * work.angular_velocity[i]};
     }
     state.time += h;
 }
@@ -296,13 +311,20 @@ void Substep::store() {
 Status Substep::check_finite(const char* stage) const {
     for (size_t i = 0; i < n_movables(); ++i) {
         const MovingParticle& p = work.moving[i];
-        const bool finite = p.x.allFinite() && p.d.coeffs().allFinite() && work.velocity[i].allFinite() && work.angular_velocity[i].allFinite();
+        const bool finite = p.x.allFinite() && p.d.coeffs().allFinite() && work.velocity[i].allFinite() &&
+                            work.angular_velocity[i].allFinite();
         if (finite && work.velocity[i].squaredNorm() < kRunawaySpeed * kRunawaySpeed) continue;
         const std::string who = i < n_particles()
-            ? "particle " + std::to_string(i) + " (body '" + context.scene.bodies[rest().body[i]].name + "', fragment " + std::to_string(rest().fragment[i]) + ")"
-            : "rigid body '" + context.scene.rigid_bodies[i - n_particles()].name + "'";
-        return Error{ErrorCode::numerical, who + (finite ? " runs away (above 1e5 m/s)" : " is not finite") + " after " + stage,
-                     "time " + std::to_string(state.time) + " s", "use more substeps, or a smaller stiffness or force", {}, {}};
+                                    ? "particle " + std::to_string(i) + " (body '" +
+                                          context.scene.bodies[rest().body[i]].name + "', fragment " +
+                                          std::to_string(rest().fragment[i]) + ")"
+                                    : "rigid body '" + context.scene.rigid_bodies[i - n_particles()].name + "'";
+        return Error{ErrorCode::numerical,
+                     who + (finite ? " runs away (above 1e5 m/s)" : " is not finite") + " after " + stage,
+                     "time " + std::to_string(state.time) + " s",
+                     "use more substeps, or a smaller stiffness or force",
+                     {},
+                     {}};
     }
     return {};
 }
@@ -312,7 +334,8 @@ Status Substep::check_finite(const char* stage) const {
 void synchronise(const StepContext& context, const FrameState& state, Workspace& w) {
     const SimulationMesh& rest = context.scene.rest;
     const size_t n = rest.n_particles(), n_movables = n + context.scene.rigid_bodies.size();
-    if (w.synced_edges != state.edge_intact || w.synced_plastic != state.plastic_deformation || w.moving.size() != n_movables) {
+    if (w.synced_edges != state.edge_intact || w.synced_plastic != state.plastic_deformation ||
+        w.moving.size() != n_movables) {
         w.live.reset(rest, state.edge_intact);
         w.detection.topology_changed();
         w.shapes.reset(rest, w.live, state.plastic_deformation);
@@ -333,8 +356,8 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
     }
 }
 
-Status substep(const StepContext& context, double h, double begin, double end, bool measure, Workspace& io_work, FrameState& io_state,
-               StepReport& io_report) {
+Status substep(const StepContext& context, double h, double begin, double end, bool measure, Workspace& io_work,
+               FrameState& io_state, StepReport& io_report) {
     Substep s{context, h, begin, end, measure, io_work, io_state, io_report};
     {
         Stopwatch watch(io_report.predict_s);

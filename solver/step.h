@@ -18,25 +18,25 @@ namespace sunder {
 struct Workspace {
     LiveTopology live;
     GroupShapes shapes;
-    std::vector<uint8_t> synced_edges;          // what `live` was built from
-    std::vector<Mat3> synced_plastic;           // what `shapes` was built from
+    std::vector<uint8_t> synced_edges;  // what `live` was built from
+    std::vector<Mat3> synced_plastic;   // what `shapes` was built from
 
-    std::vector<MovingParticle> moving;         // (n_movables)
-    std::vector<Vec3> start_position;           // (n_movables)
-    std::vector<Quat> start_rotation;           // (n_movables), since rest
+    std::vector<MovingParticle> moving;            // (n_movables)
+    std::vector<Vec3> start_position;              // (n_movables)
+    std::vector<Quat> start_rotation;              // (n_movables), since rest
     std::vector<Vec3> velocity, angular_velocity;  // (n_movables)
-    std::vector<ContactMass> contact_mass;      // (n_movables)
-    std::vector<ContactPush> push;              // (n_movables)
-    std::vector<Mat3> inertia;                  // of particles, world (n_particles)
-    std::vector<GroupStiffness> stiffness;      // (n_particles)
-    std::vector<double> paper_stiffness;        // k in [0, 1]  (n_particles)
-    std::vector<GroupGoal> goals;               // (n_particles)
+    std::vector<ContactMass> contact_mass;         // (n_movables)
+    std::vector<ContactPush> push;                 // (n_movables)
+    std::vector<Mat3> inertia;                     // of particles, world (n_particles)
+    std::vector<GroupStiffness> stiffness;         // (n_particles)
+    std::vector<double> paper_stiffness;           // k in [0, 1]  (n_particles)
+    std::vector<GroupGoal> goals;                  // (n_particles)
     NewtonStep newton;
-    std::vector<GroupStrain> strains;           // (n_particles)
-    std::vector<uint8_t> flowed;                // (n_particles)
-    std::vector<uint8_t> held;                  // by an active pin (n_particles)
-    std::vector<uint8_t> piece_held;            // (n_pieces)
-    std::vector<Vec3> piece_angular;            // L the piece must have (n_pieces)
+    std::vector<GroupStrain> strains;  // (n_particles)
+    std::vector<uint8_t> flowed;       // (n_particles)
+    std::vector<uint8_t> held;         // by an active pin (n_particles)
+    std::vector<uint8_t> piece_held;   // (n_pieces)
+    std::vector<Vec3> piece_angular;   // L the piece must have (n_pieces)
     std::vector<ActiveContact> contacts;
     SceneContacts detection;
 };
@@ -53,7 +53,7 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
 
 /// Advances by h seconds; `begin` and `end` say where in the frame this is, in [0, 1]. `measure`: also write the strain
 /// of groups that neither flow nor break. On an error the state is spoilt: keep a copy.
-Status substep(const StepContext& context, double h, double begin, double end, bool measure, Workspace& io_work, FrameState& io_state,
-               StepReport& io_report);
+Status substep(const StepContext& context, double h, double begin, double end, bool measure, Workspace& io_work,
+               FrameState& io_state, StepReport& io_report);
 
 }  // namespace sunder

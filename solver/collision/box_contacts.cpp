@@ -8,19 +8,20 @@ namespace sunder {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kFaceShare = 0.02;             // an edge axis must be shallower by this share of the depth to win
-constexpr double kRounding = 1e-9;              // of the box's size: differences below it decide nothing
+constexpr double kFaceShare = 0.02;  // an edge axis must be shallower by this share of the depth to win
+constexpr double kRounding = 1e-9;   // of the box's size: differences below it decide nothing
 
 struct Frame {
-    Vec3 center, half;                          // m
-    Mat3 axes;                                  // columns, world
+    Vec3 center, half;  // m
+    Mat3 axes;          // columns, world
 
     explicit Frame(const PlacedShape& box)
         : center(box.pose.position), half(box.shape.half_extents), axes(box.pose.orientation.toRotationMatrix()) {}
 
     double support(const Vec3& n) const { return half.dot((axes.transpose() * n).cwiseAbs()); }
     Vec3 corner(int k) const {
-        return center + axes * Vec3(k & 1 ? half.x() : -half.x(), k & 2 ? half.y() : -half.y(), k & 4 ? half.z() : -half.z());
+        return center +
+               axes * Vec3(k & 1 ? half.x() : -half.x(), k & 2 ? half.y() : -half.y(), k & 4 ? half.z() : -half.z());
     }
     /// Ends of edge k (0 .. 11): along axis k / 4, at the corner k % 4 of the two other axes.
     void edge(int k, Vec3& from, Vec3& to) const {
@@ -73,7 +74,8 @@ Separation nearest_features(const PlacedShape& a, const PlacedShape& b, const Fr
 
 /// Corners of the face of `incident` that looks most against `outward`, clipped to the sides of the reference face,
 /// as contacts with the reference plane. `a_is_reference` tells which of the two is solid a.
-Manifold face_contacts(const Frame& reference, int axis, const Vec3& outward, const Frame& incident, bool a_is_reference) {
+Manifold face_contacts(const Frame& reference, int axis, const Vec3& outward, const Frame& incident,
+                       bool a_is_reference) {
     const Vec3 along = incident.axes.transpose() * outward;
     int face = 0;
     along.cwiseAbs().maxCoeff(&face);
@@ -88,7 +90,7 @@ Manifold face_contacts(const Frame& reference, int axis, const Vec3& outward, co
         p[l] = sl * incident.half[l];
         polygon[n++] = incident.center + incident.axes * p;
     }
-    for (int side = 0; side < 4; ++side) {      // Sutherland & Hodgman; each side adds one corner at most
+    for (int side = 0; side < 4; ++side) {  // Sutherland & Hodgman; each side adds one corner at most
         const int i = (axis + 1 + side / 2) % 3;
         const Vec3 m = side % 2 ? Vec3(-reference.axes.col(i)) : Vec3(reference.axes.col(i));
         const double limit = m.dot(reference.center) + reference.half[i];
@@ -109,7 +111,8 @@ Manifold face_contacts(const Frame& reference, int axis, const Vec3& outward, co
     for (int k = 0; k < n; ++k) {
         const double gap = outward.dot(polygon[k]) - plane;
         const Vec3 foot = polygon[k] - gap * outward;
-        result.add(a_is_reference ? Separation{-outward, foot, polygon[k], gap} : Separation{outward, polygon[k], foot, gap});
+        result.add(a_is_reference ? Separation{-outward, foot, polygon[k], gap}
+                                  : Separation{outward, polygon[k], foot, gap});
     }
     return result;
 }
@@ -126,8 +129,8 @@ Separation edge_contact(const Frame& A, int i, const Frame& B, int j, const Vec3
     pa2[i] = -pa[i];
     pb2[j] = -pb[j];
     Separation s;
-    nearest_on_segments(A.center + A.axes * pa, A.center + A.axes * pa2, B.center + B.axes * pb, B.center + B.axes * pb2,
-                        s.point_a, s.point_b);
+    nearest_on_segments(A.center + A.axes * pa, A.center + A.axes * pa2, B.center + B.axes * pb,
+                        B.center + B.axes * pb2, s.point_a, s.point_b);
     s.normal = n;
     s.point_b += n * (n.dot(s.point_a - s.point_b) - gap);
     s.gap = gap;
@@ -144,11 +147,14 @@ Manifold box_box_contacts(const PlacedShape& a, const PlacedShape& b) {
     const auto separation = [&](const Vec3& n) { return n.dot(d) - A.support(n) - B.support(n); };
 
     double face_gap = -kInfinity;
-    int face = 0;                               // 0-2: of a, 3-5: of b
+    int face = 0;  // 0-2: of a, 3-5: of b
     for (int k = 0; k < 6; ++k) {
         const double gap = separation(oriented(k < 3 ? A.axes.col(k) : B.axes.col(k - 3)));
         const double lead = kRounding * size + (k == 3 ? kFaceShare * std::abs(face_gap) : 0);
-        if (k == 0 || gap > face_gap + lead) { face_gap = gap; face = k; }
+        if (k == 0 || gap > face_gap + lead) {
+            face_gap = gap;
+            face = k;
+        }
     }
     double edge_gap = -kInfinity;
     int edge_a = 0, edge_b = 0;
@@ -157,14 +163,20 @@ Manifold box_box_contacts(const PlacedShape& a, const PlacedShape& b) {
         for (int j = 0; j < 3; ++j) {
             const Vec3 cross = A.axes.col(i).cross(B.axes.col(j));
             const double length = cross.norm();
-            if (length < 1e-6) continue;        // parallel edges: the faces cover them
+            if (length < 1e-6) continue;  // parallel edges: the faces cover them
             const Vec3 n = oriented(cross / length);
             const double gap = separation(n);
-            if (gap > edge_gap + kRounding * size) { edge_gap = gap; edge_normal = n; edge_a = i; edge_b = j; }
+            if (gap > edge_gap + kRounding * size) {
+                edge_gap = gap;
+                edge_normal = n;
+                edge_a = i;
+                edge_b = j;
+            }
         }
 
     const bool apart = face_gap > 0 || edge_gap > 0;
-    const Separation nearest = apart ? nearest_features(a, b, A, B) : edge_contact(A, edge_a, B, edge_b, edge_normal, edge_gap);
+    const Separation nearest =
+        apart ? nearest_features(a, b, A, B) : edge_contact(A, edge_a, B, edge_b, edge_normal, edge_gap);
     const bool on_face = nearest.gap <= face_gap + kFaceShare * std::abs(face_gap) + kRounding * size;
     Manifold result;
     if (on_face) {
@@ -193,7 +205,7 @@ Manifold box_capsule_contacts(const PlacedShape& a, const PlacedShape& b) {
     };
 
     // The slope of the squared distance along the segment grows, linear between crossings of the face planes.
-    double breaks[8] = {0, 1};                  // ascending
+    double breaks[8] = {0, 1};  // ascending
     int n_breaks = 2;
     for (int i = 0; i < 3; ++i)
         for (const double side : {-e[i], e[i]}) {
@@ -214,10 +226,10 @@ Manifold box_capsule_contacts(const PlacedShape& a, const PlacedShape& b) {
             break;
         }
     }
-    Vec3 normal = beyond(t);                    // from the box outwards, in its frame
+    Vec3 normal = beyond(t);  // from the box outwards, in its frame
     double distance = normal.norm();
     int face = -1;
-    double from = 0, to = 1;                    // the segment's part over the face, or inside the box
+    double from = 0, to = 1;  // the segment's part over the face, or inside the box
     const auto clip = [&](int i) {
         if (std::abs(u[i]) < 1e-300) {
             if (std::abs(p0[i]) > e[i]) to = -1;
@@ -231,18 +243,23 @@ Manifold box_capsule_contacts(const PlacedShape& a, const PlacedShape& b) {
     if (apart) {
         normal /= distance;
         const double along = normal.cwiseAbs().maxCoeff(&face);
-        if (along < 0.95) face = -1;            // 18 degrees: no longer lying on the face
-    } else {                                    // the axis enters the box: shortest of faces and face-edge axes
+        if (along < 0.95) face = -1;  // 18 degrees: no longer lying on the face
+    } else {                          // the axis enters the box: shortest of faces and face-edge axes
         const Vec3 middle = p0 + 0.5 * u, half = 0.5 * u;
         distance = -kInfinity;
         const auto consider = [&](Vec3 n, int of_face) {
             if (n.dot(middle) < 0) n = -n;
             const double gap = n.dot(middle) - std::abs(n.dot(half)) - e.dot(n.cwiseAbs());
-            if (gap > distance + kRounding * e.maxCoeff()) { distance = gap; normal = n; face = of_face; }
+            if (gap > distance + kRounding * e.maxCoeff()) {
+                distance = gap;
+                normal = n;
+                face = of_face;
+            }
         };
         for (int i = 0; i < 3; ++i) consider(Vec3::Unit(i), i);
         for (int i = 0; i < 3; ++i)
-            if (const Vec3 cross = Vec3::Unit(i).cross(u); cross.norm() > 1e-6 * u.norm()) consider(cross.normalized(), -1);
+            if (const Vec3 cross = Vec3::Unit(i).cross(u); cross.norm() > 1e-6 * u.norm())
+                consider(cross.normalized(), -1);
         if (face < 0) {
             for (int i = 0; i < 3; ++i) clip(i);
             t = 0.5 * (from + to);
@@ -250,7 +267,7 @@ Manifold box_capsule_contacts(const PlacedShape& a, const PlacedShape& b) {
     }
 
     Manifold result;
-    const auto add = [&](double at, const Vec3& n, double core_gap) {   // n: from the box outwards, in its frame
+    const auto add = [&](double at, const Vec3& n, double core_gap) {  // n: from the box outwards, in its frame
         const Vec3 core = p0 + at * u, world_n = A.axes * n;
         Separation s;
         s.normal = -world_n;

@@ -9,11 +9,11 @@ namespace sunder {
 namespace {
 
 constexpr int kLevels = 16;
-constexpr double kLevelRatio = 4;               // of cell sizes from level to level: 16 levels span 1e9 in size
-constexpr double kFinestCell = 1.5;             // of the median extent: most boxes cover 2-8 cells
-constexpr int64_t kCellLimit = (1 << 19) - 1;   // cells a side of the origin; farther boxes share the outermost cell
-constexpr double kFarthest = 1e150;             // m; beyond it differences and products may overflow
-constexpr double kSkin = 0.15;                  // of the median extent: growth of remembered boxes on every side
+constexpr double kLevelRatio = 4;              // of cell sizes from level to level: 16 levels span 1e9 in size
+constexpr double kFinestCell = 1.5;            // of the median extent: most boxes cover 2-8 cells
+constexpr int64_t kCellLimit = (1 << 19) - 1;  // cells a side of the origin; farther boxes share the outermost cell
+constexpr double kFarthest = 1e150;            // m; beyond it differences and products may overflow
+constexpr double kSkin = 0.15;                 // of the median extent: growth of remembered boxes on every side
 
 bool usable(const Aabb& box) {
     return (box.min.array() <= box.max.array()).all() && (box.min.array() > -kFarthest).all() &&
@@ -25,15 +25,16 @@ double largest_extent(const Aabb& box) { return (box.max - box.min).maxCoeff(); 
 /// Median of the usable boxes' largest extents; the lower one of two. 0 when there is none.
 double median_extent(std::span<const Aabb> boxes, std::vector<double>& scratch) {
     scratch.clear();
-    for (const Aabb& box : boxes) if (usable(box)) scratch.push_back(largest_extent(box));
+    for (const Aabb& box : boxes)
+        if (usable(box)) scratch.push_back(largest_extent(box));
     if (scratch.empty()) return 0;
     const auto middle = scratch.begin() + (scratch.size() - 1) / 2;
     std::nth_element(scratch.begin(), middle, scratch.end());
     return *middle;
 }
 
-/// Cells of one level. Coordinates are clamped to what a key can hold; clamping is monotone, so boxes that overlap still
-/// share a cell.
+/// Cells of one level. Coordinates are clamped to what a key can hold; clamping is monotone, so boxes that overlap
+/// still share a cell.
 struct Level {
     Vec3 origin;
     double inverse_size;
@@ -50,7 +51,7 @@ struct Level {
     }
 };
 
-uint64_t scrambled(uint64_t x) {                // finaliser of splitmix64
+uint64_t scrambled(uint64_t x) {  // finaliser of splitmix64
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
     x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
     return x ^ (x >> 31);
@@ -121,10 +122,14 @@ void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, Overla
     if (s.extents.size() < 2) return;
     // Points have no extent; their cells then follow from how far they lie apart.
     Aabb bounds;
-    for (const Aabb& box : boxes) if (usable(box)) { bounds.extend(box.min); bounds.extend(box.max); }
+    for (const Aabb& box : boxes)
+        if (usable(box)) {
+            bounds.extend(box.min);
+            bounds.extend(box.max);
+        }
     const double spread = largest_extent(bounds);
     const double cell = kFinestCell * std::max(median, 1e-6 * spread);
-    if (!(cell > 0)) {                          // everything is one and the same point
+    if (!(cell > 0)) {  // everything is one and the same point
         for (uint32_t i = 0; i < boxes.size(); ++i)
             for (uint32_t j = i + 1; j < boxes.size(); ++j)
                 if (usable(boxes[i]) && usable(boxes[j]) && !filter.excludes(i, j)) out.push_back({i, j});
@@ -134,7 +139,8 @@ void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, Overla
     Vec3 origin;
     for (int axis = 0; axis < 3; ++axis) {
         s.extents.clear();
-        for (const Aabb& box : boxes) if (usable(box)) s.extents.push_back(box.min[axis]);
+        for (const Aabb& box : boxes)
+            if (usable(box)) s.extents.push_back(box.min[axis]);
         const auto middle = s.extents.begin() + s.extents.size() / 2;
         std::nth_element(s.extents.begin(), middle, s.extents.end());
         origin[axis] = *middle;
@@ -142,7 +148,7 @@ void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, Overla
     Level levels[kLevels];
     double size = cell;
     for (int l = 0; l < kLevels; ++l, size *= kLevelRatio) levels[l] = {origin, 1 / size, static_cast<uint64_t>(l)};
-    levels[kLevels - 1].inverse_size = 0;       // the coarsest level is a single cell: it takes what fits nowhere
+    levels[kLevels - 1].inverse_size = 0;  // the coarsest level is a single cell: it takes what fits nowhere
 
     s.level.resize(boxes.size());
     bool inhabited[kLevels] = {};
@@ -175,7 +181,7 @@ void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, Overla
             const Level& level = levels[s.sorted[p].key >> 60];
             for (uint32_t q = s.bucket_begin[bucket]; q < s.bucket_begin[bucket + 1]; ++q) {
                 const auto &ep = s.sorted[p], &eq = s.sorted[q];
-                if (eq.key != ep.key || (!eq.visitor && q <= p)) continue;      // residents meet once, visitors never
+                if (eq.key != ep.key || (!eq.visitor && q <= p)) continue;  // residents meet once, visitors never
                 const Aabb& box_q = boxes[eq.item];
                 if (!overlap(box_p, box_q)) continue;
                 const auto owner = level.cell(Vec3(box_p.min.cwiseMax(box_q.min)));
@@ -191,7 +197,8 @@ bool CandidatePairs::covers(std::span<const Aabb> boxes) const {
     if (grown_.size() != boxes.size()) return false;
     for (size_t i = 0; i < boxes.size(); ++i) {
         if (!usable(boxes[i])) continue;
-        if (!((grown_[i].min.array() <= boxes[i].min.array()).all() && (boxes[i].max.array() <= grown_[i].max.array()).all()))
+        if (!((grown_[i].min.array() <= boxes[i].min.array()).all() &&
+              (boxes[i].max.array() <= grown_[i].max.array()).all()))
             return false;
     }
     return true;
@@ -202,7 +209,10 @@ std::span<const Pair> CandidatePairs::update(std::span<const Aabb> boxes, const 
     const Vec3 skin = Vec3::Constant(kSkin * median_extent(boxes, extents_));
     grown_.assign(boxes.begin(), boxes.end());
     for (Aabb& box : grown_)
-        if (usable(box)) { box.min -= skin; box.max += skin; }
+        if (usable(box)) {
+            box.min -= skin;
+            box.max += skin;
+        }
     find_overlaps(grown_, filter, scratch_, pairs_);
     valid_ = true;
     self_collision_ = filter.self_collision;

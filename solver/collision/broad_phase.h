@@ -13,10 +13,10 @@ namespace sunder {
 /// One-rings as they stand. Ring of particle i: slots [begin[i], end[i]) of `member`, ascending (the centre itself may
 /// be among them). Where `edge` is given, a slot counts only while edge_intact[edge[slot]] is not 0.
 struct LiveRings {
-    std::span<const uint32_t> begin, end;       // (n_particles); empty: nothing is joined
+    std::span<const uint32_t> begin, end;  // (n_particles); empty: nothing is joined
     std::span<const uint32_t> member;
-    std::span<const uint32_t> edge;             // as member, or empty: every slot is intact
-    std::span<const uint8_t> edge_intact;       // (n_edges), with `edge`
+    std::span<const uint32_t> edge;        // as member, or empty: every slot is intact
+    std::span<const uint8_t> edge_intact;  // (n_edges), with `edge`
 
     bool joined(uint32_t i, uint32_t j) const;
 
@@ -27,19 +27,23 @@ struct LiveRings {
 
 /// Pairs that never touch, however near they are.
 struct PairFilter {
-    uint32_t n_particles = 0;                   // items below it are particles, the others rigid bodies
-    std::span<const uint32_t> body;             // (n_particles), or empty: all are of one body
-    bool self_collision = true;                 // particles of one body against one another
+    uint32_t n_particles = 0;        // items below it are particles, the others rigid bodies
+    std::span<const uint32_t> body;  // (n_particles), or empty: all are of one body
+    bool self_collision = true;      // particles of one body against one another
     LiveRings rings;
 
     bool excludes(uint32_t i, uint32_t j) const;
 };
 
-using Pair = std::pair<uint32_t, uint32_t>;     // first < second
+using Pair = std::pair<uint32_t, uint32_t>;  // first < second
 
 /// Reusable memory of find_overlaps.
 struct OverlapScratch {
-    struct Entry { uint64_t key; uint32_t item; uint32_t visitor; };
+    struct Entry {
+        uint64_t key;
+        uint32_t item;
+        uint32_t visitor;
+    };
     std::vector<double> extents;
     std::vector<uint8_t> level;
     std::vector<Entry> entries, sorted;
@@ -55,7 +59,8 @@ struct OverlapScratch {
 /// grains costs its visitors, not the square of the grains. The cell of the finest level is set by the median extent.
 /// A pair is reported by the cell that holds the lower corner of the boxes' intersection: once. Expected time
 /// O(n * levels + pairs); boxes that all overlap give all pairs. Boxes that are not finite or empty touch nothing.
-void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, OverlapScratch& scratch, std::vector<Pair>& out);
+void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, OverlapScratch& scratch,
+                   std::vector<Pair>& out);
 
 /// Remembers the pairs of boxes grown by a skin, and finds them anew only once a box has left its grown one. The pairs
 /// are a superset of the overlapping ones; what is beyond depends on when they were last found, so whoever uses them

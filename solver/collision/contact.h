@@ -9,20 +9,20 @@ namespace sunder {
 
 /// Movable things share one index: particles first, then rigid bodies (n_particles + r). Colliders have their own.
 struct Contact {
-    static constexpr uint32_t kStatic = 0x80000000u;    // set in `b`: the rest of b is a collider index
-    uint32_t a = 0;                             // movable
-    uint32_t b = 0;                             // movable, or kStatic | collider
-    Vec3 normal = Vec3::UnitZ();                // unit, from b towards a: pushes a away from b
-    Vec3 point_a = Vec3::Zero();                // deepest point of a and of b (world, at detection), m
+    static constexpr uint32_t kStatic = 0x80000000u;  // set in `b`: the rest of b is a collider index
+    uint32_t a = 0;                                   // movable
+    uint32_t b = 0;                                   // movable, or kStatic | collider
+    Vec3 normal = Vec3::UnitZ();                      // unit, from b towards a: pushes a away from b
+    Vec3 point_a = Vec3::Zero();                      // deepest point of a and of b (world, at detection), m
     Vec3 point_b = Vec3::Zero();
-    double gap = 0;                             // normal . (point_a - point_b), m; negative: overlap
+    double gap = 0;  // normal . (point_a - point_b), m; negative: overlap
 };
 
 /// Something that can be touched, as the detection sees it at one instant.
 struct Ellipsoid {
-    Vec3 center = Vec3::Zero();                 // m
-    Mat3 axes = Mat3::Identity();               // columns: unit axes, world
-    Vec3 radii = Vec3::Ones();                  // m
+    Vec3 center = Vec3::Zero();    // m
+    Mat3 axes = Mat3::Identity();  // columns: unit axes, world
+    Vec3 radii = Vec3::Ones();     // m
 };
 
 }  // namespace sunder

@@ -103,8 +103,8 @@ void resist_rolling(const ContactBodies& b, ActiveContact& c) {
 
 }  // namespace
 
-void prepare_contacts(const ContactBodies& b, std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity, double h,
-                      double recovery_speed, std::span<ActiveContact> io_contacts) {
+void prepare_contacts(const ContactBodies& b, std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity,
+                      double h, double recovery_speed, std::span<ActiveContact> io_contacts) {
     for (ActiveContact& c : io_contacts) {
         const uint32_t i = c.contact.a;
         c.arm_a = c.contact.point_a - b.start_position[i];
@@ -125,7 +125,8 @@ void prepare_contacts(const ContactBodies& b, std::span<const Vec3> velocity, st
     }
 }
 
-void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, double h, std::span<ActiveContact> io_contacts) {
+void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, double h,
+                std::span<ActiveContact> io_contacts) {
     size_t first = 0;
     for (ActiveContact& c : io_contacts) {
         if (!(c.inverse_mass_normal > 0)) continue;
@@ -145,7 +146,8 @@ void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, d
     }
 }
 
-void remember(const ContactBodies& b, std::span<const ActiveContact> contacts, double h, std::vector<ContactMemory>& o_memory) {
+void remember(const ContactBodies& b, std::span<const ActiveContact> contacts, double h,
+              std::vector<ContactMemory>& o_memory) {
     o_memory.clear();
     for (const ActiveContact& c : contacts) {
         if (c.normal_impulse <= 0) continue;
@@ -171,15 +173,17 @@ double solve_contacts(const ContactBodies& b, std::span<ActiveContact> io_contac
     return largest;
 }
 
-void settle_velocities(std::span<const ContactMass> mass, double h, double threshold, std::span<const ActiveContact> contacts,
-                       std::span<Vec3> io_velocity, std::span<Vec3> io_angular_velocity) {
+void settle_velocities(std::span<const ContactMass> mass, double h, double threshold,
+                       std::span<const ActiveContact> contacts, std::span<Vec3> io_velocity,
+                       std::span<Vec3> io_angular_velocity) {
     for (const ActiveContact& c : contacts) {
         if (c.normal_impulse <= 0) continue;
         const Vec3& n = c.contact.normal;
         const uint32_t i = c.contact.a, j = c.contact.b;
         const bool movable = has_movable_b(c.contact);
         Vec3 relative = io_velocity[i] + io_angular_velocity[i].cross(c.arm_a);
-        relative -= movable ? Vec3(io_velocity[j] + io_angular_velocity[j].cross(c.arm_b)) : Vec3(c.collider_motion / h);
+        relative -=
+            movable ? Vec3(io_velocity[j] + io_angular_velocity[j].cross(c.arm_b)) : Vec3(c.collider_motion / h);
         const double speed = n.dot(relative);
         const double bounce = c.approach_speed > threshold ? c.restitution * c.approach_speed : 0.0;
         double change = bounce > 0 ? std::max(bounce - speed, 0.0) : 0.0;

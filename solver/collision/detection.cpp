@@ -9,7 +9,7 @@
 namespace sunder {
 namespace {
 
-constexpr double kRounding = 1e-9;              // boxes are grown by this share, so that no contact is lost to rounding
+constexpr double kRounding = 1e-9;  // boxes are grown by this share, so that no contact is lost to rounding
 
 size_t n_movables(const DetectionInput& in) { return in.particles.size() + in.rigid_bodies.size(); }
 bool is_particle(const DetectionInput& in, uint32_t i) { return i < in.particles.size(); }
@@ -82,15 +82,16 @@ void add(uint32_t a, uint32_t b, const Separation& s, std::vector<Contact>& out)
 
 /// One contact at most, for pairs with a particle in them. `at(offset)`: separation with a moved by `offset`.
 template <class SeparationAt>
-void add_single(uint32_t a, uint32_t b, const SeparationAt& at, const Vec3& shift, double reach, std::vector<Contact>& out) {
+void add_single(uint32_t a, uint32_t b, const SeparationAt& at, const Vec3& shift, double reach,
+                std::vector<Contact>& out) {
     Separation s;
     double share;
     if (first_touch(at, shift, reach, s, share)) add(a, b, s, out);
 }
 
 /// Rigid bodies: all points of the manifold at the first touch that the step can close.
-void add_manifold(uint32_t a, uint32_t b, PlacedShape shape_a, const PlacedShape& shape_b, const Vec3& shift, double reach,
-                  std::vector<Contact>& out) {
+void add_manifold(uint32_t a, uint32_t b, PlacedShape shape_a, const PlacedShape& shape_b, const Vec3& shift,
+                  double reach, std::vector<Contact>& out) {
     const Vec3 start = shape_a.pose.position;
     const auto manifold_at = [&](const Vec3& offset) {
         shape_a.pose.position = start + offset;
@@ -100,7 +101,8 @@ void add_manifold(uint32_t a, uint32_t b, PlacedShape shape_a, const PlacedShape
         const Manifold m = manifold_at(offset);
         assert(m.count > 0);
         int least = 0;
-        for (int k = 1; k < m.count; ++k) if (m.points[k].gap < m.points[least].gap) least = k;
+        for (int k = 1; k < m.count; ++k)
+            if (m.points[k].gap < m.points[least].gap) least = k;
         return m.points[least];
     };
     Separation touch;
@@ -122,7 +124,7 @@ void sweep_boxes(const DetectionInput& in, size_t begin, size_t end, std::span<A
         double turning = turning_reach(in, i);
         if (is_particle(in, i)) {
             const Ellipsoid& e = in.particles[i];
-            const Vec3 half = (e.axes * e.radii.asDiagonal()).rowwise().norm();   // sqrt of the diagonal of M
+            const Vec3 half = (e.axes * e.radii.asDiagonal()).rowwise().norm();  // sqrt of the diagonal of M
             box = {e.center - half, e.center + half};
         } else {
             box = bounding_box(rigid(in, i));
@@ -187,8 +189,9 @@ void contacts_with_colliders(const DetectionInput& in, std::span<const Aabb> box
             box.min += further.cwiseMin(0.0) - slack;
             box.max += further.cwiseMax(0.0) + slack;
             const double angle = collider.begin.orientation.angularDistance(collider.end.orientation);
-            const double own = is_particle(in, i) ? in.particles[i].radii.maxCoeff() : bounding_radius(rigid(in, i).shape);
-            const double turning = std::min(angle, 1.0) * own;      // across the size of a, the collider's field differs
+            const double own =
+                is_particle(in, i) ? in.particles[i].radii.maxCoeff() : bounding_radius(rigid(in, i).shape);
+            const double turning = std::min(angle, 1.0) * own;  // across the size of a, the collider's field differs
             box.min.array() -= turning;
             box.max.array() += turning;
             if (!overlap(box, bounding_box(placed))) continue;

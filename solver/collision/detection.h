@@ -14,7 +14,7 @@ namespace sunder {
 struct MovingShape {
     Shape shape;
     Pose begin, end;
-    bool active = true;                         // an inactive one is not there
+    bool active = true;  // an inactive one is not there
 };
 
 /// Everything as it stands at the start of the step. Movables are particles, then rigid bodies. Velocities are what
@@ -35,8 +35,8 @@ struct DetectionInput {
 
 /// Memory of find_contacts. It never changes the result, only its cost.
 struct ContactScratch {
-    CandidatePairs candidates;                  // reset() it whenever edges broke or a state was set from outside
-    std::vector<Aabb> boxes;                    // (n_movables)
+    CandidatePairs candidates;  // reset() it whenever edges broke or a state was set from outside
+    std::vector<Aabb> boxes;    // (n_movables)
     std::vector<Contact> on_movables, on_colliders;
 };
 
@@ -45,9 +45,9 @@ struct ContactScratch {
 /// A pair gives a contact when it comes within reach (the margin, and what turning may add) before the step ends, the
 /// relative motion taken as a straight line. A pair that is already within reach has the normal of its best
 /// separating direction now; a pair that is not is advanced along that line to its first touch by planes that still
-/// separate it (conservative advancement, Mirtich 1996), and gets the normal of that moment and the gap that the pair has
-/// now along it: the side touched first, however far the step would carry it, and no contact for what passes by.
-/// A point is given when its gap < approach speed * h + reach.
+/// separate it (conservative advancement, Mirtich 1996), and gets the normal of that moment and the gap that the pair
+/// has now along it: the side touched first, however far the step would carry it, and no contact for what passes by. A
+/// point is given when its gap < approach speed * h + reach.
 ///
 /// Independent of what `scratch` remembers: each candidate is decided from the present boxes and shapes alone.
 void find_contacts(const DetectionInput& input, ContactScratch& scratch, std::vector<Contact>& out);

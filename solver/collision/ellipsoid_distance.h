@@ -8,10 +8,10 @@ namespace sunder {
 
 /// Where two solids a and b are nearest, or deepest in one another.
 struct Separation {
-    Vec3 normal = Vec3::UnitZ();                // unit, from b towards a
-    Vec3 point_a = Vec3::Zero();                // deepest point of a towards b, world, m
-    Vec3 point_b = Vec3::Zero();                // deepest point of b towards a, world, m
-    double gap = 0;                             // normal . (point_a - point_b), m; negative: overlap
+    Vec3 normal = Vec3::UnitZ();  // unit, from b towards a
+    Vec3 point_a = Vec3::Zero();  // deepest point of a towards b, world, m
+    Vec3 point_b = Vec3::Zero();  // deepest point of b towards a, world, m
+    double gap = 0;               // normal . (point_a - point_b), m; negative: overlap
 };
 
 /// The same seen from the other solid: bit for bit, with the normal negated.

@@ -23,7 +23,7 @@ inline Separation moved_back(Separation s, const Vec3& offset) {
 /// reach and measured anew; a plane that keeps them apart to the end of the way proves that they miss.
 template <class SeparationAt>
 bool first_touch(const SeparationAt& at, const Vec3& shift, double reach, Separation& out_touch, double& out_share) {
-    constexpr int kMostAdvances = 32;           // grazing paths converge slowly; past it, the last plane is kept: safe
+    constexpr int kMostAdvances = 32;  // grazing paths converge slowly; past it, the last plane is kept: safe
     double t = 0;
     for (int k = 0;; ++k) {
         const Separation s = at(Vec3(t * shift));

@@ -31,7 +31,9 @@ Surface surface_of(const Scene& scene, const FrameInput& input, uint32_t movable
 
 // Overlap that two fragments of one body have at rest: their ellipsoids are only stand-ins for what fits without a gap.
 double rest_overlap(const SimulationMesh& rest, uint32_t i, uint32_t j) {
-    auto at_rest = [&](uint32_t k) { return Ellipsoid{rest.rest_position[k], rest.rest_orientation[k].toRotationMatrix(), rest.radii[k]}; };
+    auto at_rest = [&](uint32_t k) {
+        return Ellipsoid{rest.rest_position[k], rest.rest_orientation[k].toRotationMatrix(), rest.radii[k]};
+    };
     return std::min(0.0, ellipsoid_distance(at_rest(i), at_rest(j)).gap);
 }
 
@@ -43,14 +45,16 @@ double rolling_arm(const Scene& scene, const LiveTopology& live, uint32_t movabl
 
 }  // namespace
 
-void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live, std::span<const uint8_t> held,
-                         const MovableMotion& motion, const Interval& interval, std::vector<ActiveContact>& out) {
+void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live,
+                         std::span<const uint8_t> held, const MovableMotion& motion, const Interval& interval,
+                         std::vector<ActiveContact>& out) {
     const SimulationMesh& rest = scene.rest;
     const uint32_t n = static_cast<uint32_t>(rest.n_particles());
     ellipsoids_.resize(n);
     double size = 0;
     for (uint32_t i = 0; i < n; ++i) {
-        ellipsoids_[i] = {motion.position[i], (motion.rotation[i] * rest.rest_orientation[i]).toRotationMatrix(), rest.radii[i]};
+        ellipsoids_[i] = {motion.position[i], (motion.rotation[i] * rest.rest_orientation[i]).toRotationMatrix(),
+                          rest.radii[i]};
         size += rest.radii[i].minCoeff();
     }
     rigid_bodies_.clear();
@@ -61,7 +65,8 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     colliders_.clear();
     for (size_t c = 0; c < scene.colliders.size(); ++c) {
         const DrivenPose& drive = input.colliders[c];
-        colliders_.push_back({scene.colliders[c].shape, interpolate(drive, interval.begin), interpolate(drive, interval.end), drive.active});
+        colliders_.push_back({scene.colliders[c].shape, interpolate(drive, interval.begin),
+                              interpolate(drive, interval.end), drive.active});
     }
 
     DetectionInput detection;
@@ -89,13 +94,15 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
         if (contact.b & Contact::kStatic) {
             const uint32_t k = contact.b & ~Contact::kStatic;
             b = {scene.colliders[k].friction, scene.colliders[k].restitution};
-            c.collider_motion = colliders_[k].end.apply(colliders_[k].begin.inverse_apply(contact.point_b)) - contact.point_b;
+            c.collider_motion =
+                colliders_[k].end.apply(colliders_[k].begin.inverse_apply(contact.point_b)) - contact.point_b;
         } else {
             b = surface_of(scene, input, contact.b);
             c.rolling_arm = std::max(c.rolling_arm, rolling_arm(scene, live, contact.b));
             if (contact.a < n && contact.b < n) {
                 c.separate_pieces = live.piece(contact.a) != live.piece(contact.b);
-                if (rest.body[contact.a] == rest.body[contact.b]) c.allowed_gap = rest_overlap(rest, contact.a, contact.b);
+                if (rest.body[contact.a] == rest.body[contact.b])
+                    c.allowed_gap = rest_overlap(rest, contact.a, contact.b);
             }
         }
         c.friction = std::sqrt(a.friction * b.friction);

@@ -13,22 +13,24 @@ namespace sunder {
 
 /// Where the movable things are at the start of a substep, and where they would go alone.
 struct MovableMotion {
-    std::span<const Vec3> position;             // (n_movables), m
-    std::span<const Quat> rotation;             // since rest (n_movables)
+    std::span<const Vec3> position;                    // (n_movables), m
+    std::span<const Quat> rotation;                    // since rest (n_movables)
     std::span<const Vec3> velocity, angular_velocity;  // forces included (n_movables), m/s, rad/s
 };
 
 /// A substep within its frame.
 struct Interval {
-    double h = 0;                               // s
-    double begin = 0, end = 1;                  // share of the frame
+    double h = 0;               // s
+    double begin = 0, end = 1;  // share of the frame
 };
 
-/// Finds and describes contacts; keeps scratch and the broad phase's memory between substeps (neither changes the result).
+/// Finds and describes contacts; keeps scratch and the broad phase's memory between substeps (neither changes the
+/// result).
 class SceneContacts {
 public:
-    void find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live, std::span<const uint8_t> held,
-              const MovableMotion& motion, const Interval& interval, std::vector<ActiveContact>& out);
+    void find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live,
+              std::span<const uint8_t> held, const MovableMotion& motion, const Interval& interval,
+              std::vector<ActiveContact>& out);
 
     /// How far beyond touching contacts reach, m: a small share of a typical particle.
     double margin() const { return margin_; }

@@ -46,7 +46,7 @@ Separation ellipsoid_sphere(const Ellipsoid& a, const Vec3& center, double radiu
 /// Against a box with half extents `e` (some may be 0: a segment), swept by a ball of radius `r`.
 Separation ellipsoid_rounded_box(const Ellipsoid& a, const Pose& pose, const Vec3& e, double r) {
     const Mat3 Q = pose.orientation.toRotationMatrix();
-    const Mat3 axes = Q.transpose() * a.axes;   // in the frame of the box
+    const Mat3 axes = Q.transpose() * a.axes;  // in the frame of the box
     detail::SupportGap<false, true> gap;
     gap.d = Q.transpose() * (a.center - pose.position);
     gap.M_a = detail::support_matrix(axes, a.radii);
@@ -55,9 +55,9 @@ Separation ellipsoid_rounded_box(const Ellipsoid& a, const Pose& pose, const Vec
     // Ways out of a segment lie across it; a centre on its very axis takes the first one.
     const bool segment = e.x() == 0;
     const Vec3 across = segment && (gap.d.x() != 0 || gap.d.y() != 0) ? Vec3(gap.d.x(), gap.d.y(), 0) : Vec3::UnitX();
-    const std::array<Vec3, 12> candidates = {
-        across, Vec3::UnitY(), Vec3::UnitZ(), axes.col(0), axes.col(1), axes.col(2),
-        Vec3(0, 1, 1), Vec3(1, 0, 1), Vec3(1, 1, 0), Vec3(0, 1, -1), Vec3(1, 0, -1), Vec3(1, -1, 0)};
+    const std::array<Vec3, 12> candidates = {across,        Vec3::UnitY(),  Vec3::UnitZ(),  axes.col(0),
+                                             axes.col(1),   axes.col(2),    Vec3(0, 1, 1),  Vec3(1, 0, 1),
+                                             Vec3(1, 1, 0), Vec3(0, 1, -1), Vec3(1, 0, -1), Vec3(1, -1, 0)};
     const auto best = detail::best_direction<5>(gap, outward, candidates);
     const Vec3 deepest_a = gap.d - best.s_a;
     Vec3 deepest_b;
@@ -77,11 +77,14 @@ Separation point_box(const Vec3& point, const Pose& pose, const Vec3& e) {
     if (distance > 0) {
         s.gap = distance;
         s.normal = pose.orientation * ((p - nearest) / distance);
-    } else {                                    // inside: the nearest face, the first one of equals
+    } else {  // inside: the nearest face, the first one of equals
         int face = 0;
         s.gap = -kInfinity;
         for (int i = 0; i < 3; ++i)
-            if (std::abs(p[i]) - e[i] > s.gap) { s.gap = std::abs(p[i]) - e[i]; face = i; }
+            if (std::abs(p[i]) - e[i] > s.gap) {
+                s.gap = std::abs(p[i]) - e[i];
+                face = i;
+            }
         Vec3 n = Vec3::Zero();
         n[face] = p[face] < 0 ? -1 : 1;
         s.normal = pose.orientation * n;
@@ -110,7 +113,8 @@ Manifold box_plane(const PlacedShape& a, const Pose& plane) {
     for (int corner = 0; corner < 8; ++corner) {
         Separation s;
         s.normal = n;
-        s.point_a = a.pose.apply(Vec3(corner & 1 ? e.x() : -e.x(), corner & 2 ? e.y() : -e.y(), corner & 4 ? e.z() : -e.z()));
+        s.point_a =
+            a.pose.apply(Vec3(corner & 1 ? e.x() : -e.x(), corner & 2 ? e.y() : -e.y(), corner & 4 ? e.z() : -e.z()));
         s.gap = n.dot(s.point_a - plane.position);
         s.point_b = s.point_a - s.gap * n;
         m.add(s);
@@ -128,10 +132,14 @@ double Manifold::least_gap() const {
 
 double bounding_radius(const Shape& shape) {
     switch (shape.kind) {
-        case ShapeKind::plane: return kInfinity;
-        case ShapeKind::sphere: return shape.radius;
-        case ShapeKind::box: return shape.half_extents.norm();
-        case ShapeKind::capsule: return shape.radius + shape.half_height;
+        case ShapeKind::plane:
+            return kInfinity;
+        case ShapeKind::sphere:
+            return shape.radius;
+        case ShapeKind::box:
+            return shape.half_extents.norm();
+        case ShapeKind::capsule:
+            return shape.radius + shape.half_height;
     }
     return kInfinity;
 }
@@ -141,10 +149,17 @@ Aabb bounding_box(const PlacedShape& placed) {
     const Mat3 Q = placed.pose.orientation.toRotationMatrix();
     Vec3 half = Vec3::Constant(kInfinity);
     switch (shape.kind) {
-        case ShapeKind::plane: break;
-        case ShapeKind::sphere: half.setConstant(shape.radius); break;
-        case ShapeKind::box: half = Q.cwiseAbs() * shape.half_extents; break;
-        case ShapeKind::capsule: half = Q.col(2).cwiseAbs() * shape.half_height + Vec3::Constant(shape.radius); break;
+        case ShapeKind::plane:
+            break;
+        case ShapeKind::sphere:
+            half.setConstant(shape.radius);
+            break;
+        case ShapeKind::box:
+            half = Q.cwiseAbs() * shape.half_extents;
+            break;
+        case ShapeKind::capsule:
+            half = Q.col(2).cwiseAbs() * shape.half_height + Vec3::Constant(shape.radius);
+            break;
     }
     return {placed.pose.position - half, placed.pose.position + half};
 }
@@ -152,10 +167,14 @@ Aabb bounding_box(const PlacedShape& placed) {
 Separation ellipsoid_shape_distance(const Ellipsoid& a, const PlacedShape& b) {
     const Shape& shape = b.shape;
     switch (shape.kind) {
-        case ShapeKind::plane: return ellipsoid_plane(a, b.pose);
-        case ShapeKind::sphere: return ellipsoid_sphere(a, b.pose.position, shape.radius);
-        case ShapeKind::box: return ellipsoid_rounded_box(a, b.pose, shape.half_extents, 0);
-        case ShapeKind::capsule: return ellipsoid_rounded_box(a, b.pose, Vec3(0, 0, shape.half_height), shape.radius);
+        case ShapeKind::plane:
+            return ellipsoid_plane(a, b.pose);
+        case ShapeKind::sphere:
+            return ellipsoid_sphere(a, b.pose.position, shape.radius);
+        case ShapeKind::box:
+            return ellipsoid_rounded_box(a, b.pose, shape.half_extents, 0);
+        case ShapeKind::capsule:
+            return ellipsoid_rounded_box(a, b.pose, Vec3(0, 0, shape.half_height), shape.radius);
     }
     assert(false);
     return {};
@@ -172,8 +191,10 @@ Separation point_shape_distance(const Vec3& point, const PlacedShape& b) {
             s.point_b = point - s.gap * s.normal;
             return s;
         }
-        case ShapeKind::sphere: return point_core(point, b.pose.position, shape.radius, Vec3::UnitZ());
-        case ShapeKind::box: return point_box(point, b.pose, shape.half_extents);
+        case ShapeKind::sphere:
+            return point_core(point, b.pose.position, shape.radius, Vec3::UnitZ());
+        case ShapeKind::box:
+            return point_box(point, b.pose, shape.half_extents);
         case ShapeKind::capsule: {
             const double z = std::clamp(b.pose.inverse_apply(point).z(), -shape.half_height, shape.half_height);
             return point_core(point, b.pose.apply(Vec3(0, 0, z)), shape.radius, b.pose.orientation * Vec3::UnitX());
@@ -191,12 +212,15 @@ Manifold rigid_contacts(const PlacedShape& a, const PlacedShape& b) {
     }
     assert(a.shape.kind == ShapeKind::box);
     switch (b.shape.kind) {
-        case ShapeKind::plane: return box_plane(a, b.pose);
+        case ShapeKind::plane:
+            return box_plane(a, b.pose);
         case ShapeKind::sphere:
             m.add(flipped(grown(point_shape_distance(b.pose.position, a), b.shape.radius)));
             return m;
-        case ShapeKind::box: return box_box_contacts(a, b);
-        case ShapeKind::capsule: return box_capsule_contacts(a, b);
+        case ShapeKind::box:
+            return box_box_contacts(a, b);
+        case ShapeKind::capsule:
+            return box_capsule_contacts(a, b);
     }
     return m;
 }

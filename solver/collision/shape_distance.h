@@ -19,8 +19,10 @@ struct Manifold {
     std::array<Separation, 8> points;
     int count = 0;
 
-    void add(const Separation& s) { if (count < int(points.size())) points[count++] = s; }
-    double least_gap() const;                   // infinite when empty, m
+    void add(const Separation& s) {
+        if (count < int(points.size())) points[count++] = s;
+    }
+    double least_gap() const;  // infinite when empty, m
 };
 
 /// Radius of the sphere around the pose's position that holds the shape, m; infinite for a plane.

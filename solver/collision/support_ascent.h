@@ -27,15 +27,15 @@ inline Mat3 support_matrix(const Mat3& axes, const Vec3& radii) {
 /// `kTwo`: b is an ellipsoid (M_b). `kKinks`: b is a box (e), and everything is given in its frame.
 template <bool kTwo, bool kKinks>
 struct SupportGap {
-    Vec3 d;                                     // center_a - center_b, m
-    Mat3 M_a, M_b;                              // m2
-    Vec3 e;                                     // half extents, m, >= 0
+    Vec3 d;         // center_a - center_b, m
+    Mat3 M_a, M_b;  // m2
+    Vec3 e;         // half extents, m, >= 0
 
     struct Sample {
-        Vec3 n;                                 // unit
-        Vec3 s_a, s_b;                          // support points of a and b along n, from the centres; s_b without box
-        double h_a = 0, h_b = 0;                // support values
-        double f = 0;                           // the bound, m
+        Vec3 n;                   // unit
+        Vec3 s_a, s_b;            // support points of a and b along n, from the centres; s_b without box
+        double h_a = 0, h_b = 0;  // support values
+        double f = 0;             // the bound, m
     };
 
     Sample at(const Vec3& n) const {
@@ -65,17 +65,17 @@ struct SupportGap {
     }
 
 private:
-    static constexpr double kTiny = 1e-300;     // keeps 0/0 out when a radius underflows
-    static constexpr int kMaxSteps = 20;        // 3-5 are usual; 50:1 ellipsoids from a bad start need about 12
+    static constexpr double kTiny = 1e-300;          // keeps 0/0 out when a radius underflows
+    static constexpr int kMaxSteps = 20;             // 3-5 are usual; 50:1 ellipsoids from a bad start need about 12
     static constexpr double kGainTolerance = 1e-10;  // of the support value: stop when a step promises less
 
     /// One accepted step; false when nothing is left to gain.
     bool step(Sample& io_s) const {
         const Sample& s = io_s;
         // At a kink the one-sided slopes decide: stuck to it when both fall, free on the side that rises otherwise.
-        Vec3 side = Vec3::Zero();               // sign of each free component
+        Vec3 side = Vec3::Zero();  // sign of each free component
         bool fixed[3] = {false, false, false};
-        Vec3 G = d - s.s_a - s.s_b;             // gradient of f on the smooth side
+        Vec3 G = d - s.s_a - s.s_b;  // gradient of f on the smooth side
         int n_fixed = 0;
         if constexpr (kKinks) {
             for (int i = 0; i < 3; ++i) {
@@ -86,22 +86,28 @@ private:
                 } else {
                     side[i] = s.n[i] > 0 ? 1 : -1;
                 }
-                if (fixed[i]) { G[i] = 0; ++n_fixed; } else { G[i] -= side[i] * e[i]; }
+                if (fixed[i]) {
+                    G[i] = 0;
+                    ++n_fixed;
+                } else {
+                    G[i] -= side[i] * e[i];
+                }
             }
-            if (n_fixed >= 2) return false;     // a face normal, and no side of it rises
+            if (n_fixed >= 2) return false;  // a face normal, and no side of it rises
         }
 
-        const auto hessian = [&](const Vec3& u, const Vec3& v) {   // -d2f along the sphere
+        const auto hessian = [&](const Vec3& u, const Vec3& v) {  // -d2f along the sphere
             double c = u.dot(M_a * v) / s.h_a - u.dot(s.s_a) * v.dot(s.s_a) / s.h_a;
             if constexpr (kTwo) c += u.dot(M_b * v) / s.h_b - u.dot(s.s_b) * v.dot(s.s_b) / s.h_b;
             return c;
         };
         const double tolerance = kGainTolerance * (s.h_a + s.h_b);
-        Vec3 newton, steepest;                  // tangent steps, rad
+        Vec3 newton, steepest;  // tangent steps, rad
         double promised = 0;
         if (n_fixed == 1) {
             Vec3 axis = Vec3::Zero();
-            for (int i = 0; i < 3; ++i) if (fixed[i]) axis[i] = 1;
+            for (int i = 0; i < 3; ++i)
+                if (fixed[i]) axis[i] = 1;
             const Vec3 t = axis.cross(s.n);
             const double curvature = hessian(t, t), r = t.dot(G);
             double a = curvature + s.f;
@@ -121,7 +127,7 @@ private:
             steepest = (t1 * r1 + t2 * r2) / scale;
         }
         const double length = newton.norm();
-        if (length > 1) newton /= length;       // 45 degrees at most
+        if (length > 1) newton /= length;  // 45 degrees at most
         if (!search(newton, side, io_s) && !search(steepest, side, io_s)) return false;
         return promised > tolerance;
     }
@@ -137,7 +143,7 @@ private:
             return 0.5 * (x1 * r1 + x2 * r2);
         }
         const double mean = 0.5 * (a11 + a22), half = 0.5 * (a11 - a22), spread = std::hypot(half, a12);
-        double c = 1, s = 0;                    // eigenvector of the larger eigenvalue
+        double c = 1, s = 0;  // eigenvector of the larger eigenvalue
         if (spread > 0) {
             c = half >= 0 ? half + spread : std::abs(a12);
             s = half >= 0 ? a12 : std::copysign(spread - half, a12);
@@ -169,7 +175,10 @@ private:
             const double length = n.norm();
             if (!(length > 1e-9)) continue;
             const Sample next = at(n / length);
-            if (next.f > io_s.f) { io_s = next; return true; }
+            if (next.f > io_s.f) {
+                io_s = next;
+                return true;
+            }
         }
         return false;
     }
@@ -182,14 +191,15 @@ private:
     }
 };
 
-/// Overlap, as a share of the support, from which other maxima are looked for. Of 22 000 random pairs of ellipsoids that
-/// overlap less (aspect up to 10), none had a better one than the one above the centre line.
+/// Overlap, as a share of the support, from which other maxima are looked for. Of 22 000 random pairs of ellipsoids
+/// that overlap less (aspect up to 10), none had a better one than the one above the centre line.
 constexpr double kShallow = 0.1;
 
-/// Climbs from `first` and, where the solids overlap deeply (f may have several maxima then), also from the kClimbs best
-/// of `candidates`, each flipped to the side of a. Directions need not be unit; null ones are passed over.
+/// Climbs from `first` and, where the solids overlap deeply (f may have several maxima then), also from the kClimbs
+/// best of `candidates`, each flipped to the side of a. Directions need not be unit; null ones are passed over.
 template <int kClimbs = 3, class Gap, size_t kCandidates>
-typename Gap::Sample best_direction(const Gap& gap, const Vec3& first, const std::array<Vec3, kCandidates>& candidates) {
+typename Gap::Sample best_direction(const Gap& gap, const Vec3& first,
+                                    const std::array<Vec3, kCandidates>& candidates) {
     typename Gap::Sample best;
     bool found = false;
     const double first_length = first.norm();
@@ -208,10 +218,16 @@ typename Gap::Sample best_direction(const Gap& gap, const Vec3& first, const std
         const double f = gap.at(n).f;
         int slot = n_starts < kClimbs ? n_starts++ : kClimbs;
         while (slot > 0 && f > value[slot - 1]) {
-            if (slot < kClimbs) { start[slot] = start[slot - 1]; value[slot] = value[slot - 1]; }
+            if (slot < kClimbs) {
+                start[slot] = start[slot - 1];
+                value[slot] = value[slot - 1];
+            }
             --slot;
         }
-        if (slot < kClimbs) { start[slot] = n; value[slot] = f; }
+        if (slot < kClimbs) {
+            start[slot] = n;
+            value[slot] = f;
+        }
     }
     for (int k = 0; k < n_starts; ++k) {
         const typename Gap::Sample s = gap.ascend(start[k]);

@@ -28,9 +28,7 @@ public:
         add(uint64_t{values.size()});
         add(values.data(), values.size());
     }
-    void add(const RigidBodyState& r) {
-        add(r.position), add(r.orientation), add(r.velocity), add(r.angular_velocity);
-    }
+    void add(const RigidBodyState& r) { add(r.position), add(r.orientation), add(r.velocity), add(r.angular_velocity); }
     void add(const ContactMemory& c) {
         add(uint64_t{c.a}), add(uint64_t{c.b}), add(c.point), add(c.normal_force), add(c.friction_force);
     }

@@ -11,25 +11,26 @@ namespace sunder {
 /// An edge that broke: when, and at which principal log strain of the group that cut it.
 struct BrokenEdge {
     uint32_t edge = 0;
-    double time = 0;                            // s
-    double strain = 0;                          // -
+    double time = 0;    // s
+    double strain = 0;  // -
     bool operator==(const BrokenEdge&) const = default;
 };
 
-/// The force of a contact that lasts, so that the next substep starts from it. `a` and `b` as in solver/collision/contact.h.
+/// The force of a contact that lasts, so that the next substep starts from it. `a` and `b` as in
+/// solver/collision/contact.h.
 struct ContactMemory {
     uint32_t a = 0, b = 0;
-    Vec3 point = Vec3::Zero();                  // touching point of a, in the frame that turns with a, about its centre, m
-    double normal_force = 0;                    // N, >= 0
-    Vec3 friction_force = Vec3::Zero();         // N, world
+    Vec3 point = Vec3::Zero();           // touching point of a, in the frame that turns with a, about its centre, m
+    double normal_force = 0;             // N, >= 0
+    Vec3 friction_force = Vec3::Zero();  // N, world
     bool operator==(const ContactMemory&) const = default;
 };
 
 struct RigidBodyState {
-    Vec3 position = Vec3::Zero();               // centre of mass, m
+    Vec3 position = Vec3::Zero();  // centre of mass, m
     Quat orientation = Quat::Identity();
-    Vec3 velocity = Vec3::Zero();               // m/s
-    Vec3 angular_velocity = Vec3::Zero();       // rad/s, world
+    Vec3 velocity = Vec3::Zero();          // m/s
+    Vec3 angular_velocity = Vec3::Zero();  // rad/s, world
     bool operator==(const RigidBodyState& o) const {
         return position == o.position && orientation.coeffs() == o.orientation.coeffs() && velocity == o.velocity &&
                angular_velocity == o.angular_velocity;
@@ -37,19 +38,19 @@ struct RigidBodyState {
 };
 
 struct FrameState {
-    double time = 0;                            // since the first frame, s
-    std::vector<Vec3> position;                 // (n_particles x 3), m
-    std::vector<Quat> orientation;              // (n_particles x 4)
-    std::vector<Vec3> velocity;                 // (n_particles x 3), m/s
-    std::vector<Vec3> angular_velocity;         // (n_particles x 3), rad/s, world
-    std::vector<Mat3> plastic_deformation;      // F_P of the particle's group, symmetric, det 1  (n_particles x 3 x 3)
-    std::vector<double> yield;                  // present yield strain of the group (hardens)    (n_particles), -
-    std::vector<double> strain;                 // largest |principal elastic log strain|         (n_particles), -
-    std::vector<Quat> group_rotation;           // optimal rotation, warm start of the next one   (n_particles x 4)
-    std::vector<uint8_t> edge_intact;           // 1 until fracture removes the edge              (n_edges)
-    std::vector<RigidBodyState> rigid_bodies;   // (n_rigid_bodies)
-    std::vector<ContactMemory> contacts;        // of the last substep, ascending by (a, b)
-    std::vector<BrokenEdge> broken;             // edges broken in the frame that ended in this state
+    double time = 0;                           // since the first frame, s
+    std::vector<Vec3> position;                // (n_particles x 3), m
+    std::vector<Quat> orientation;             // (n_particles x 4)
+    std::vector<Vec3> velocity;                // (n_particles x 3), m/s
+    std::vector<Vec3> angular_velocity;        // (n_particles x 3), rad/s, world
+    std::vector<Mat3> plastic_deformation;     // F_P of the particle's group, symmetric, det 1  (n_particles x 3 x 3)
+    std::vector<double> yield;                 // present yield strain of the group (hardens)    (n_particles), -
+    std::vector<double> strain;                // largest |principal elastic log strain|         (n_particles), -
+    std::vector<Quat> group_rotation;          // optimal rotation, warm start of the next one   (n_particles x 4)
+    std::vector<uint8_t> edge_intact;          // 1 until fracture removes the edge              (n_edges)
+    std::vector<RigidBodyState> rigid_bodies;  // (n_rigid_bodies)
+    std::vector<ContactMemory> contacts;       // of the last substep, ascending by (a, b)
+    std::vector<BrokenEdge> broken;            // edges broken in the frame that ended in this state
 
     size_t n_particles() const { return position.size(); }
     bool operator==(const FrameState& other) const;

@@ -19,8 +19,8 @@ using Triangle = std::array<uint32_t, 3>;
 
 /// A rigid placement: x -> position + orientation * x.
 struct Pose {
-    Vec3 position = Vec3::Zero();               // m
-    Quat orientation = Quat::Identity();        // unit
+    Vec3 position = Vec3::Zero();         // m
+    Quat orientation = Quat::Identity();  // unit
 
     Vec3 apply(const Vec3& local) const { return position + orientation * local; }
     Vec3 inverse_apply(const Vec3& world) const { return orientation.conjugate() * (world - position); }
@@ -31,7 +31,10 @@ struct Aabb {
     Vec3 min = Vec3::Constant(std::numeric_limits<double>::infinity());
     Vec3 max = Vec3::Constant(-std::numeric_limits<double>::infinity());
 
-    void extend(const Vec3& p) { min = min.cwiseMin(p); max = max.cwiseMax(p); }
+    void extend(const Vec3& p) {
+        min = min.cwiseMin(p);
+        max = max.cwiseMax(p);
+    }
     double diagonal() const { return (max - min).norm(); }
 };
 

@@ -9,22 +9,22 @@
 namespace sunder {
 
 enum class ErrorCode {
-    bad_usage,      // the call itself is wrong (CLI exit 2)
-    bad_input,      // a file, mesh, graph, parameter or wire is wrong (CLI exit 3)
-    io,             // reading or writing failed (CLI exit 1)
-    numerical,      // numbers went bad: not finite, runaway (CLI exit 1)
-    cancelled,      // the caller asked to stop (CLI exit 130); not a fault
-    internal,       // our bug (CLI exit 1)
+    bad_usage,  // the call itself is wrong (CLI exit 2)
+    bad_input,  // a file, mesh, graph, parameter or wire is wrong (CLI exit 3)
+    io,         // reading or writing failed (CLI exit 1)
+    numerical,  // numbers went bad: not finite, runaway (CLI exit 1)
+    cancelled,  // the caller asked to stop (CLI exit 130); not a fault
+    internal,   // our bug (CLI exit 1)
 };
 
 /// One error. Printed as "WHERE: WHAT (how to mend it)".
 struct Error {
     ErrorCode code = ErrorCode::internal;
-    std::string what;           // one sentence, no full stop at the end
-    std::string where;          // file, node, fragment, ...; may be empty
-    std::string mend;           // how to mend it; may be empty
-    std::string node;           // graph node concerned; may be empty
-    std::string parameter;      // parameter or socket concerned; may be empty
+    std::string what;       // one sentence, no full stop at the end
+    std::string where;      // file, node, fragment, ...; may be empty
+    std::string mend;       // how to mend it; may be empty
+    std::string node;       // graph node concerned; may be empty
+    std::string parameter;  // parameter or socket concerned; may be empty
 
     std::string text() const {
         std::string s = where.empty() ? what : where + ": " + what;
@@ -51,12 +51,24 @@ public:
     Result(Error error) : content_(std::in_place_index<1>, std::move(error)) {}
 
     explicit operator bool() const { return content_.index() == 0; }
-    T& operator*() { assert(*this); return std::get<0>(content_); }
-    const T& operator*() const { assert(*this); return std::get<0>(content_); }
+    T& operator*() {
+        assert(*this);
+        return std::get<0>(content_);
+    }
+    const T& operator*() const {
+        assert(*this);
+        return std::get<0>(content_);
+    }
     T* operator->() { return &**this; }
     const T* operator->() const { return &**this; }
-    T take() { assert(*this); return std::move(std::get<0>(content_)); }
-    const Error& error() const { assert(!*this); return std::get<1>(content_); }
+    T take() {
+        assert(*this);
+        return std::move(std::get<0>(content_));
+    }
+    const Error& error() const {
+        assert(!*this);
+        return std::get<1>(content_);
+    }
 
 private:
     std::variant<T, Error> content_;
@@ -70,7 +82,10 @@ public:
     Result(Error error) : error_(std::move(error)), failed_(true) {}
 
     explicit operator bool() const { return !failed_; }
-    const Error& error() const { assert(failed_); return error_; }
+    const Error& error() const {
+        assert(failed_);
+        return error_;
+    }
 
 private:
     Error error_;

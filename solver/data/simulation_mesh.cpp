@@ -12,7 +12,9 @@ void build_one_rings(SimulationMesh& m) {
     for (const Edge& e : m.edges) ++m.group_offset[e.a + 1], ++m.group_offset[e.b + 1];
     for (uint32_t i = 0; i < n; ++i) m.group_offset[i + 1] += m.group_offset[i];
 
-    struct Member { uint32_t particle, edge; };
+    struct Member {
+        uint32_t particle, edge;
+    };
     std::vector<Member> members(m.group_offset.back());
     std::vector<uint32_t> next(m.group_offset.begin(), m.group_offset.end() - 1);
     for (uint32_t i = 0; i < n; ++i) members[next[i]++] = {i, SimulationMesh::kNone};
@@ -54,7 +56,6 @@ void append_body(SimulationMesh& scene, const SimulationMesh& body, const Pose& 
     append(scene.mass, body.mass);
     append(scene.fragment, body.fragment);
     for (const Edge& e : body.edges) scene.edges.push_back({e.a + particle_base, e.b + particle_base, e.area});
-    build_one_rings(scene);
 }
 
 }  // namespace sunder

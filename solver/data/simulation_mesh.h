@@ -10,8 +10,8 @@ namespace sunder {
 
 /// An edge joins two particles whose fragments share an interface; fracture removes it.
 struct Edge {
-    uint32_t a = 0, b = 0;                      // particles, a < b
-    double area = 0;                            // of the interface, m2
+    uint32_t a = 0, b = 0;  // particles, a < b
+    double area = 0;        // of the interface, m2
 };
 
 /// One oriented particle a fragment, one edge an interface, and the one-rings in both directions.
@@ -22,19 +22,19 @@ struct Edge {
 ///     group i: ... j ...          slot s:  group_member[s] == j, s in ring of i
 ///     group j: ... i ...          slot t:  group_member[t] == i, t in ring of j;  member_twin[s] == t
 struct SimulationMesh {
-    std::vector<Vec3> rest_position;            // undeformed centre              (n_particles x 3), m
-    std::vector<Quat> rest_orientation;         // principal frame at rest        (n_particles x 4)
-    std::vector<Vec3> radii;                    // of the ellipsoid, its axes     (n_particles x 3), m
-    std::vector<double> volume;                 // of the fragment                (n_particles), m3
-    std::vector<double> mass;                   // density * volume               (n_particles), kg
-    std::vector<uint32_t> body;                 // which body                     (n_particles)
-    std::vector<uint32_t> fragment;             // which fragment of that body    (n_particles)
-    std::vector<Edge> edges;                    // ascending by (a, b)            (n_edges)
+    std::vector<Vec3> rest_position;     // undeformed centre              (n_particles x 3), m
+    std::vector<Quat> rest_orientation;  // principal frame at rest        (n_particles x 4)
+    std::vector<Vec3> radii;             // of the ellipsoid, its axes     (n_particles x 3), m
+    std::vector<double> volume;          // of the fragment                (n_particles), m3
+    std::vector<double> mass;            // density * volume               (n_particles), kg
+    std::vector<uint32_t> body;          // which body                     (n_particles)
+    std::vector<uint32_t> fragment;      // which fragment of that body    (n_particles)
+    std::vector<Edge> edges;             // ascending by (a, b)            (n_edges)
 
-    std::vector<uint32_t> group_offset;         // CSR                            (n_particles + 1)
-    std::vector<uint32_t> group_member;         // particles, ascending in a ring (group_offset.back())
-    std::vector<uint32_t> member_edge;          // edge to the centre, kNone for the centre itself (as group_member)
-    std::vector<uint32_t> member_twin;          // slot of the centre in the member's own ring     (as group_member)
+    std::vector<uint32_t> group_offset;  // CSR                            (n_particles + 1)
+    std::vector<uint32_t> group_member;  // particles, ascending in a ring (group_offset.back())
+    std::vector<uint32_t> member_edge;   // edge to the centre, kNone for the centre itself (as group_member)
+    std::vector<uint32_t> member_twin;   // slot of the centre in the member's own ring     (as group_member)
 
     static constexpr uint32_t kNone = 0xffffffffu;
     size_t n_particles() const { return rest_position.size(); }
@@ -44,7 +44,8 @@ struct SimulationMesh {
 /// Fills the one-rings from `edges`. Call once after particles and edges are set.
 void build_one_rings(SimulationMesh& io_mesh);
 
-/// Appends `body` placed by `pose`; its particles get the next body index.
+/// Appends `body` placed by `pose`; its particles get the next body index. The one-rings are not built: do so after the
+/// last body.
 void append_body(SimulationMesh& io_scene, const SimulationMesh& body, const Pose& pose);
 
 }  // namespace sunder

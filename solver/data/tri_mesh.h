@@ -13,19 +13,19 @@ namespace sunder {
 /// Vertices are unique by position (welded), so that a closed surface is closed by index; what differs
 /// between faces at one position (UV seams, sharp normals) is kept by corner: entry 3 * triangle + corner.
 struct TriMesh {
-    std::vector<Vec3> positions;                // (n_vertices x 3), m
-    std::vector<Triangle> triangles;            // (n_triangles x 3), counter-clockwise from outside
-    std::vector<Vec2f> corner_uvs;              // (3 n_triangles x 2), or empty
-    std::vector<Vec3f> corner_normals;          // (3 n_triangles x 3), unit, or empty
-    std::vector<int32_t> triangle_material;     // (n_triangles), index into material_names, or empty (all 0)
-    std::vector<std::string> material_names;    // may be empty
+    std::vector<Vec3> positions;              // (n_vertices x 3), m
+    std::vector<Triangle> triangles;          // (n_triangles x 3), counter-clockwise from outside
+    std::vector<Vec2f> corner_uvs;            // (3 n_triangles x 2), or empty
+    std::vector<Vec3f> corner_normals;        // (3 n_triangles x 3), unit, or empty
+    std::vector<int32_t> triangle_material;   // (n_triangles), index into material_names, or empty (all 0)
+    std::vector<std::string> material_names;  // may be empty
     std::map<std::string, std::vector<uint32_t>> vertex_groups;  // name -> vertices, ascending
 };
 
 /// What geometry functions read of a mesh.
 struct MeshView {
-    std::span<const Vec3> positions;            // (n_vertices x 3), m
-    std::span<const Triangle> triangles;        // (n_triangles x 3)
+    std::span<const Vec3> positions;      // (n_vertices x 3), m
+    std::span<const Triangle> triangles;  // (n_triangles x 3)
 
     MeshView(std::span<const Vec3> p, std::span<const Triangle> t) : positions(p), triangles(t) {}
     MeshView(const TriMesh& mesh) : positions(mesh.positions), triangles(mesh.triangles) {}

@@ -104,6 +104,7 @@ TEST(visual_mesh, rest_frame_is_the_artists_mesh_where_the_body_was_placed) {
     Body placed = body;
     placed.rest = SimulationMesh();
     append_body(placed.rest, body.rest, pose);
+    build_one_rings(placed.rest);
     testing::rest_frame(placed);
     VisualMeshBuilder builder(placed.fragments, placed.rest, pose);
     const VisualMesh mesh = built(builder, placed);
@@ -339,6 +340,7 @@ TEST(visual_mesh, artists_normals_turn_with_the_body) {
     Body placed = body;
     placed.rest = SimulationMesh();
     append_body(placed.rest, body.rest, pose);
+    build_one_rings(placed.rest);
     testing::rest_frame(placed);
     const Quat turn(Eigen::AngleAxisd(1.1, Vec3::UnitZ()));
     for (size_t i = 0; i < placed.position.size(); ++i)

@@ -69,7 +69,6 @@ BAD_GRAPHS = {
 }
 
 
-@pytest.mark.xfail(strict=True, reason="an empty graph file is told as 'cannot be read: Success'")
 def test_an_empty_graph_is_told_as_one_that_was_cut_off(sunder, scene):
     refused(sunder("bake", scene(""), "-o", "out"), "JSON")
 

@@ -18,7 +18,8 @@ struct Loaded {
     explicit Loaded(const test::LatticeBody& body) : rest(test::lattice_mesh(body)) {
         live.reset(rest, std::vector<uint8_t>(rest.n_edges(), 1));
         shapes.reset(rest, live, std::vector<Mat3>(rest.n_particles(), Mat3::Identity()));
-        for (const Vec3& x : rest.rest_position) particles.push_back({x, Quat::Identity(), Mat3::Identity(), x, Quat::Identity()});
+        for (const Vec3& x : rest.rest_position)
+            particles.push_back({x, Quat::Identity(), Mat3::Identity(), x, Quat::Identity()});
         strains.resize(rest.n_particles());
     }
     std::vector<BrokenEdge> cut() const { return edges_to_cut(live, shapes, particles, strains, 0.5); }
@@ -64,7 +65,8 @@ TEST(fracture, a_center_on_the_plane_joins_the_heavier_side) {
     scene.particles[12].x = scene.particles[13].x - Vec3(0.1, 0, 0);
     for (uint32_t s = scene.live.begin(13); s < scene.live.end(13); ++s)  // the lower (-x) neighbour made heavier
         if (scene.live.member(s) == 12) scene.shapes.member[s].mass *= 4;
-    scene.particles[14].x = scene.particles[13].x + 4 * Vec3(0.1, 0, 0);  // keeps the centre of mass at the centre particle
+    scene.particles[14].x =
+        scene.particles[13].x + 4 * Vec3(0.1, 0, 0);  // keeps the centre of mass at the centre particle
     scene.shapes.group[13].mass = 10 * scene.rest.mass[0];
     const auto cuts = scene.cut();
     ASSERT_EQ(cuts.size(), 1u);

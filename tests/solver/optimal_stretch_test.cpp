@@ -12,11 +12,19 @@ namespace sunder {
 namespace {
 
 struct PointSet {
-    std::vector<Vec3> q, p;                     // rest and present positions about their centres
+    std::vector<Vec3> q, p;  // rest and present positions about their centres
     std::vector<double> m;
 
-    Mat3 A_pq() const { Mat3 A = Mat3::Zero(); for (size_t i = 0; i < q.size(); ++i) A += m[i] * p[i] * q[i].transpose(); return A; }
-    Mat3 A_qq() const { Mat3 A = Mat3::Zero(); for (size_t i = 0; i < q.size(); ++i) A += m[i] * q[i] * q[i].transpose(); return A; }
+    Mat3 A_pq() const {
+        Mat3 A = Mat3::Zero();
+        for (size_t i = 0; i < q.size(); ++i) A += m[i] * p[i] * q[i].transpose();
+        return A;
+    }
+    Mat3 A_qq() const {
+        Mat3 A = Mat3::Zero();
+        for (size_t i = 0; i < q.size(); ++i) A += m[i] * q[i] * q[i].transpose();
+        return A;
+    }
     // Eq. 2: what the optimal stretch makes least.
     double residual(const Mat3& R, const Mat3& S) const {
         double e = 0;
@@ -65,16 +73,18 @@ TEST(optimal_stretch, reads_a_rotated_homogeneous_stretch_exactly_where_axes_agr
     for (const Vec3& q : points.q) points.p.push_back(R * lambda.asDiagonal() * q);
     const Mat3 found = optimal_rotation(points.A_pq(), Quat::Identity()).toRotationMatrix();
     EXPECT_LE((found - R).norm(), 1e-12);
-    EXPECT_LE((optimal_stretch(stretch_basis(points.A_qq()), found, points.A_pq()) - Mat3(lambda.asDiagonal())).norm(), 1e-12);
+    EXPECT_LE((optimal_stretch(stretch_basis(points.A_qq()), found, points.A_pq()) - Mat3(lambda.asDiagonal())).norm(),
+              1e-12);
 }
 
-// The inset of section 3.1: a quad stretched purely (polar factor R_l = I) along an axis that is not its own. The optimal
-// rotation is not I, and the stretch that fits it is not the polar stretch.
+// The inset of section 3.1: a quad stretched purely (polar factor R_l = I) along an axis that is not its own. The
+// optimal rotation is not I, and the stretch that fits it is not the polar stretch.
 TEST(optimal_stretch, differs_from_the_polar_stretch_of_a_stretched_quad) {
     PointSet quad;
     const Mat3 turn = Quat(Eigen::AngleAxisd(M_PI / 4, Vec3::UnitZ())).toRotationMatrix();
     const Mat3 S_l = turn * Vec3(1.6, 1.0, 1.0).asDiagonal() * turn.transpose();
-    for (const Vec3& q : {Vec3(2, 1, 0), Vec3(-2, 1, 0), Vec3(-2, -1, 0), Vec3(2, -1, 0), Vec3(0, 0, 1), Vec3(0, 0, -1)}) {
+    for (const Vec3& q :
+         {Vec3(2, 1, 0), Vec3(-2, 1, 0), Vec3(-2, -1, 0), Vec3(2, -1, 0), Vec3(0, 0, 1), Vec3(0, 0, -1)}) {
         quad.q.push_back(q), quad.p.push_back(S_l * q), quad.m.push_back(1);
     }
     const Mat3 polar = optimal_rotation(quad.A_pq() * quad.A_qq().inverse(), Quat::Identity()).toRotationMatrix();

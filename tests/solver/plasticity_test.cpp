@@ -15,7 +15,9 @@ Material ductile(double yield, double rate) {
     return m;
 }
 
-PrincipalStretch stretch_of(const Vec3& log_strain) { return principal_stretch(Vec3(log_strain.array().exp()).asDiagonal()); }
+PrincipalStretch stretch_of(const Vec3& log_strain) {
+    return principal_stretch(Vec3(log_strain.array().exp()).asDiagonal());
+}
 double largest(const Vec3& v) { return v.cwiseAbs().maxCoeff(); }
 
 // A group held at a total strain: the elastic part is what F_P has not taken.
@@ -23,7 +25,8 @@ double plastic_strain_after(double seconds, double h, const Material& material, 
     PlasticState state{Mat3::Identity(), material.yield};
     const Vec3 total(held, -held / 2, -held / 2);
     const int steps = static_cast<int>(std::lround(seconds / h));
-    for (int i = 0; i < steps; ++i) flow(stretch_of(total - Vec3(state.F_P.diagonal().array().log())), material, h, state);
+    for (int i = 0; i < steps; ++i)
+        flow(stretch_of(total - Vec3(state.F_P.diagonal().array().log())), material, h, state);
     return std::log(state.F_P(0, 0));
 }
 
@@ -31,7 +34,8 @@ TEST(plastic_flow, does_not_depend_on_the_step) {
     const Material m = ductile(0.05, 1.2);
     const double reference = plastic_strain_after(0.1, 1e-5, m, 0.2);
     EXPECT_NEAR(reference, 0.15 * -std::expm1(-0.12), 1e-6);  // closed form of the excess decaying at the flow rate
-    for (double h : {1.0 / 30, 1.0 / 60, 1.0 / 240, 1e-3}) EXPECT_NEAR(plastic_strain_after(0.1, 0.1 / std::round(0.1 / h), m, 0.2), reference, 0.01 * reference);
+    for (double h : {1.0 / 30, 1.0 / 60, 1.0 / 240, 1e-3})
+        EXPECT_NEAR(plastic_strain_after(0.1, 0.1 / std::round(0.1 / h), m, 0.2), reference, 0.01 * reference);
 }
 
 TEST(plastic_flow, never_passes_below_the_yield_surface) {
@@ -63,12 +67,14 @@ TEST(plastic_flow, stores_no_spin_in_a_closed_shear_loop) {
     int flows = 0;
     for (int cycle = 0; cycle < 5; ++cycle)
         for (int k = 0; k < 200; ++k) {
-            const double shear = 0.4 * std::sin(2 * M_PI * k / 200.0), skew = 0.4 * (1 - std::cos(2 * M_PI * k / 200.0));
+            const double shear = 0.4 * std::sin(2 * M_PI * k / 200.0),
+                         skew = 0.4 * (1 - std::cos(2 * M_PI * k / 200.0));
             Mat3 F = Mat3::Identity();
             F(0, 1) = shear, F(0, 2) = skew;
             const Mat3 F_E = F * state.F_P.inverse();
             const Eigen::SelfAdjointEigenSolver<Mat3> eigen(Mat3(F_E.transpose() * F_E));
-            const Mat3 S = eigen.eigenvectors() * eigen.eigenvalues().cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
+            const Mat3 S =
+                eigen.eigenvectors() * eigen.eigenvalues().cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
             const Mat3 F_P_before = state.F_P;
             const PrincipalStretch p = principal_stretch(S);
             const FlowResult r = flow(p, m, 0.01, state);
@@ -78,7 +84,8 @@ TEST(plastic_flow, stores_no_spin_in_a_closed_shear_loop) {
             ASSERT_LE((state.F_P - state.F_P.transpose()).norm(), 1e-12);
             ASSERT_NEAR(state.F_P.determinant(), 1, 1e-10);
             // ... and the group's rotation takes it, so that every goal R F_P q stays where the flow put it.
-            const Mat3 flowed = p.directions * Vec3((p.log_strain - r.elastic_log_strain).array().exp()).asDiagonal() * p.directions.transpose();
+            const Mat3 flowed = p.directions * Vec3((p.log_strain - r.elastic_log_strain).array().exp()).asDiagonal() *
+                                p.directions.transpose();
             ASSERT_LE((r.spin.toRotationMatrix() * state.F_P - flowed * F_P_before).norm(), 1e-10);
         }
     EXPECT_GT(flows, 500);

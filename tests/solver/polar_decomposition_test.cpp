@@ -30,7 +30,8 @@ TEST(optimal_rotation, is_right_from_any_start_for_any_matrix) {
             A = U.toRotationMatrix() * Vec3(1, 0.7, 1e-6).asDiagonal() * V.toRotationMatrix();
         }
         if (k % 3 == 2 && A.determinant() > 0) A = -A;  // inverted
-        const Quat start = Quat(Eigen::AngleAxisd(1.0472, random_rotation(rng) * Vec3::UnitX())) * optimal_rotation_svd(A);
+        const Quat start =
+            Quat(Eigen::AngleAxisd(1.0472, random_rotation(rng) * Vec3::UnitX())) * optimal_rotation_svd(A);
         const Mat3 R = optimal_rotation(A, start).toRotationMatrix();
         const Mat3 B = R.transpose() * A;
         ASSERT_NEAR(R.determinant(), 1, 1e-12);
@@ -46,7 +47,8 @@ TEST(optimal_rotation, recovers_the_rotation_of_a_rigid_motion_to_rounding) {
         const Quat R = random_rotation(rng);
         const Mat3 G = random_matrix(rng);
         const Mat3 A_qq = G * G.transpose() + 0.1 * Mat3::Identity();
-        EXPECT_LE(optimal_rotation(R.toRotationMatrix() * A_qq, Quat::Identity()).angularDistance(R), 1e-7 * A_qq.norm());
+        EXPECT_LE(optimal_rotation(R.toRotationMatrix() * A_qq, Quat::Identity()).angularDistance(R),
+                  1e-7 * A_qq.norm());
     }
 }
 

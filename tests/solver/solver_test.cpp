@@ -59,7 +59,8 @@ TEST(solver, continuing_from_a_saved_state_gives_the_same_bits) {
     EXPECT_EQ(state_hash(saved), state_hash(state));
 }
 
-// When this changes, the physics did: say in the commit what. (Debian 12, x86-64 with FMA in the C library's functions.)
+// When this changes, the physics did: say in the commit what. (Debian 12, x86-64 with FMA in the C library's
+// functions.)
 TEST(solver, golden_hash_of_a_pulled_bar) {
     const PulledBar bar;
     const auto solver = test::make_solver(bar.scene);
@@ -78,7 +79,8 @@ TEST(solver, a_body_at_rest_stays_at_rest) {
         settings.method = method;
         for (int f = 0; f < 24; ++f) advance(*solver, test::quiet_input(scene, material), settings, state);
         for (size_t i = 0; i < state.n_particles(); ++i) {
-            EXPECT_LE((state.position[i] - scene.rest.rest_position[i]).norm(), 1e-12);  // rounding of a metre-sized body
+            EXPECT_LE((state.position[i] - scene.rest.rest_position[i]).norm(),
+                      1e-12);  // rounding of a metre-sized body
             EXPECT_LE(state.velocity[i].norm(), 1e-10);
         }
     }
@@ -154,8 +156,13 @@ TEST(solver, momentum_far_from_the_origin_is_kept) {
     const auto solver = test::make_solver(scene);
     FrameState state = solver->initial_state({material});
     for (size_t i = 0; i < state.n_particles(); ++i)  // tumbling and vibrating
-        state.velocity[i] = Vec3(0, 0, 2 * M_PI).cross(scene.rest.rest_position[i] - body.pose.position) + Vec3(0.3 * std::sin(double(i)), 0, 0.2);
-    auto linear = [&] { Vec3 p = Vec3::Zero(); for (size_t i = 0; i < state.n_particles(); ++i) p += scene.rest.mass[i] * state.velocity[i]; return p; };
+        state.velocity[i] = Vec3(0, 0, 2 * M_PI).cross(scene.rest.rest_position[i] - body.pose.position) +
+                            Vec3(0.3 * std::sin(double(i)), 0, 0.2);
+    auto linear = [&] {
+        Vec3 p = Vec3::Zero();
+        for (size_t i = 0; i < state.n_particles(); ++i) p += scene.rest.mass[i] * state.velocity[i];
+        return p;
+    };
     const Vec3 before = linear();
     for (int f = 0; f < 48; ++f) advance(*solver, test::quiet_input(scene, material), {}, state);
     EXPECT_LE((linear() - before).norm(), 1e-9 * (1 + before.norm()));

@@ -32,7 +32,9 @@ struct Bar {
     /// Turns the head about z from one angle to another (rad) in `seconds`, at 24 frames a second.
     void turn(double from, double to, double seconds) {
         const int frames = std::max(1, static_cast<int>(std::lround(seconds * 24)));
-        for (int f = 0; f < frames; ++f) frame(seconds / frames, turned(from + (to - from) * f / frames), turned(from + (to - from) * (f + 1) / frames));
+        for (int f = 0; f < frames; ++f)
+            frame(seconds / frames, turned(from + (to - from) * f / frames),
+                  turned(from + (to - from) * (f + 1) / frames));
     }
     void hold(double angle, double seconds) { turn(angle, angle, seconds); }
     void let_go(double seconds) {

@@ -28,7 +28,7 @@ TEST(order_bias, a_bar_held_at_a_full_turn_is_in_equilibrium_and_symmetric) {
         displacement += (bar.state.position[i] - rest.rest_position[i]).squaredNorm();
         // Turned by half about the axis, the bar is itself: particle (x, y) and (-x, -y) of a layer change places.
         const size_t layer = i / 16, opposite = layer * 16 + 15 - i % 16;
-        const Vec3& a = bar.state.position[i], b = bar.state.position[opposite];
+        const Vec3 &a = bar.state.position[i], b = bar.state.position[opposite];
         asymmetry += Vec3(a.x() + b.x(), a.y() + b.y(), a.z() - b.z()).squaredNorm();
     }
     EXPECT_LE(std::sqrt(moved / displacement), 1e-6);      // at rest: this is the minimiser
@@ -119,13 +119,15 @@ double error_against_reference(int n) {
     std::vector<std::array<Vec3, 2>> points;
     while (std::getline(file, line)) {
         double X[3], x[3];
-        if (std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf", X, X + 1, X + 2, x, x + 1, x + 2) == 6) points.push_back({Vec3(X[0], X[1], X[2]), Vec3(x[0], x[1], x[2])});
+        if (std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf", X, X + 1, X + 2, x, x + 1, x + 2) == 6)
+            points.push_back({Vec3(X[0], X[1], X[2]), Vec3(x[0], x[1], x[2])});
     }
     for (size_t k = points.size() - std::min<size_t>(256, points.size()); k < points.size(); ++k) {
         Vec3 mean = Vec3::Zero();
         int cells = 0;
         for (size_t i = 0; i < bar.state.n_particles(); ++i)
-            if ((bar.scene.rest.rest_position[i] - points[k][0]).cwiseAbs().maxCoeff() < 0.02) mean += bar.state.position[i], ++cells;
+            if ((bar.scene.rest.rest_position[i] - points[k][0]).cwiseAbs().maxCoeff() < 0.02)
+                mean += bar.state.position[i], ++cells;
         if (cells != (n == 4 ? 1 : 8)) continue;
         difference += (mean / cells - points[k][1]).squaredNorm();
         displacement += (points[k][1] - points[k][0]).squaredNorm();

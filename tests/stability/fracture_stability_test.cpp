@@ -24,7 +24,8 @@ Pull pull(Bar& bar, int steps_a_second) {
     Pull result;
     const double h = 1.0 / steps_a_second;
     for (int f = 0; f < steps_a_second; ++f) {
-        const StepReport r = bar.frame(h, {Vec3(0, 0, 0.5 * f * h), Quat::Identity()}, {Vec3(0, 0, 0.5 * (f + 1) * h), Quat::Identity()});
+        const StepReport r = bar.frame(h, {Vec3(0, 0, 0.5 * f * h), Quat::Identity()},
+                                       {Vec3(0, 0, 0.5 * (f + 1) * h), Quat::Identity()});
         if (r.edges_broken > 0 && result.first < 0) result.first = bar.state.time;
     }
     for (uint32_t e = 0; e < bar.state.edge_intact.size(); ++e)
@@ -46,8 +47,8 @@ TEST(fracture_and_step, cuts_times_and_pieces_agree_from_192_to_480_steps_a_seco
         for (int hz : {192, 240, 480}) {  // from the default rate up
             Bar bar(4, neighbours);
             results.push_back(pull(bar, hz));
-            std::printf("%d neighbours, %d Hz: %zu cuts, first at %.3f s, %zu pieces, %zu crumbs\n", neighbours, hz, results.back().cuts,
-                        results.back().first, results.back().pieces, results.back().crumbs);
+            std::printf("%d neighbours, %d Hz: %zu cuts, first at %.3f s, %zu pieces, %zu crumbs\n", neighbours, hz,
+                        results.back().cuts, results.back().first, results.back().pieces, results.back().crumbs);
         }
         for (const Pull& r : results) {
             EXPECT_NEAR(double(r.cuts), double(results[1].cuts), 0.1 * double(results[1].cuts));
@@ -61,7 +62,8 @@ TEST(fracture_and_step, cuts_times_and_pieces_agree_from_192_to_480_steps_a_seco
 TEST(fracture_and_jitter, rounding_in_the_input_does_not_choose_the_crack) {
     Bar bar, shaken;
     for (size_t i = 0; i < shaken.scene.rest.n_particles(); ++i)
-        shaken.scene.rest.rest_position[i] += 1e-12 * Vec3(std::sin(7.0 * double(i)), std::sin(11.0 * double(i)), std::sin(13.0 * double(i)));
+        shaken.scene.rest.rest_position[i] +=
+            1e-12 * Vec3(std::sin(7.0 * double(i)), std::sin(11.0 * double(i)), std::sin(13.0 * double(i)));
     const Pull a = pull(bar, 192), b = pull(shaken, 192);
     EXPECT_EQ(a.edges, b.edges);
     EXPECT_GT(a.cuts, 0u);
@@ -84,7 +86,8 @@ TEST(overstrain, a_uniform_stretch_tears_once_and_leaves_no_crumbs) {
 }
 
 TEST(compression, breaks_nothing_by_default) {
-    Scene scene = test::lattice_scene({{4, 4, 8}, 0.05, 6, 1000, {}});  // too stout to buckle, which would pull one side
+    Scene scene =
+        test::lattice_scene({{4, 4, 8}, 0.05, 6, 1000, {}});  // too stout to buckle, which would pull one side
     test::add_pin(scene, [](const Vec3& x) { return x.z() < 0.1; });
     test::add_pin(scene, [](const Vec3& x) { return x.z() > 0.3; });
     Material material;

@@ -14,10 +14,10 @@ namespace sunder::test {
 
 struct LatticeBody {
     std::array<int, 3> cells = {4, 4, 20};
-    double spacing = 0.05;                      // m
+    double spacing = 0.05;  // m
     int neighbours = 6;
-    double density = 1000;                      // kg/m3
-    Pose pose;                                  // of a lattice whose base centre is the origin
+    double density = 1000;  // kg/m3
+    Pose pose;              // of a lattice whose base centre is the origin
 };
 
 inline SimulationMesh lattice_mesh(const LatticeBody& body) {
@@ -36,7 +36,8 @@ inline SimulationMesh lattice_mesh(const LatticeBody& body) {
 }
 
 /// Adds a body to the scene.
-inline void add_body(Scene& io_scene, const SimulationMesh& mesh, const Pose& pose = {}, const Vec3& velocity = Vec3::Zero()) {
+inline void add_body(Scene& io_scene, const SimulationMesh& mesh, const Pose& pose = {},
+                     const Vec3& velocity = Vec3::Zero()) {
     Body body;
     body.name = "body" + std::to_string(io_scene.bodies.size());
     body.particle_begin = static_cast<uint32_t>(io_scene.rest.n_particles());
@@ -80,7 +81,8 @@ inline std::unique_ptr<Solver> make_solver(const Scene& scene, int threads = 1) 
     return solver.take();
 }
 
-inline StepReport advance(Solver& solver, const FrameInput& input, const SolverSettings& settings, FrameState& io_state) {
+inline StepReport advance(Solver& solver, const FrameInput& input, const SolverSettings& settings,
+                          FrameState& io_state) {
     const auto report = solver.advance(input, settings, io_state);
     EXPECT_TRUE(report) << (report ? "" : report.error().text());
     return report ? *report : StepReport();

@@ -72,7 +72,7 @@ TEST(broad_phase, coinciding_boxes_and_points_give_every_pair_once) {
 }
 
 TEST(broad_phase, boxes_that_only_touch_on_cell_borders_are_found) {
-    std::vector<Aabb> boxes;                    // a lattice: faces, edges and corners coincide exactly
+    std::vector<Aabb> boxes;  // a lattice: faces, edges and corners coincide exactly
     for (int x = 0; x < 8; ++x)
         for (int y = 0; y < 8; ++y)
             for (int z = 0; z < 8; ++z) boxes.push_back(box_at(Vec3(x, y, z), Vec3::Constant(0.5)));
@@ -104,7 +104,8 @@ TEST(broad_phase, particles_that_share_a_neighbour_are_left_out_until_an_edge_br
     const std::vector<uint32_t> body = {0, 0, 1, 1};
     filter.body = body;
     filter.self_collision = false;
-    EXPECT_EQ(grid_overlaps(boxes, filter), (std::vector<Pair>{{0, 2}, {0, 3}, {0, 4}, {1, 2}, {1, 3}, {1, 4}, {2, 4}, {3, 4}}));
+    EXPECT_EQ(grid_overlaps(boxes, filter),
+              (std::vector<Pair>{{0, 2}, {0, 3}, {0, 4}, {1, 2}, {1, 3}, {1, 4}, {2, 4}, {3, 4}}));
 }
 
 TEST(broad_phase, remembered_pairs_hold_whatever_moves) {
@@ -119,7 +120,10 @@ TEST(broad_phase, remembered_pairs_hold_whatever_moves) {
             box.min += shift;
             box.max += shift;
         }
-        if (step % 20 == 19) { boxes[7].min.array() += 0.5; boxes[7].max.array() += 0.5; }   // one leaps
+        if (step % 20 == 19) {
+            boxes[7].min.array() += 0.5;
+            boxes[7].max.array() += 0.5;
+        }  // one leaps
         const auto candidates = remembered.update(boxes, filter);
         EXPECT_TRUE(std::is_sorted(candidates.begin(), candidates.end()));
         for (const Pair& pair : every_overlap(boxes, filter))

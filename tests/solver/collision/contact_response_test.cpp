@@ -31,7 +31,8 @@ struct Floor {
         FrameState state = solver->initial_state(std::vector<Material>(scene.bodies.size(), material));
         for (int f = 0; f < frames; ++f) {
             advance(*solver, input(), settings, state);
-            for (const Vec3& v : state.velocity) if (o_fastest) *o_fastest = std::max(*o_fastest, v.norm());
+            for (const Vec3& v : state.velocity)
+                if (o_fastest) *o_fastest = std::max(*o_fastest, v.norm());
         }
         return state;
     }
@@ -63,9 +64,9 @@ TEST(contacts, a_fallen_body_comes_to_complete_rest) {
     tilted.orientation = Quat(Eigen::AngleAxisd(0.3, Vec3(1, 0.4, 0).normalized()));
     test::add_body(floor.scene, test::lattice_mesh({{5, 4, 3}, 0.08, 6, 1000, {}}), tilted);
     const FrameState state = floor.run(240);
-    EXPECT_LE(fastest(state), 1e-4);  // a millimetre in ten seconds
+    EXPECT_LE(fastest(state), 1e-4);                                         // a millimetre in ten seconds
     for (const Vec3& w : state.angular_velocity) EXPECT_LE(w.norm(), 1e-4);  // a third of a degree a minute
-    for (const Vec3& x : state.position) EXPECT_GE(x.z(), 0.04 - 1e-3);  // spheres of radius 0.04: not sunk in
+    for (const Vec3& x : state.position) EXPECT_GE(x.z(), 0.04 - 1e-3);      // spheres of radius 0.04: not sunk in
 }
 
 TEST(contacts, friction_holds_below_its_angle_and_lets_go_above) {
@@ -84,8 +85,10 @@ TEST(contacts, friction_holds_below_its_angle_and_lets_go_above) {
         const double moved = state.rigid_bodies[0].position.x();
         // Sliding for two seconds at g (sin a - mu cos a) is 0.8 m here; sticking moves by less than a hundredth.
         const double expected = 0.5 * 9.81 * (std::sin(angle) - 0.5 * std::cos(angle)) * 4;
-        if (slides) EXPECT_NEAR(moved, expected, 0.1 * expected);
-        else EXPECT_LE(std::abs(moved), 5e-3);
+        if (slides)
+            EXPECT_NEAR(moved, expected, 0.1 * expected);
+        else
+            EXPECT_LE(std::abs(moved), 5e-3);
     }
 }
 
@@ -104,7 +107,8 @@ TEST(contacts, restitution_returns_its_share_of_the_speed) {
         for (int f = 0; f < 24; ++f) {
             advance(*solver, floor.input(), floor.settings, state);
             touched = touched || state.rigid_bodies[0].position.z() < 0.25 || state.rigid_bodies[0].velocity.z() > 0;
-            if (touched && state.rigid_bodies[0].velocity.z() > 0) top = std::max(top, state.rigid_bodies[0].position.z() - 0.1);
+            if (touched && state.rigid_bodies[0].velocity.z() > 0)
+                top = std::max(top, state.rigid_bodies[0].position.z() - 0.1);
         }
         EXPECT_NEAR(top, e * e * 1.0, 0.06) << e;  // a substep of 1/192 s at 4.4 m/s is 0.023 m, twice
     }
@@ -117,7 +121,8 @@ TEST(contacts, momentum_passes_between_rigid_bodies_in_the_ratio_of_masses) {
     floor.scene.rigid_bodies[0].velocity = Vec3(2, 0, 0);
     const auto solver = test::make_solver(floor.scene);
     FrameState state = solver->initial_state({});
-    for (int f = 0; f < 24; ++f) advance(*solver, test::quiet_input(floor.scene, floor.material), floor.settings, state);
+    for (int f = 0; f < 24; ++f)
+        advance(*solver, test::quiet_input(floor.scene, floor.material), floor.settings, state);
     const Vec3 momentum = 3 * state.rigid_bodies[0].velocity + state.rigid_bodies[1].velocity;
     EXPECT_LE((momentum - Vec3(6, 0, 0)).norm(), 1e-9);
     EXPECT_GT(state.rigid_bodies[1].velocity.x(), 1.0);
@@ -141,7 +146,9 @@ TEST(contacts, deep_overlap_does_not_explode) {
     Floor floor;
     floor.scene.colliders.clear();
     const SimulationMesh cell = test::lattice_mesh({{1, 1, 1}, 0.1, 6, 1000, {}});
-    for (int k = 0; k < 8; ++k) test::add_body(floor.scene, cell, {Vec3(0.01 * (k % 2), 0.012 * (k / 2 % 2), 0.011 * (k / 4)), Quat::Identity()});
+    for (int k = 0; k < 8; ++k)
+        test::add_body(floor.scene, cell,
+                       {Vec3(0.01 * (k % 2), 0.012 * (k / 2 % 2), 0.011 * (k / 4)), Quat::Identity()});
     const auto solver = test::make_solver(floor.scene);
     FrameState state = solver->initial_state(std::vector<Material>(8, floor.material));
     double speed = 0;
@@ -151,7 +158,8 @@ TEST(contacts, deep_overlap_does_not_explode) {
     }
     EXPECT_LE(speed, floor.settings.depenetration_speed);
     for (int i = 0; i < 8; ++i)
-        for (int j = 0; j < i; ++j) EXPECT_GE((state.position[i] - state.position[j]).norm(), 0.09);  // diameters 0.1: parted
+        for (int j = 0; j < i; ++j)
+            EXPECT_GE((state.position[i] - state.position[j]).norm(), 0.09);  // diameters 0.1: parted
 }
 
 TEST(contacts, neighbours_whose_edge_broke_are_not_thrown_apart) {
@@ -164,9 +172,11 @@ TEST(contacts, neighbours_whose_edge_broke_are_not_thrown_apart) {
     const auto solver = test::make_solver(floor.scene);
     FrameState state = solver->initial_state({floor.material});
     std::fill(state.edge_intact.begin(), state.edge_intact.end(), uint8_t{0});
-    for (int f = 0; f < 48; ++f) advance(*solver, test::quiet_input(floor.scene, floor.material), floor.settings, state);
+    for (int f = 0; f < 48; ++f)
+        advance(*solver, test::quiet_input(floor.scene, floor.material), floor.settings, state);
     EXPECT_LE(fastest(state), 1e-9);
-    for (size_t i = 0; i < state.n_particles(); ++i) EXPECT_LE((state.position[i] - floor.scene.rest.rest_position[i]).norm(), 1e-9);
+    for (size_t i = 0; i < state.n_particles(); ++i)
+        EXPECT_LE((state.position[i] - floor.scene.rest.rest_position[i]).norm(), 1e-9);
 }
 
 TEST(contacts, a_fast_projectile_does_not_pass_through_a_thin_plate) {

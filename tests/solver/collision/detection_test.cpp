@@ -52,7 +52,8 @@ void expect_same_bits(const std::vector<Contact>& x, const std::vector<Contact>&
     ASSERT_EQ(x.size(), y.size());
     for (size_t k = 0; k < x.size(); ++k) {
         EXPECT_TRUE(x[k].a == y[k].a && x[k].b == y[k].b && x[k].gap == y[k].gap && x[k].normal == y[k].normal &&
-                    x[k].point_a == y[k].point_a && x[k].point_b == y[k].point_b) << "contact " << k;
+                    x[k].point_a == y[k].point_a && x[k].point_b == y[k].point_b)
+            << "contact " << k;
     }
 }
 
@@ -103,7 +104,8 @@ TEST(detection, resting_crowds_lose_no_contact) {
             const Separation s = ellipsoid_distance(c.particles[i], c.particles[j]);
             if (s.gap > c.margin || (c.pinned[i] && c.pinned[j])) continue;
             ++expected;
-            const auto at = std::find_if(found.begin(), found.end(), [&](const Contact& f) { return f.a == i && f.b == j; });
+            const auto at =
+                std::find_if(found.begin(), found.end(), [&](const Contact& f) { return f.a == i && f.b == j; });
             ASSERT_NE(at, found.end()) << i << " " << j;
             EXPECT_EQ(at->gap, s.gap);
         }
@@ -131,7 +133,7 @@ TEST(detection, memory_of_earlier_steps_changes_no_bit) {
         expect_same_bits(contacts, contacts_of(c));
         total += contacts.size();
     }
-    EXPECT_LT(kept.candidates.n_rebuilds(), 15u);   // else there was no memory to speak of
+    EXPECT_LT(kept.candidates.n_rebuilds(), 15u);  // else there was no memory to speak of
     EXPECT_GT(total, 25 * 300u);
 }
 
@@ -180,7 +182,8 @@ Case shot_at_plate(double speed, double h, bool as_rigid_body) {
     Case c;
     c.duration = h;
     for (int y = -4; y <= 4; ++y)
-        for (int z = -4; z <= 4; ++z) c.add_particle(Vec3(0.3, 0.05 * y + 0.011, 0.05 * z + 0.007), Vec3::Constant(0.025));
+        for (int z = -4; z <= 4; ++z)
+            c.add_particle(Vec3(0.3, 0.05 * y + 0.011, 0.05 * z + 0.007), Vec3::Constant(0.025));
     c.body.assign(81, 0);
     if (as_rigid_body) {
         c.add_rigid(sphere(0.05), Pose(), Vec3(speed, 0, 0));
@@ -193,16 +196,16 @@ Case shot_at_plate(double speed, double h, bool as_rigid_body) {
 
 TEST(detection, a_projectile_that_crosses_a_plate_within_one_step_meets_its_front) {
     for (const bool as_rigid_body : {false, true})
-        for (const double h : {1.0 / 192, 1.0 / 24}) {      // 1.04 m and 8.3 m a step: 10 and 83 diameters
+        for (const double h : {1.0 / 192, 1.0 / 24}) {  // 1.04 m and 8.3 m a step: 10 and 83 diameters
             const Case c = shot_at_plate(200, h, as_rigid_body);
             size_t hits = 0;
             for (const Contact& k : contacts_of(c)) {
                 if (k.b != 81) continue;
                 ++hits;
-                EXPECT_GT(k.normal.x(), 0);                 // the plate is pushed on, the ball back
+                EXPECT_GT(k.normal.x(), 0);  // the plate is pushed on, the ball back
                 EXPECT_GT(k.gap, 0);
                 EXPECT_LT(k.gap - 200 * h * k.normal.x(), c.margin) << "would not be stopped";
-                EXPECT_LT(k.point_a.x(), 0.3);              // touched on its front side
+                EXPECT_LT(k.point_a.x(), 0.3);  // touched on its front side
             }
             // Those within 0.075 m of the line of flight, and no other.
             size_t expected = 0;
@@ -220,14 +223,14 @@ TEST(detection, what_passes_by_is_not_touched) {
         c.add_particle(Vec3(2, miss, 0), Vec3::Constant(0.05));
         EXPECT_EQ(contacts_of(c).size(), miss < 0.1 ? 1u : 0u);
     }
-    Case c;                                                 // short of it by more than the margin; then not
+    Case c;  // short of it by more than the margin; then not
     c.duration = 0.01;
     c.add_particle(Vec3::Zero(), Vec3::Constant(0.05), Vec3(100, 0, 0));
     c.add_particle(Vec3(1.102, 0, 0), Vec3::Constant(0.05));
     EXPECT_TRUE(contacts_of(c).empty());
     c.particles[1].center.x() = 1.0999;
     EXPECT_EQ(contacts_of(c).size(), 1u);
-    c.velocity[1] = Vec3(100, 0, 0);                        // both fly alike
+    c.velocity[1] = Vec3(100, 0, 0);  // both fly alike
     EXPECT_TRUE(contacts_of(c).empty());
 }
 
@@ -236,8 +239,10 @@ TEST(detection, falling_onto_every_collider_is_foreseen_from_above) {
         for (const bool rigid_box : {false, true}) {
             Case c;
             c.duration = 1.0 / 24;
-            if (rigid_box) c.add_rigid(box(Vec3(0.02, 0.05, 0.03)), {Vec3(0.01, 0.0, 1), Quat::Identity()}, Vec3(0, 0, -100));
-            else c.add_particle(Vec3(0.01, 0.005, 1), Vec3(0.02, 0.05, 0.03), Vec3(0, 0, -100));
+            if (rigid_box)
+                c.add_rigid(box(Vec3(0.02, 0.05, 0.03)), {Vec3(0.01, 0.0, 1), Quat::Identity()}, Vec3(0, 0, -100));
+            else
+                c.add_particle(Vec3(0.01, 0.005, 1), Vec3(0.02, 0.05, 0.03), Vec3(0, 0, -100));
             c.colliders.push_back({shape, Pose(), Pose(), true});
             const auto contacts = contacts_of(c);
             ASSERT_GE(contacts.size(), 1u);
@@ -283,7 +288,7 @@ TEST(detection, rigid_bodies_meet_with_all_corners) {
     const auto contacts = contacts_of(c);
     ASSERT_EQ(contacts.size(), 8u);
     expect_ordered(contacts);
-    for (int k = 0; k < 4; ++k) EXPECT_NEAR((contacts[k].normal + Vec3::UnitZ()).norm(), 0, 1e-12);     // pushes a down
+    for (int k = 0; k < 4; ++k) EXPECT_NEAR((contacts[k].normal + Vec3::UnitZ()).norm(), 0, 1e-12);  // pushes a down
     for (int k = 4; k < 8; ++k) EXPECT_EQ(contacts[k].normal, Vec3::UnitZ());
 }
 
@@ -293,7 +298,7 @@ TEST(detection, a_spinning_body_reaches_beyond_its_box) {
     c.add_particle(Vec3(0.5, 0.2, 0), Vec3::Constant(0.05));
     c.add_rigid(box(Vec3(1, 0.05, 0.05)), Pose());
     EXPECT_TRUE(contacts_of(c).empty());
-    c.angular_velocity = {Vec3::Zero(), Vec3(0, 0, 10)};    // its arm travels 0.2 m there
+    c.angular_velocity = {Vec3::Zero(), Vec3(0, 0, 10)};  // its arm travels 0.2 m there
     const auto contacts = contacts_of(c);
     ASSERT_EQ(contacts.size(), 1u);
     EXPECT_GT(contacts[0].normal.y(), 0.9);

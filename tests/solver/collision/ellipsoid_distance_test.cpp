@@ -108,8 +108,10 @@ TEST(ellipsoid_distance, scale_does_not_matter) {
         const Separation s = ellipsoid_distance(a, b);
         for (const double scale : {0x1p-20, 0x1p20}) {  // powers of two: exact
             Ellipsoid p = a, q = b;
-            p.center *= scale; p.radii *= scale;
-            q.center *= scale; q.radii *= scale;
+            p.center *= scale;
+            p.radii *= scale;
+            q.center *= scale;
+            q.radii *= scale;
             EXPECT_NEAR(ellipsoid_distance(p, q).gap / scale, s.gap, 1e-12);
         }
     }

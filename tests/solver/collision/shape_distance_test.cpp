@@ -29,10 +29,14 @@ Shape random_shape(std::mt19937_64& rng, ShapeKind kind) {
 
 const char* name(ShapeKind kind) {
     switch (kind) {
-        case ShapeKind::plane: return "plane";
-        case ShapeKind::sphere: return "sphere";
-        case ShapeKind::box: return "box";
-        case ShapeKind::capsule: return "capsule";
+        case ShapeKind::plane:
+            return "plane";
+        case ShapeKind::sphere:
+            return "sphere";
+        case ShapeKind::box:
+            return "box";
+        case ShapeKind::capsule:
+            return "capsule";
     }
     return "";
 }
@@ -52,7 +56,8 @@ TEST_P(EllipsoidAgainst, a_brute_force_search_finds_nothing_better) {
         expect_whole(s, 10);
         overlapping += truth < 0;
         // The oracle stops short on the kinks of a box, but no direction's slab is wider than the gap: so this is safe.
-        EXPECT_LE(s.gap, s.normal.dot(a.center - b.pose.position) - support(a, s.normal) - support(b, s.normal) + 1e-12) << k;
+        EXPECT_LE(s.gap, s.normal.dot(a.center - b.pose.position) - support(a, s.normal) - support(b, s.normal) + 1e-12)
+            << k;
         worst = std::max(worst, (truth - s.gap) / mean);
         missed += truth - s.gap > 1e-3 * mean;
     }
@@ -60,7 +65,8 @@ TEST_P(EllipsoidAgainst, a_brute_force_search_finds_nothing_better) {
     EXPECT_LT(overlapping, kPairs * 7 / 8);
     EXPECT_EQ(missed, 0) << "worst " << worst;
 }
-INSTANTIATE_TEST_SUITE_P(Shapes, EllipsoidAgainst, testing::Values(ShapeKind::sphere, ShapeKind::box, ShapeKind::capsule),
+INSTANTIATE_TEST_SUITE_P(Shapes, EllipsoidAgainst,
+                         testing::Values(ShapeKind::sphere, ShapeKind::box, ShapeKind::capsule),
                          [](const auto& info) { return std::string(name(info.param)); });
 
 TEST(shape_distance, a_plane_touches_an_ellipsoid_at_its_support_point) {
@@ -82,7 +88,7 @@ TEST(shape_distance, a_plane_touches_an_ellipsoid_at_its_support_point) {
         EXPECT_NEAR(s.gap, n.dot(a.center - pose.position) - support(a, n), 1e-12);
         expect_whole(s, 10);
         const Vec3 local = a.axes.transpose() * (s.point_a - a.center);
-        EXPECT_NEAR(local.cwiseQuotient(a.radii).norm(), 1, 1e-9);      // on the surface
+        EXPECT_NEAR(local.cwiseQuotient(a.radii).norm(), 1, 1e-9);  // on the surface
     }
 }
 
@@ -126,16 +132,16 @@ TEST(shape_distance, faces_edges_and_corners_of_a_box_each_have_their_normal) {
 TEST(shape_distance, what_is_deep_inside_is_pushed_out_the_shortest_way) {
     Ellipsoid e;
     e.radii = Vec3(0.3, 0.2, 0.1);
-    e.center = Vec3(0.1, 1.5, 0.2);                                     // nearest to the face y = 2 of the box
+    e.center = Vec3(0.1, 1.5, 0.2);  // nearest to the face y = 2 of the box
     Separation s = ellipsoid_shape_distance(e, {box(Vec3(1, 2, 3)), Pose()});
     EXPECT_NEAR(s.gap, -0.7, 1e-12);
     EXPECT_EQ(s.normal, Vec3::UnitY());
-    e.center = Vec3(0, 0, 0.4);                                         // on the axis of a capsule: across it
+    e.center = Vec3(0, 0, 0.4);  // on the axis of a capsule: across it
     s = ellipsoid_shape_distance(e, {capsule(0.5, 2), Pose()});
     EXPECT_NEAR(s.gap, -0.7, 1e-9);
     EXPECT_NEAR(std::abs(s.normal.y()), 1, 1e-6);
     for (const Shape& shape : {sphere(1), box(Vec3::Ones()), capsule(0.5, 1)}) {
-        e.center.setZero();                                             // no direction to start from
+        e.center.setZero();  // no direction to start from
         s = ellipsoid_shape_distance(e, {shape, Pose()});
         expect_whole(s, 1);
         EXPECT_LT(s.gap, 0);
@@ -181,7 +187,7 @@ TEST(shape_distance, boxes_stacked_face_to_face_keep_every_corner_of_the_overlap
 
 TEST(shape_distance, crossed_edges_of_boxes_touch_in_one_point) {
     const Quat upright(Eigen::AngleAxisd(M_PI / 4, Vec3::UnitX()));
-    const PlacedShape lower{box(Vec3(2, 1, 1)), {Vec3::Zero(), upright}};            // ridge along x at z = sqrt 2
+    const PlacedShape lower{box(Vec3(2, 1, 1)), {Vec3::Zero(), upright}};  // ridge along x at z = sqrt 2
     const Quat across = Quat(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitZ())) * upright;
     for (const double gap : {-0.05, 0.05}) {
         const PlacedShape upper{box(Vec3(2, 1, 1)), {Vec3(0.3, 0.2, 2 * std::sqrt(2) + gap), across}};
@@ -223,7 +229,8 @@ TEST_P(BoxAgainst, the_deepest_point_agrees_with_a_brute_force_search) {
         for (int push = 0; push < 30; ++push) {
             const Manifold now = rigid_contacts(moved, b);
             int deepest = 0;
-            for (int c = 1; c < now.count; ++c) if (now.points[c].gap < now.points[deepest].gap) deepest = c;
+            for (int c = 1; c < now.count; ++c)
+                if (now.points[c].gap < now.points[deepest].gap) deepest = c;
             const double depth = std::max(0.0, -now.points[deepest].gap);
             way += depth * now.points[deepest].normal;
             moved.pose.position = a.pose.position + way;
@@ -245,8 +252,8 @@ TEST(shape_distance, a_capsule_lying_on_a_box_rests_on_two_points) {
         ASSERT_EQ(m.count, 2);
         for (int k = 0; k < 2; ++k) {
             EXPECT_NEAR(m.points[k].gap, gap, 1e-12);
-            EXPECT_NEAR((m.points[k].normal + Vec3::UnitZ()).norm(), 0, 1e-12);     // pushes the box down
-            EXPECT_NEAR(std::abs(m.points[k].point_a.x()), 1, 1e-9);                // over the ends of the face
+            EXPECT_NEAR((m.points[k].normal + Vec3::UnitZ()).norm(), 0, 1e-12);  // pushes the box down
+            EXPECT_NEAR(std::abs(m.points[k].point_a.x()), 1, 1e-9);             // over the ends of the face
         }
     }
 }
