@@ -223,8 +223,12 @@ Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings
 }
 
 std::vector<uint32_t> connected_pieces(const SimulationMesh& rest, const std::vector<uint8_t>& edge_intact) {
+    SimulationMesh joined;  // the edges are enough: the caller's one-rings need not be built
+    joined.rest_position = rest.rest_position;
+    joined.edges = rest.edges;
+    build_one_rings(joined);
     LiveTopology live;
-    live.reset(rest, edge_intact);
+    live.reset(joined, edge_intact);
     std::vector<uint32_t> piece(rest.n_particles());
     for (size_t i = 0; i < piece.size(); ++i) piece[i] = live.piece(i);
     return piece;

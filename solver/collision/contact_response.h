@@ -28,9 +28,9 @@ struct ContactPush {
 /// A contact with its running impulses (in kg m: mass times displacement).
 struct ActiveContact {
     Contact contact;
-    Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();                    // from the centres to the touching points, m
-    Vec3 collider_motion = Vec3::Zero();  // of point_b over the substep where b is a collider, m
-    double allowed_gap = 0;               // overlap at rest of two fragments of one body, <= 0, m
+    Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();  // from the centres to the touching points, m
+    Vec3 collider_motion = Vec3::Zero();              // of point_b over the substep where b is a collider, m
+    double allowed_gap = 0;                           // overlap at rest of two fragments of one body, <= 0, m
     double friction = 0, restitution = 0;
     double rolling_arm = 0;          // resistance to rolling: torque = rolling_arm * normal force, m
     bool separate_pieces = true;     // overlap is worked off only between separate pieces
