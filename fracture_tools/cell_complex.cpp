@@ -32,7 +32,8 @@ CellComplex make_cell_complex(const TetMesh& mesh) {
     sides.reserve(4 * mesh.tets.size());
     for (uint32_t t = 0; t < mesh.tets.size(); ++t) {
         const auto& tet = mesh.tets[t];
-        const Vec3 &a = mesh.vertices[tet[0]], &b = mesh.vertices[tet[1]], &c = mesh.vertices[tet[2]], &d = mesh.vertices[tet[3]];
+        const Vec3 &a = mesh.vertices[tet[0]], &b = mesh.vertices[tet[1]], &c = mesh.vertices[tet[2]],
+                   &d = mesh.vertices[tet[3]];
         complex.cell_volume.push_back((b - a).cross(c - a).dot(d - a) / 6);
         complex.cell_centroid.push_back((a + b + c + d) / 4);
         for (uint32_t s = 0; s < 4; ++s) {
@@ -41,9 +42,10 @@ CellComplex make_cell_complex(const TetMesh& mesh) {
             sides.push_back({v, t, s});
         }
     }
-    std::sort(sides.begin(), sides.end(),
-              [](const Side& x, const Side& y) { return std::tie(x.sorted, x.tet, x.side) < std::tie(y.sorted, y.tet, y.side); });
-    constexpr uint32_t kSecond = 0xfffffffeu;   // the side that its neighbour has listed
+    std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
+        return std::tie(x.sorted, x.tet, x.side) < std::tie(y.sorted, y.tet, y.side);
+    });
+    constexpr uint32_t kSecond = 0xfffffffeu;  // the side that its neighbour has listed
     std::vector<uint32_t> neighbour(sides.size(), CellFace::kOutside);
     for (size_t i = 0; i + 1 < sides.size(); ++i) {
         if (sides[i].sorted != sides[i + 1].sorted) continue;
@@ -85,8 +87,10 @@ size_t drop_crumbs(TetMesh& io_mesh, double least_volume) {
     for (uint32_t i = 0; i < complex.n_cells(); ++i) {
         const uint32_t root = lowest(i);
         const bool is_crumb = root != largest && volume[root] < least_volume;
-        if (!is_crumb) kept.push_back(io_mesh.tets[i]);
-        else if (root == i) ++n_dropped;
+        if (!is_crumb)
+            kept.push_back(io_mesh.tets[i]);
+        else if (root == i)
+            ++n_dropped;
     }
     io_mesh.tets = std::move(kept);
     return n_dropped;

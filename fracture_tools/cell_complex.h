@@ -13,18 +13,18 @@ namespace sunder {
 struct CellFace {
     static constexpr uint32_t kOutside = 0xffffffffu;
 
-    Triangle vertices;                          // counter-clockwise seen from outside of `cell`
-    uint32_t cell = 0;                          // for inner faces the lower of the two
+    Triangle vertices;  // counter-clockwise seen from outside of `cell`
+    uint32_t cell = 0;  // for inner faces the lower of the two
     uint32_t neighbour = kOutside;
-    uint32_t source_triangle = kOutside;        // of the mesh that was cut, which an outer face lies on or nearest to
+    uint32_t source_triangle = kOutside;  // of the mesh that was cut, which an outer face lies on or nearest to
 };
 
 /// Cells share vertices and faces by index, hence any union of cells is closed.
 struct CellComplex {
-    std::vector<Vec3> vertices;                 // (n_vertices x 3), m
-    std::vector<CellFace> faces;                // (n_faces), ascending by cell
-    std::vector<double> cell_volume;            // (n_cells), m3, > 0
-    std::vector<Vec3> cell_centroid;            // (n_cells x 3), m
+    std::vector<Vec3> vertices;       // (n_vertices x 3), m
+    std::vector<CellFace> faces;      // (n_faces), ascending by cell
+    std::vector<double> cell_volume;  // (n_cells), m3, > 0
+    std::vector<Vec3> cell_centroid;  // (n_cells x 3), m
 
     size_t n_cells() const { return cell_volume.size(); }
     double face_area(const CellFace& face) const {
@@ -35,8 +35,8 @@ struct CellComplex {
 
 /// Faces of each cell, one after the other.
 struct CellFaceLists {
-    std::vector<uint32_t> offset;               // (n_cells + 1)
-    std::vector<uint32_t> face;                 // into CellComplex::faces
+    std::vector<uint32_t> offset;  // (n_cells + 1)
+    std::vector<uint32_t> face;    // into CellComplex::faces
 
     explicit CellFaceLists(const CellComplex& complex);
 };

@@ -1,8 +1,9 @@
 // Exact moments of fragments and interfaces (prefracture.h: measure_fragments).
+#include "fracture_tools/fragment_measures.h"
+
 #include <Eigen/Eigenvalues>
 #include <limits>
 
-#include "fracture_tools/fragment_measures.h"
 #include "fracture_tools/prefracture.h"
 
 namespace sunder {
@@ -15,9 +16,9 @@ constexpr double kEqualMoments = 1e-9;
 /// Sums of the divergence theorem about a reference point near the fragment (no cancellation far from the origin).
 struct MomentSums {
     Vec3 reference = Vec3::Zero();
-    double volume = 0;                          // int 1 dV
-    Vec3 first = Vec3::Zero();                  // int x dV
-    Mat3 second = Mat3::Zero();                 // int x x^T dV
+    double volume = 0;           // int 1 dV
+    Vec3 first = Vec3::Zero();   // int x dV
+    Mat3 second = Mat3::Zero();  // int x x^T dV
 
     /// Adds the signed tetrahedron (reference, a, b, c):
     /// V = a . (b x c) / 6, int x = V s / 4, int x x^T = V (s s^T + sum x_i x_i^T) / 20 with s = a + b + c.
@@ -125,8 +126,8 @@ void measure_fragments(FragmentSet& io_set) {
     std::vector<MomentSums> sums(n);
     for (size_t f = 0; f < n; ++f)
         if (bounds[f].min.x() <= bounds[f].max.x()) sums[f].reference = 0.5 * (bounds[f].min + bounds[f].max);
-    for_each_fragment_triangle(
-        io_set, [&](size_t f, const Vec3& p, const Vec3& q, const Vec3& r) { sums[f].add(p, q, r); });
+    for_each_fragment_triangle(io_set,
+                               [&](size_t f, const Vec3& p, const Vec3& q, const Vec3& r) { sums[f].add(p, q, r); });
 
     std::vector<Mat3> to_frame(n);
     for (size_t f = 0; f < n; ++f) {

@@ -118,7 +118,8 @@ void part_pinches(TriMesh& io_mesh) {
     // corner -> vertex in the middle of the side that begins there
     std::vector<std::pair<uint32_t, uint32_t>> middle;
     for (const auto& [p, q] : doubled) {
-        const Vec3 &a = io_mesh.positions[io_mesh.triangles[p / 3][p % 3]], &b = io_mesh.positions[io_mesh.triangles[q / 3][q % 3]];
+        const Vec3 &a = io_mesh.positions[io_mesh.triangles[p / 3][p % 3]],
+                   &b = io_mesh.positions[io_mesh.triangles[q / 3][q % 3]];
         middle.emplace_back(p, static_cast<uint32_t>(io_mesh.positions.size()));
         middle.emplace_back(q, static_cast<uint32_t>(io_mesh.positions.size()));
         io_mesh.positions.push_back(0.5 * (a + b));
@@ -145,7 +146,8 @@ void part_pinches(TriMesh& io_mesh) {
         return static_cast<uint32_t>(io_mesh.triangles.size() - 1);
     };
     for (size_t i = 0, j; i < middle.size(); i = j) {
-        // Sides of one triangle ascend by corner: after side a-b was cut at m, side b-c belongs to (m b c), side c-a to (a m c).
+        // Sides of one triangle ascend by corner: after side a-b was cut at m, side b-c belongs to (m b c), side c-a to
+        // (a m c).
         uint32_t at[3] = {middle[i].first / 3, middle[i].first / 3, middle[i].first / 3};
         for (j = i; j < middle.size() && middle[j].first / 3 == middle[i].first / 3; ++j) {
             const uint32_t c = middle[j].first % 3;
@@ -162,7 +164,9 @@ struct PieceBuilder {
     TriMesh mesh;
 
     explicit PieceBuilder(const FragmentSet& s)
-        : set(s), has_uvs(!s.outer_corner_uvs.empty() || !s.interface_corner_uvs.empty()), has_normals(!s.outer_corner_normals.empty()) {
+        : set(s),
+          has_uvs(!s.outer_corner_uvs.empty() || !s.interface_corner_uvs.empty()),
+          has_normals(!s.outer_corner_normals.empty()) {
         mesh.material_names = s.material_names;
         if (mesh.material_names.size() == size_t(s.interior_material)) mesh.material_names.push_back("interior");
     }
@@ -171,17 +175,24 @@ struct PieceBuilder {
         mesh.triangles.push_back(t);
         mesh.triangle_material.push_back(material);
         const auto& uvs = is_outer ? set.outer_corner_uvs : set.interface_corner_uvs;
-        const Vec3f own = (set.vertices[t[1]] - set.vertices[t[0]]).cross(set.vertices[t[2]] - set.vertices[t[0]]).normalized().cast<float>();
+        const Vec3f own = (set.vertices[t[1]] - set.vertices[t[0]])
+                              .cross(set.vertices[t[2]] - set.vertices[t[0]])
+                              .normalized()
+                              .cast<float>();
         for (uint32_t c : corner) {
             if (has_uvs) mesh.corner_uvs.push_back(uvs.empty() ? Vec2f(0, 0) : uvs[c]);
             if (has_normals) mesh.corner_normals.push_back(is_outer ? set.outer_corner_normals[c] : own);
         }
     }
-    void add_outer(uint32_t t) { add(set.outer_triangles[t], {3 * t, 3 * t + 1, 3 * t + 2}, true, set.outer_material[t]); }
+    void add_outer(uint32_t t) {
+        add(set.outer_triangles[t], {3 * t, 3 * t + 1, 3 * t + 2}, true, set.outer_material[t]);
+    }
     void add_interface(uint32_t t, bool as_a) {
         const auto& [p, q, r] = set.interface_triangles[t];
-        if (as_a) add({p, q, r}, {3 * t, 3 * t + 1, 3 * t + 2}, false, set.interior_material);
-        else add({p, r, q}, {3 * t, 3 * t + 2, 3 * t + 1}, false, set.interior_material);
+        if (as_a)
+            add({p, q, r}, {3 * t, 3 * t + 1, 3 * t + 2}, false, set.interior_material);
+        else
+            add({p, r, q}, {3 * t, 3 * t + 2, 3 * t + 1}, false, set.interior_material);
     }
 
     TriMesh finish() {
@@ -191,14 +202,20 @@ struct PieceBuilder {
         used.erase(std::unique(used.begin(), used.end()), used.end());
         for (uint32_t v : used) mesh.positions.push_back(set.vertices[v]);
         for (Triangle& t : mesh.triangles)
-            for (uint32_t& v : t) v = static_cast<uint32_t>(std::lower_bound(used.begin(), used.end(), v) - used.begin());
+            for (uint32_t& v : t)
+                v = static_cast<uint32_t>(std::lower_bound(used.begin(), used.end(), v) - used.begin());
         part_pinches(mesh);
         return std::move(mesh);
     }
 };
 
 Error bad_fragment(size_t i, std::string what) {
-    return {ErrorCode::internal, std::move(what), "fragment " + std::to_string(i), "another seed or number of pieces may do", {}, {}};
+    return {ErrorCode::internal,
+            std::move(what),
+            "fragment " + std::to_string(i),
+            "another seed or number of pieces may do",
+            {},
+            {}};
 }
 
 }  // namespace
@@ -209,7 +226,8 @@ TriMesh fragment_mesh(const FragmentSet& set, FragmentId fragment) {
     for (uint32_t t = f.outer_begin; t < f.outer_end; ++t) piece.add_outer(t);
     for (const Interface& face : set.interfaces)
         if (face.a == fragment || face.b == fragment)
-            for (uint32_t t = face.triangle_begin; t < face.triangle_end; ++t) piece.add_interface(t, face.a == fragment);
+            for (uint32_t t = face.triangle_begin; t < face.triangle_end; ++t)
+                piece.add_interface(t, face.a == fragment);
     return piece.finish();
 }
 
@@ -225,20 +243,28 @@ Status check_fragments(const FragmentSet& set) {
         if (!(f.volume > 0) || !(f.radii.minCoeff() > 0)) return bad_fragment(i, "the fragment has no volume");
         PieceBuilder piece(set);
         for (uint32_t k : faces_of[i]) {
-            if (faces->is_outer(k)) piece.add_outer(k);
-            else piece.add_interface((faces->is_side_b(k) ? faces->twin(k) : k) - faces->n_outer, !faces->is_side_b(k));
+            if (faces->is_outer(k))
+                piece.add_outer(k);
+            else
+                piece.add_interface((faces->is_side_b(k) ? faces->twin(k) : k) - faces->n_outer, !faces->is_side_b(k));
         }
         const TriMesh mesh = piece.finish();
         const MeshReport report = check_mesh(mesh);
         if (!report.is_solid())
-            return bad_fragment(i, "the fragment is not closed: " + (report.faults.empty() ? "no volume" : report.faults.front()));
+            return bad_fragment(
+                i, "the fragment is not closed: " + (report.faults.empty() ? "no volume" : report.faults.front()));
         if (std::abs(report.volume - f.volume) > 1e-9 * f.volume)
             return bad_fragment(i, "the fragment's volume is not that of its surface");
         sum += f.volume;
     }
     if (set.source_volume > 0 && std::abs(sum - set.source_volume) > kMaxVolumeError * set.source_volume)
-        return Error{ErrorCode::internal, "the fragments have " + std::to_string(100 * sum / set.source_volume) + " % of the volume that was cut",
-                     "fragments", "use more cells per piece", {}, {}};
+        return Error{
+            ErrorCode::internal,
+            "the fragments have " + std::to_string(100 * sum / set.source_volume) + " % of the volume that was cut",
+            "fragments",
+            "use more cells per piece",
+            {},
+            {}};
     return {};
 }
 

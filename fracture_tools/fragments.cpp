@@ -16,7 +16,9 @@ Triangle reversed(const Triangle& t) { return {t[0], t[2], t[1]}; }
 
 /// Puts the faces that bound fragments into the set, in the set's order. Gives the face of each outer triangle.
 std::vector<uint32_t> gather_faces(const CellComplex& complex, std::span<const uint32_t> label, FragmentSet& io_set) {
-    struct Entry { uint32_t a, b, face; };      // b: kOutside for outer faces
+    struct Entry {
+        uint32_t a, b, face;
+    };  // b: kOutside for outer faces
     std::vector<Entry> outer, cut;
     for (uint32_t i = 0; i < complex.faces.size(); ++i) {
         const CellFace& f = complex.faces[i];
@@ -26,7 +28,9 @@ std::vector<uint32_t> gather_faces(const CellComplex& complex, std::span<const u
         else if (const uint32_t b = label[f.neighbour]; a != b)
             cut.push_back({std::min(a, b), std::max(a, b), i});
     }
-    auto before = [](const Entry& x, const Entry& y) { return std::tie(x.a, x.b, x.face) < std::tie(y.a, y.b, y.face); };
+    auto before = [](const Entry& x, const Entry& y) {
+        return std::tie(x.a, x.b, x.face) < std::tie(y.a, y.b, y.face);
+    };
     std::sort(outer.begin(), outer.end(), before);
     std::sort(cut.begin(), cut.end(), before);
 
@@ -41,7 +45,8 @@ std::vector<uint32_t> gather_faces(const CellComplex& complex, std::span<const u
         io_set.fragments[i].outer_end = static_cast<uint32_t>(outer_face.size());
     }
     for (const Entry& e : cut) {
-        if (io_set.interfaces.empty() || io_set.interfaces.back().a.value != e.a || io_set.interfaces.back().b.value != e.b) {
+        if (io_set.interfaces.empty() || io_set.interfaces.back().a.value != e.a ||
+            io_set.interfaces.back().b.value != e.b) {
             Interface face;
             face.a = FragmentId(e.a);
             face.b = FragmentId(e.b);
@@ -77,8 +82,8 @@ class SourceUvs {
 public:
     explicit SourceUvs(const TriMesh& source) : source_(source), lookup_(source) {}
 
-    /// Of a corner at `p` of a face with centroid `middle`, which belongs to source triangle `home`. The nearest point's
-    /// UVs, unless they lie beyond a seam: then those that `home` would have if it went on.
+    /// Of a corner at `p` of a face with centroid `middle`, which belongs to source triangle `home`. The nearest
+    /// point's UVs, unless they lie beyond a seam: then those that `home` would have if it went on.
     Vec2f at(const Vec3& p, const Vec3& middle, uint32_t home) const {
         const Vec2f extended = in_plane_of(home, p);
         const SurfacePoint near = lookup_.nearest(p + 0.01 * (middle - p));  // from edges a little into the own face
@@ -99,7 +104,8 @@ private:
                    &c = source_.positions[source_.triangles[t][2]];
         const Vec3 n = (b - a).cross(c - a);
         if (n.squaredNorm() == 0) return source_.corner_uvs[3 * t];
-        const double v = (p - a).cross(c - a).dot(n) / n.squaredNorm(), w = (b - a).cross(p - a).dot(n) / n.squaredNorm();
+        const double v = (p - a).cross(c - a).dot(n) / n.squaredNorm(),
+                     w = (b - a).cross(p - a).dot(n) / n.squaredNorm();
         return blend(t, Vec3(1 - v - w, v, w));
     }
 
@@ -131,7 +137,8 @@ void carry_groups(const TriMesh& source, FragmentSet& io_set) {
     if (source.vertex_groups.empty() || io_set.outer_triangles.empty()) return;
     std::vector<FragmentId> owner(io_set.outer_triangles.size());
     for (size_t i = 0; i < io_set.fragments.size(); ++i)
-        std::fill(owner.begin() + io_set.fragments[i].outer_begin, owner.begin() + io_set.fragments[i].outer_end, FragmentId(i));
+        std::fill(owner.begin() + io_set.fragments[i].outer_begin, owner.begin() + io_set.fragments[i].outer_end,
+                  FragmentId(i));
     const SurfaceLookup lookup(MeshView(io_set.vertices, io_set.outer_triangles));
     for (const auto& [name, vertices] : source.vertex_groups) {
         std::vector<FragmentId>& group = io_set.vertex_groups[name];
@@ -148,7 +155,8 @@ void find_source_triangles(const TriMesh& source, CellComplex& io_complex) {
     for (CellFace& f : io_complex.faces) {
         if (f.neighbour != CellFace::kOutside) continue;
         const auto& [a, b, c] = f.vertices;
-        f.source_triangle = lookup.nearest((io_complex.vertices[a] + io_complex.vertices[b] + io_complex.vertices[c]) / 3).triangle;
+        f.source_triangle =
+            lookup.nearest((io_complex.vertices[a] + io_complex.vertices[b] + io_complex.vertices[c]) / 3).triangle;
     }
 }
 

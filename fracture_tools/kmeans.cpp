@@ -44,7 +44,8 @@ private:
 };
 
 /// k-means++: each next centre is drawn with probability weight * (distance to the nearest centre so far)^2.
-std::vector<Vec3> seed_centers(std::span<const Vec3> points, std::span<const double> weights, uint32_t n, uint64_t seed) {
+std::vector<Vec3> seed_centers(std::span<const Vec3> points, std::span<const double> weights, uint32_t n,
+                               uint64_t seed) {
     std::mt19937_64 random(seed);
     auto share = [&] { return double(random() >> 11) * 0x1p-53; };
     const PointGrid grid(points);

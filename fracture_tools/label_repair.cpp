@@ -32,8 +32,14 @@ public:
     }
 
 private:
-    struct Component { uint32_t label; double volume; std::vector<uint32_t> cells; };
-    struct BoundarySide { uint32_t label, low, high, cell; };
+    struct Component {
+        uint32_t label;
+        double volume;
+        std::vector<uint32_t> cells;
+    };
+    struct BoundarySide {
+        uint32_t label, low, high, cell;
+    };
 
     uint32_t across(uint32_t face, uint32_t cell) const {
         const CellFace& f = complex_.faces[face];
@@ -88,7 +94,8 @@ uint32_t Labels::best_neighbour(const std::vector<uint32_t>& cells, MayTake may_
     for (uint32_t cell : cells)
         for_faces(cell, [&](uint32_t face) {
             const uint32_t other = across(face, cell);
-            if (other != kNone && label_[other] != label_[cell] && may_take(other)) area[label_[other]] += complex_.face_area(complex_.faces[face]);
+            if (other != kNone && label_[other] != label_[cell] && may_take(other))
+                area[label_[other]] += complex_.face_area(complex_.faces[face]);
         });
     uint32_t best = kNone;
     double best_area = -1;
@@ -115,8 +122,10 @@ void Labels::join_parts() {
         for (uint32_t c = 0; c < parts.size(); ++c) {
             if (largest[parts[c].label] == c) continue;
             const uint32_t to = best_neighbour(parts[c].cells, is_kept);
-            if (to != kNone) moves.emplace_back(c, to);
-            else if (stranded == kNone) stranded = c;
+            if (to != kNone)
+                moves.emplace_back(c, to);
+            else if (stranded == kNone)
+                stranded = c;
         }
         if (moves.empty() && stranded == kNone) return;
         if (moves.empty()) moves.emplace_back(stranded, n_labels_++);
@@ -136,7 +145,8 @@ void Labels::fill_empty(uint32_t wanted) {
     std::vector<std::vector<uint32_t>> cells(n_labels_);
     for (uint32_t i = 0; i < label_.size(); ++i) cells[label_[i]].push_back(i);
     std::vector<double> volume = label_volumes();
-    const auto used = static_cast<uint32_t>(std::count_if(cells.begin(), cells.end(), [](const auto& c) { return !c.empty(); }));
+    const auto used =
+        static_cast<uint32_t>(std::count_if(cells.begin(), cells.end(), [](const auto& c) { return !c.empty(); }));
     for (uint32_t empty = 0, missing = wanted > used ? wanted - used : 0; missing > 0 && empty < n_labels_; ++empty) {
         if (!cells[empty].empty()) continue;
         uint32_t from = kNone;
@@ -216,7 +226,8 @@ std::vector<Labels::BoundarySide> Labels::boundary_sides() const {
 std::vector<std::vector<uint32_t>> Labels::fans_at(const BoundarySide* begin, const BoundarySide* end) const {
     std::vector<std::vector<uint32_t>> fans;
     auto is_taken = [&](uint32_t cell) {
-        return std::any_of(fans.begin(), fans.end(), [&](const auto& fan) { return std::find(fan.begin(), fan.end(), cell) != fan.end(); });
+        return std::any_of(fans.begin(), fans.end(),
+                           [&](const auto& fan) { return std::find(fan.begin(), fan.end(), cell) != fan.end(); });
     };
     for (const BoundarySide* side = begin; side != end; ++side) {
         if (label_[side->cell] != side->label || is_taken(side->cell)) continue;
@@ -225,21 +236,26 @@ std::vector<std::vector<uint32_t>> Labels::fans_at(const BoundarySide* begin, co
             const uint32_t cell = fans.back()[k];
             for_faces(cell, [&](uint32_t face) {
                 const Triangle& v = complex_.faces[face].vertices;
-                const bool has_edge = std::find(v.begin(), v.end(), side->low) != v.end() && std::find(v.begin(), v.end(), side->high) != v.end();
+                const bool has_edge = std::find(v.begin(), v.end(), side->low) != v.end() &&
+                                      std::find(v.begin(), v.end(), side->high) != v.end();
                 const uint32_t other = across(face, cell);
-                if (has_edge && other != kNone && label_[other] == side->label && !is_taken(other)) fans.back().push_back(other);
+                if (has_edge && other != kNone && label_[other] == side->label && !is_taken(other))
+                    fans.back().push_back(other);
             });
         }
     }
     return fans;
 }
 
-/// Where a label has several fans around an edge, all but the largest go to a neighbour. Gives the number of edges found.
+/// Where a label has several fans around an edge, all but the largest go to a neighbour. Gives the number of edges
+/// found.
 size_t Labels::cure_pinched_edges(bool count_only) {
     const std::vector<BoundarySide> sides = boundary_sides();
     size_t found = 0;
     for (size_t i = 0, j; i < sides.size(); i = j) {
-        auto same = [&](const BoundarySide& s) { return s.label == sides[i].label && s.low == sides[i].low && s.high == sides[i].high; };
+        auto same = [&](const BoundarySide& s) {
+            return s.label == sides[i].label && s.low == sides[i].low && s.high == sides[i].high;
+        };
         for (j = i; j < sides.size() && same(sides[j]);) ++j;
         if (j - i <= 2) continue;
         ++found;

@@ -9,8 +9,8 @@
 namespace sunder {
 
 struct LabelRepair {
-    uint32_t n_labels = 0;                      // afterwards; each has at least one cell
-    size_t pinched_edges = 0;                   // edges left along which a fragment only touches itself
+    uint32_t n_labels = 0;     // afterwards; each has at least one cell
+    size_t pinched_edges = 0;  // edges left along which a fragment only touches itself
 };
 
 /// Relabels single cells so that each label's cells hang together by faces and no label touches itself along an edge.

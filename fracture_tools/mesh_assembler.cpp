@@ -42,7 +42,7 @@ void MeshAssembler::add_polygon(std::span<const FileCorner> corners, int32_t mat
     if (corners.size() < 3) return;
     if (corners.size() == 3) return add_triangle(corners[0], corners[1], corners[2], material);
     auto at = [&](uint32_t k) -> const Vec3& { return mesh_.positions[corners[k].vertex]; };
-    Vec3 normal = Vec3::Zero();                 // twice the area vector (Newell)
+    Vec3 normal = Vec3::Zero();  // twice the area vector (Newell)
     for (uint32_t k = 0; k < corners.size(); ++k) normal += (at(k) - at(0)).cross(at((k + 1) % corners.size()) - at(0));
     std::vector<uint32_t> left(corners.size());
     std::iota(left.begin(), left.end(), 0u);
@@ -59,7 +59,7 @@ void MeshAssembler::add_polygon(std::span<const FileCorner> corners, int32_t mat
                            !(turn(a, b, other) >= 0 && turn(b, c, other) >= 0 && turn(c, a, other) >= 0);
             if (is_free) ear = k % n;
         }
-        if (ear == n) ear = 1;                  // crossed or flat: any cut is as good
+        if (ear == n) ear = 1;  // crossed or flat: any cut is as good
         add_triangle(corners[left[(ear + n - 1) % n]], corners[left[ear]], corners[left[(ear + 1) % n]], material);
         left.erase(left.begin() + static_cast<std::ptrdiff_t>(ear));
     }

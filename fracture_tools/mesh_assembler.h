@@ -12,9 +12,9 @@ namespace sunder {
 
 /// What a reader knows of one corner.
 struct FileCorner {
-    uint32_t vertex = 0;                        // as weld() gave it
+    uint32_t vertex = 0;  // as weld() gave it
     Vec2f uv = Vec2f::Zero();
-    Vec3 normal = Vec3::Zero();                 // any length; 0: none, the triangle's own is taken
+    Vec3 normal = Vec3::Zero();  // any length; 0: none, the triangle's own is taken
 };
 
 /// Vertices at one position (bit for bit; -0 is 0) become one. Triangles with two corners at one position are dropped.

@@ -32,7 +32,7 @@ void unite(std::vector<uint32_t>& parent, uint32_t i, uint32_t j) {
 /// One side of a triangle: from corner `corner` to the next one.
 struct Side {
     uint32_t low, high, corner;
-    bool ascends;                               // runs from low to high
+    bool ascends;  // runs from low to high
 };
 
 bool has_three_vertices(const Triangle& t) { return t[0] != t[1] && t[1] != t[2] && t[2] != t[0]; }
@@ -45,8 +45,8 @@ bool find_bad_numbers(const MeshView& mesh, MeshReport& io_report) {
     for (size_t t = 0; t < mesh.triangles.size(); ++t)
         for (uint32_t v : mesh.triangles[t])
             if (v >= mesh.positions.size()) {
-                io_report.faults.push_back("triangle " + std::to_string(t) + " has vertex " + std::to_string(v) + " of " +
-                                           std::to_string(mesh.positions.size()));
+                io_report.faults.push_back("triangle " + std::to_string(t) + " has vertex " + std::to_string(v) +
+                                           " of " + std::to_string(mesh.positions.size()));
                 return true;
             }
     for (size_t v = 0; v < mesh.positions.size(); ++v)
@@ -65,16 +65,21 @@ void check_edges(const MeshView& mesh, const std::vector<Side>& sides, MeshRepor
     };
     for (size_t i = 0, j; i < sides.size(); i = j) {
         for (j = i; j < sides.size() && sides[j].low == sides[i].low && sides[j].high == sides[i].high;) ++j;
-        if (j - i == 1) count(io_report.open_edges, first_open, sides[i]);
-        else if (j - i > 2) count(io_report.non_manifold_edges, first_crowded, sides[i]);
-        else if (sides[i].ascends == sides[i + 1].ascends) count(io_report.inconsistent_edges, first_inconsistent, sides[i]);
+        if (j - i == 1)
+            count(io_report.open_edges, first_open, sides[i]);
+        else if (j - i > 2)
+            count(io_report.non_manifold_edges, first_crowded, sides[i]);
+        else if (sides[i].ascends == sides[i + 1].ascends)
+            count(io_report.inconsistent_edges, first_inconsistent, sides[i]);
     }
     MeshReport& r = io_report;
     if (r.open_edges) r.faults.push_back(fault(r.open_edges, "open edge", "open edges", first_open));
     if (r.non_manifold_edges)
-        r.faults.push_back(fault(r.non_manifold_edges, "edge with more than two triangles", "edges with more than two triangles", first_crowded));
+        r.faults.push_back(fault(r.non_manifold_edges, "edge with more than two triangles",
+                                 "edges with more than two triangles", first_crowded));
     if (r.inconsistent_edges)
-        r.faults.push_back(fault(r.inconsistent_edges, "edge between triangles that face opposite ways", "edges between triangles that face opposite ways", first_inconsistent));
+        r.faults.push_back(fault(r.inconsistent_edges, "edge between triangles that face opposite ways",
+                                 "edges between triangles that face opposite ways", first_inconsistent));
 }
 
 /// Counts vertices whose triangles form more than one fan, and the parts of the surface.
@@ -111,9 +116,11 @@ void check_vertices(const MeshView& mesh, const std::vector<Side>& sides, MeshRe
         }
     }
     if (io_report.non_manifold_vertices)
-        io_report.faults.push_back(fault(io_report.non_manifold_vertices, "vertex where the surface touches itself", "vertices where the surface touches itself", first_pinch));
+        io_report.faults.push_back(fault(io_report.non_manifold_vertices, "vertex where the surface touches itself",
+                                         "vertices where the surface touches itself", first_pinch));
     if (io_report.isolated_vertices)
-        io_report.faults.push_back(fault(io_report.isolated_vertices, "vertex without triangle", "vertices without triangle", first_alone));
+        io_report.faults.push_back(
+            fault(io_report.isolated_vertices, "vertex without triangle", "vertices without triangle", first_alone));
 }
 
 void check_triangles(const MeshView& mesh, MeshReport& io_report) {
@@ -133,9 +140,11 @@ void check_triangles(const MeshView& mesh, MeshReport& io_report) {
         if (by_vertices[i].first == by_vertices[i - 1].first && io_report.duplicate_triangles++ == 0)
             first_double = mesh.positions[by_vertices[i].first[0]];
     if (io_report.degenerate_triangles)
-        io_report.faults.push_back(fault(io_report.degenerate_triangles, "triangle without area", "triangles without area", first_flat));
+        io_report.faults.push_back(
+            fault(io_report.degenerate_triangles, "triangle without area", "triangles without area", first_flat));
     if (io_report.duplicate_triangles)
-        io_report.faults.push_back(fault(io_report.duplicate_triangles, "duplicate triangle", "duplicate triangles", first_double));
+        io_report.faults.push_back(
+            fault(io_report.duplicate_triangles, "duplicate triangle", "duplicate triangles", first_double));
 }
 
 /// Signed volume about the middle of the box, and area.

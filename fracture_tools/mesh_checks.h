@@ -13,17 +13,18 @@ struct MeshReport {
     size_t n_vertices = 0, n_triangles = 0, n_components = 0;
     size_t open_edges = 0, non_manifold_edges = 0, inconsistent_edges = 0, non_manifold_vertices = 0;
     size_t degenerate_triangles = 0, duplicate_triangles = 0, isolated_vertices = 0;
-    double volume = 0, area = 0;                // signed volume, m3; m2
+    double volume = 0, area = 0;  // signed volume, m3; m2
     Aabb bounds;
-    std::vector<std::string> faults;            // sentences with the first place, "12 open edges, first near (x y z)"
-    bool has_bad_numbers = false;               // non-finite coordinates or corners without vertex: nothing else is counted
+    std::vector<std::string> faults;  // sentences with the first place, "12 open edges, first near (x y z)"
+    bool has_bad_numbers = false;     // non-finite coordinates or corners without vertex: nothing else is counted
 
     /// There are triangles, and their numbers mean something.
     bool is_usable() const { return n_triangles > 0 && !has_bad_numbers; }
 
     /// Closed, 2-manifold, consistently oriented, positive volume: it bounds a solid.
     bool is_solid() const {
-        return is_usable() && open_edges + non_manifold_edges + inconsistent_edges + non_manifold_vertices == 0 && volume > 0;
+        return is_usable() && open_edges + non_manifold_edges + inconsistent_edges + non_manifold_vertices == 0 &&
+               volume > 0;
     }
 };
 
@@ -32,7 +33,7 @@ MeshReport check_mesh(const MeshView& mesh);
 /// Ok if the mesh bounds a solid; else an error that names `where`, the fault and its place.
 Status require_solid(const MeshView& mesh, const std::string& where);
 
-double mesh_volume(const MeshView& mesh);       // signed, m3
-double mesh_area(const MeshView& mesh);         // m2
+double mesh_volume(const MeshView& mesh);  // signed, m3
+double mesh_area(const MeshView& mesh);    // m2
 
 }  // namespace sunder

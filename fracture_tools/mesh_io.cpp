@@ -5,11 +5,11 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <assimp/Importer.hpp>
 #include <cmath>
-#include <Eigen/LU>
 #include <filesystem>
 #include <fstream>
 
@@ -46,12 +46,13 @@ public:
 
 private:
     static bool has_uvs(const aiScene& scene) {
-        return std::any_of(scene.mMeshes, scene.mMeshes + scene.mNumMeshes, [](const aiMesh* m) { return m->HasTextureCoords(0); });
+        return std::any_of(scene.mMeshes, scene.mMeshes + scene.mNumMeshes,
+                           [](const aiMesh* m) { return m->HasTextureCoords(0); });
     }
     /// STL's normals are those of the triangles and say nothing of what the artist wants smooth.
     static bool has_normals(const aiScene& scene, const std::string& path) {
-        return lower_extension(path) != ".stl" &&
-               std::any_of(scene.mMeshes, scene.mMeshes + scene.mNumMeshes, [](const aiMesh* m) { return m->HasNormals(); });
+        return lower_extension(path) != ".stl" && std::any_of(scene.mMeshes, scene.mMeshes + scene.mNumMeshes,
+                                                              [](const aiMesh* m) { return m->HasNormals(); });
     }
 
     /// Materials keep the order of the file. The one that assimp adds for triangles without comes last: it is known by
@@ -62,14 +63,16 @@ private:
             if (scene_.mMeshes[m]->mMaterialIndex < is_used.size()) is_used[scene_.mMeshes[m]->mMaterialIndex] = 1;
         for (unsigned m = 0; m < scene_.mNumMaterials; ++m) {
             const std::string name = scene_.mMaterials[m]->GetName().C_Str();
-            const bool inserted = name == AI_DEFAULT_MATERIAL_NAME || (name.empty() && (!is_used[m] || m + 1 == scene_.mNumMaterials));
+            const bool inserted =
+                name == AI_DEFAULT_MATERIAL_NAME || (name.empty() && (!is_used[m] || m + 1 == scene_.mNumMaterials));
             material_number_.push_back(inserted ? -1 : static_cast<int32_t>(material_name_.size()));
             if (!inserted) material_name_.push_back(name);
         }
     }
 
     int32_t material_of(const aiMesh& part) {
-        const int32_t number = part.mMaterialIndex < material_number_.size() ? material_number_[part.mMaterialIndex] : -1;
+        const int32_t number =
+            part.mMaterialIndex < material_number_.size() ? material_number_[part.mMaterialIndex] : -1;
         if (number >= 0) return number;
         default_is_used_ = true;
         return static_cast<int32_t>(material_name_.size());
@@ -98,11 +101,14 @@ private:
             const aiVector3D& p = part.mVertices[v];
             const Vec3 world = scale_ * (linear * Vec3(p.x, p.y, p.z) + shift);
             if (!world.allFinite())
-                return bad_input(path_, "vertex " + std::to_string(v) + " of mesh '" + (part.mName.length ? part.mName.C_Str() : node) +
+                return bad_input(path_, "vertex " + std::to_string(v) + " of mesh '" +
+                                            (part.mName.length ? part.mName.C_Str() : node) +
                                             "' has a coordinate that is no finite number");
             corners[v].vertex = assembler_.weld(world);
-            if (part.HasTextureCoords(0)) corners[v].uv = Vec2f(part.mTextureCoords[0][v].x, part.mTextureCoords[0][v].y);
-            if (part.HasNormals()) corners[v].normal = normal_matrix * Vec3(part.mNormals[v].x, part.mNormals[v].y, part.mNormals[v].z);
+            if (part.HasTextureCoords(0))
+                corners[v].uv = Vec2f(part.mTextureCoords[0][v].x, part.mTextureCoords[0][v].y);
+            if (part.HasNormals())
+                corners[v].normal = normal_matrix * Vec3(part.mNormals[v].x, part.mNormals[v].y, part.mNormals[v].z);
         }
         const int32_t material = material_of(part);
         for (unsigned f = 0; f < part.mNumFaces; ++f) {
@@ -121,7 +127,7 @@ private:
     std::string path_;
     double scale_;
     bool default_is_used_ = false;
-    std::vector<int32_t> material_number_;      // of assimp's materials in ours; -1: inserted by assimp
+    std::vector<int32_t> material_number_;  // of assimp's materials in ours; -1: inserted by assimp
     std::vector<std::string> material_name_;
     MeshAssembler assembler_;
 };
@@ -166,7 +172,8 @@ Result<TriMesh> read_mesh(const std::string& path, const MeshReadSettings& setti
         if (!bytes) return bytes.error();
         return extension == ".ply" ? read_ply(*bytes, path, settings.scale) : read_off(*bytes, path, settings.scale);
     } catch (const std::exception& failure) {
-        return bad_input(path, std::string("the file cannot be read: ") + failure.what(), std::string("give ") + kFormats);
+        return bad_input(path, std::string("the file cannot be read: ") + failure.what(),
+                         std::string("give ") + kFormats);
     }
 }
 

@@ -44,8 +44,8 @@ Status close_holes(Surface& io_surface, double diagonal, const std::string& wher
         double perimeter = 0;
         for (const auto h : CGAL::halfedges_around_face(start, io_surface)) {
             ++open_edges;
-            perimeter += std::sqrt(CGAL::squared_distance(io_surface.point(io_surface.source(h)),
-                                                          io_surface.point(io_surface.target(h))));
+            perimeter += std::sqrt(
+                CGAL::squared_distance(io_surface.point(io_surface.source(h)), io_surface.point(io_surface.target(h))));
         }
         largest = std::max(largest, perimeter);
     }
@@ -100,7 +100,8 @@ public:
     explicit Attributes(const TriMesh& source) : source_(source) {
         for (uint32_t t = 0; t < source.triangles.size(); ++t) {
             triangle_.try_emplace(key(corners(source, t)), t);
-            for (int c = 0; c < 3; ++c) corner_.try_emplace(as_array(source.positions[source.triangles[t][c]]), 3 * t + c);
+            for (int c = 0; c < 3; ++c)
+                corner_.try_emplace(as_array(source.positions[source.triangles[t][c]]), 3 * t + c);
         }
     }
 
@@ -111,7 +112,8 @@ public:
             const auto known = triangle_.find(key(at));
             const uint32_t from = known != triangle_.end() ? known->second : neighbour(at);
             const bool kept = known != triangle_.end();
-            if (!source_.triangle_material.empty()) io_mesh.triangle_material.push_back(source_.triangle_material[from]);
+            if (!source_.triangle_material.empty())
+                io_mesh.triangle_material.push_back(source_.triangle_material[from]);
             for (int c = 0; c < 3; ++c) {
                 const uint32_t corner = kept ? corner_of(from, at[c]) : near_corner(at[c], 3 * from);
                 if (!source_.corner_uvs.empty()) io_mesh.corner_uvs.push_back(source_.corner_uvs[corner]);
@@ -148,7 +150,8 @@ private:
         if (!kept) return own;
         const Vec3f& artist = source_.corner_normals[corner];
         const std::array<Vec3, 3> before = corners(source_, corner / 3);
-        const bool reversed = (before[1] - before[0]).cross(before[2] - before[0]).dot((at[1] - at[0]).cross(at[2] - at[0])) < 0;
+        const bool reversed =
+            (before[1] - before[0]).cross(before[2] - before[0]).dot((at[1] - at[0]).cross(at[2] - at[0])) < 0;
         return reversed ? Vec3f(-artist) : artist;
     }
 
@@ -214,7 +217,9 @@ Result<TriMesh> repair(const TriMesh& mesh, const std::string& where, std::vecto
     if (chain->n_holes > 0) io_warnings.push_back(where + ": " + counted(chain->n_holes, "hole", "holes") + " closed");
     const size_t dropped = before.degenerate_triangles + before.duplicate_triangles;
     if (dropped > 0)
-        io_warnings.push_back(where + ": " + counted(dropped, "degenerate or duplicate triangle", "degenerate or duplicate triangles") + " dropped");
+        io_warnings.push_back(
+            where + ": " + counted(dropped, "degenerate or duplicate triangle", "degenerate or duplicate triangles") +
+            " dropped");
     if (before.inconsistent_edges > 0 || before.volume < 0) io_warnings.push_back(where + ": triangles turned outward");
     if (before.non_manifold_edges + before.non_manifold_vertices > 0)
         io_warnings.push_back(where + ": the surface was parted where it touched itself");

@@ -7,7 +7,7 @@
 namespace sunder {
 namespace {
 
-constexpr uint64_t kMostCorners = 10'000;       // of one polygon; cutting it up takes the square of that
+constexpr uint64_t kMostCorners = 10'000;  // of one polygon; cutting it up takes the square of that
 
 /// The next line that holds something; comments are cut off.
 std::string_view next_content(std::string_view& io_text) {
@@ -47,7 +47,8 @@ Result<TriMesh> read_off(std::string_view bytes, const std::string& where, doubl
         for (int k = 0; k < 3; ++k)
             if (!to_number(next_word(at), p[k])) return truncated("vertex", v);
         p *= scale;
-        if (!p.allFinite()) return bad_input(where, "vertex " + std::to_string(v) + " has a coordinate that is no finite number");
+        if (!p.allFinite())
+            return bad_input(where, "vertex " + std::to_string(v) + " has a coordinate that is no finite number");
         number.push_back(assembler.weld(p));
     }
     std::vector<FileCorner> corners;
@@ -60,7 +61,8 @@ Result<TriMesh> read_off(std::string_view bytes, const std::string& where, doubl
             uint64_t v = 0;
             if (!to_number(next_word(face), v)) return truncated("face", f);
             if (v >= number.size())
-                return bad_input(where, "face " + std::to_string(f) + " names vertex " + std::to_string(v) + " of " + std::to_string(number.size()));
+                return bad_input(where, "face " + std::to_string(f) + " names vertex " + std::to_string(v) + " of " +
+                                            std::to_string(number.size()));
             corners.push_back({number[v], Vec2f::Zero(), Vec3::Zero()});
         }
         assembler.add_polygon(corners, 0);

@@ -12,7 +12,7 @@
 namespace sunder {
 namespace {
 
-constexpr double kMostEntries = 20'000;         // of one list: two UVs for each corner of the largest polygon
+constexpr double kMostEntries = 20'000;  // of one list: two UVs for each corner of the largest polygon
 constexpr int32_t kMostMaterials = 100'000;
 
 struct Type {
@@ -21,11 +21,18 @@ struct Type {
 };
 
 std::optional<Type> type_named(std::string_view name) {
-    struct Named { std::string_view name, alias; Type type; };
-    static constexpr std::array<Named, 8> kTypes = {{{"char", "int8", {1, false, true}}, {"uchar", "uint8", {1, false, false}},
-                                                     {"short", "int16", {2, false, true}}, {"ushort", "uint16", {2, false, false}},
-                                                     {"int", "int32", {4, false, true}}, {"uint", "uint32", {4, false, false}},
-                                                     {"float", "float32", {4, true, true}}, {"double", "float64", {8, true, true}}}};
+    struct Named {
+        std::string_view name, alias;
+        Type type;
+    };
+    static constexpr std::array<Named, 8> kTypes = {{{"char", "int8", {1, false, true}},
+                                                     {"uchar", "uint8", {1, false, false}},
+                                                     {"short", "int16", {2, false, true}},
+                                                     {"ushort", "uint16", {2, false, false}},
+                                                     {"int", "int32", {4, false, true}},
+                                                     {"uint", "uint32", {4, false, false}},
+                                                     {"float", "float32", {4, true, true}},
+                                                     {"double", "float64", {8, true, true}}}};
     for (const Named& t : kTypes)
         if (name == t.name || name == t.alias) return t.type;
     return std::nullopt;
@@ -34,7 +41,7 @@ std::optional<Type> type_named(std::string_view name) {
 struct Property {
     std::string name;
     Type type;
-    std::optional<Type> count_type;             // a list
+    std::optional<Type> count_type;  // a list
 };
 
 struct Element {
@@ -74,10 +81,14 @@ std::string read_header(std::string_view& io_bytes, Header& out) {
         if (word == "end_header") return {};
         if (word == "format") {
             const std::string_view format = next_word(line);
-            if (format == "ascii") out.format = Format::text;
-            else if (format == "binary_little_endian") out.format = Format::little_endian;
-            else if (format == "binary_big_endian") out.format = Format::big_endian;
-            else return complaint;
+            if (format == "ascii")
+                out.format = Format::text;
+            else if (format == "binary_little_endian")
+                out.format = Format::little_endian;
+            else if (format == "binary_big_endian")
+                out.format = Format::big_endian;
+            else
+                return complaint;
         } else if (word == "element") {
             Element element;
             element.name = next_word(line);
@@ -132,9 +143,12 @@ private:
     }
     static double read_integer(const std::array<char, 8>& raw, const Type& type) {
         switch (type.size) {
-            case 1: return type.is_signed ? read<int8_t>(raw) : read<uint8_t>(raw);
-            case 2: return type.is_signed ? read<int16_t>(raw) : read<uint16_t>(raw);
-            default: return type.is_signed ? read<int32_t>(raw) : read<uint32_t>(raw);
+            case 1:
+                return type.is_signed ? read<int8_t>(raw) : read<uint8_t>(raw);
+            case 2:
+                return type.is_signed ? read<int16_t>(raw) : read<uint16_t>(raw);
+            default:
+                return type.is_signed ? read<int32_t>(raw) : read<uint32_t>(raw);
         }
     }
 
@@ -148,7 +162,8 @@ bool next_item(Body& io_body, const Element& element, std::vector<std::vector<do
     for (size_t k = 0; k < element.properties.size(); ++k) {
         const Property& property = element.properties[k];
         double n = 1;
-        if (property.count_type && (!io_body.next(*property.count_type, n) || !(n >= 0) || n > kMostEntries)) return false;
+        if (property.count_type && (!io_body.next(*property.count_type, n) || !(n >= 0) || n > kMostEntries))
+            return false;
         out[k].resize(static_cast<size_t>(n));
         for (double& value : out[k])
             if (!io_body.next(property.type, value)) return false;
@@ -159,17 +174,24 @@ bool next_item(Body& io_body, const Element& element, std::vector<std::vector<do
 class PlyMesh {
 public:
     PlyMesh(const Header& header, Body body, std::string where, double scale)
-        : header_(header), body_(body), where_(std::move(where)), scale_(scale), assembler_(has_uvs(header), has_normals(header)) {}
+        : header_(header),
+          body_(body),
+          where_(std::move(where)),
+          scale_(scale),
+          assembler_(has_uvs(header), has_normals(header)) {}
 
     Result<TriMesh> read() {
         for (const Element& element : header_.elements) {
             if (element.properties.empty()) continue;
             for (uint64_t i = 0; i < element.count; ++i) {
                 if (!next_item(body_, element, item_))
-                    return bad_input(where_, "the file ends, or is damaged, at " + element.name + " " + std::to_string(i) + " of " + std::to_string(element.count));
+                    return bad_input(where_, "the file ends, or is damaged, at " + element.name + " " +
+                                                 std::to_string(i) + " of " + std::to_string(element.count));
                 Status s;
-                if (element.name == "vertex") s = add_vertex(element, i);
-                else if (element.name == "face") s = add_face(element, i);
+                if (element.name == "vertex")
+                    s = add_vertex(element, i);
+                else if (element.name == "face")
+                    s = add_face(element, i);
                 if (!s) return s.error();
             }
         }
@@ -198,7 +220,8 @@ private:
             place_ = {e.find({"x"}), e.find({"y"}), e.find({"z"})};
             normal_ = {e.find({"nx"}), e.find({"ny"}), e.find({"nz"})};
             uv_ = {uv_property(e, 0), uv_property(e, 1)};
-            if (*std::min_element(place_.begin(), place_.end()) < 0) return bad_input(where_, "the vertices have no x, y and z");
+            if (*std::min_element(place_.begin(), place_.end()) < 0)
+                return bad_input(where_, "the vertices have no x, y and z");
         }
         const Vec3 p = scale_ * Vec3(value(place_[0]), value(place_[1]), value(place_[2]));
         if (!p.allFinite())
@@ -226,7 +249,8 @@ private:
                 polygon_.back().uv = Vec2f(float(item_[texcoord_][2 * c]), float(item_[texcoord_][2 * c + 1]));
         }
         const double material = value(material_);
-        if (!(material >= 0 && material < kMostMaterials)) return bad_input(where_, name + " has a material number out of range");
+        if (!(material >= 0 && material < kMostMaterials))
+            return bad_input(where_, name + " has a material number out of range");
         assembler_.add_polygon(polygon_, static_cast<int32_t>(material));
         return {};
     }
@@ -247,7 +271,8 @@ private:
 
 Result<TriMesh> read_ply(std::string_view bytes, const std::string& where, double scale) {
     Header header;
-    if (const std::string complaint = read_header(bytes, header); !complaint.empty()) return bad_input(where, complaint);
+    if (const std::string complaint = read_header(bytes, header); !complaint.empty())
+        return bad_input(where, complaint);
     return PlyMesh(header, Body(bytes, header.format), where, scale).read();
 }
 

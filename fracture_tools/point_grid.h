@@ -21,7 +21,8 @@ public:
     /// Calls visit(index) for points in cells that meet the ball: all within `radius` and some beyond. Order is fixed.
     template <class Visit>
     void visit_near(const Vec3& center, double radius, Visit visit) const {
-        const std::array<int, 3> low = cell_of(center - Vec3::Constant(radius)), high = cell_of(center + Vec3::Constant(radius));
+        const std::array<int, 3> low = cell_of(center - Vec3::Constant(radius)),
+                                 high = cell_of(center + Vec3::Constant(radius));
         for (int z = low[2]; z <= high[2]; ++z)
             for (int y = low[1]; y <= high[1]; ++y)
                 for (int x = low[0]; x <= high[0]; ++x) {
@@ -31,12 +32,12 @@ public:
     }
 
 private:
-    std::array<int, 3> cell_of(const Vec3& p) const;    // clamped to the grid
+    std::array<int, 3> cell_of(const Vec3& p) const;  // clamped to the grid
     size_t number(int x, int y, int z) const { return (size_t(z) * cells_[1] + y) * cells_[0] + x; }
 
     std::span<const Vec3> points_;
     Vec3 origin_ = Vec3::Zero();
-    double cell_ = 1;                           // side of a grid cell, m
+    double cell_ = 1;  // side of a grid cell, m
     std::array<int, 3> cells_ = {1, 1, 1};
     std::vector<uint32_t> offset_, point_;
 };

@@ -42,7 +42,10 @@ std::string percent(double share) {
 double volume_of(const TetMesh& mesh) {
     double sum = 0;
     for (const auto& [a, b, c, d] : mesh.tets)
-        sum += (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]).dot(mesh.vertices[d] - mesh.vertices[a]) / 6;
+        sum += (mesh.vertices[b] - mesh.vertices[a])
+                   .cross(mesh.vertices[c] - mesh.vertices[a])
+                   .dot(mesh.vertices[d] - mesh.vertices[a]) /
+               6;
     return sum;
 }
 
@@ -72,7 +75,8 @@ Result<TetMesh> fill(const TriMesh& mesh, const PrefractureSettings& settings, c
     const double wanted = settings.pieces * settings.cells_per_piece;
     TetrahedralizeSettings cells;
     cells.cell_size = std::cbrt(kCellsPerCube * report.volume / wanted);
-    cells.surface_distance = std::min(kSurfaceDistance * cells.cell_size, kLargestSurfaceDistance * report.bounds.diagonal());
+    cells.surface_distance =
+        std::min(kSurfaceDistance * cells.cell_size, kLargestSurfaceDistance * report.bounds.diagonal());
     cells.max_vertices = static_cast<size_t>(2 * wanted) + kSpareVertices;
     for (int attempt = 1;; ++attempt) {
         if (!progress.report(double(attempt - 1) / kMeshingAttempts, "filling the mesh with cells")) return cancelled();
@@ -89,10 +93,13 @@ Result<TetMesh> fill(const TriMesh& mesh, const PrefractureSettings& settings, c
             return bad_input(where, "the cells' volume is " + percent(error) + " off the mesh's",
                              "remove self-intersections, or use more cells per piece");
         if (tets->tets.size() < size_t(settings.pieces))
-            return bad_input(where, "there are " + std::to_string(tets->tets.size()) + " cells for " +
-                                        std::to_string(settings.pieces) + " pieces", "ask for fewer pieces");
+            return bad_input(where,
+                             "there are " + std::to_string(tets->tets.size()) + " cells for " +
+                                 std::to_string(settings.pieces) + " pieces",
+                             "ask for fewer pieces");
         if (error > kVolumeErrorToTell)
-            io_warnings.push_back(where + ": the cells' volume is " + percent(error) + " off the mesh's (use more cells per piece)");
+            io_warnings.push_back(where + ": the cells' volume is " + percent(error) +
+                                  " off the mesh's (use more cells per piece)");
         return tets;
     }
 }
@@ -105,9 +112,12 @@ Status PrefractureSettings::check(const std::string& where) const {
         e.parameter = parameter;
         return e;
     };
-    if (pieces < 1 || pieces > 100'000) return refuse("pieces", "pieces must be 1 to 100000, not " + std::to_string(pieces));
-    if (!(cells_per_piece >= 4 && cells_per_piece <= 1000)) return refuse("cells_per_piece", "cells per piece must be 4 to 1000");
-    if (!(sharp_angle >= 0 && sharp_angle <= 180)) return refuse("sharp_angle", "the sharp angle must be 0 to 180 degrees");
+    if (pieces < 1 || pieces > 100'000)
+        return refuse("pieces", "pieces must be 1 to 100000, not " + std::to_string(pieces));
+    if (!(cells_per_piece >= 4 && cells_per_piece <= 1000))
+        return refuse("cells_per_piece", "cells per piece must be 4 to 1000");
+    if (!(sharp_angle >= 0 && sharp_angle <= 180))
+        return refuse("sharp_angle", "the sharp angle must be 0 to 180 degrees");
     return {};
 }
 
@@ -123,7 +133,8 @@ Result<FragmentSet> prefracture(const TriMesh& mesh, const PrefractureSettings& 
     if (!tets) return tets.error();
     const double mean_piece = volume_of(*tets) / settings.pieces;
     if (const size_t n = drop_crumbs(*tets, kCrumb * mean_piece); n > 0)
-        warnings.push_back(where + ": " + std::to_string(n) + " separate parts much smaller than a piece were left out");
+        warnings.push_back(where + ": " + std::to_string(n) +
+                           " separate parts much smaller than a piece were left out");
     CellComplex complex = make_cell_complex(*tets);
     find_source_triangles(*solid, complex);
 

@@ -10,24 +10,24 @@
 
 namespace sunder {
 
-enum class CutMethod { kmeans };                // voronoi: the restricted-Voronoi cutter fits in here, behind the same cell complex
+enum class CutMethod { kmeans };  // voronoi: the restricted-Voronoi cutter fits in here, behind the same cell complex
 
 struct PrefractureSettings {
     CutMethod method = CutMethod::kmeans;
-    int pieces = 300;                           // wanted number of fragments, 1 .. 100000
-    uint32_t seed = 0;                          // of the k-means++ seeding
-    double cells_per_piece = 30;                // tetrahedra per fragment aimed at, 4 .. 1000
-    double sharp_angle = 0;                     // degrees; edges sharper than this are kept as features; 0: automatic
-    bool repair = true;                         // weld, orient and close small holes of the input first (warned about)
+    int pieces = 300;             // wanted number of fragments, 1 .. 100000
+    uint32_t seed = 0;            // of the k-means++ seeding
+    double cells_per_piece = 30;  // tetrahedra per fragment aimed at, 4 .. 1000
+    double sharp_angle = 0;       // degrees; edges sharper than this are kept as features; 0: automatic
+    bool repair = true;           // weld, orient and close small holes of the input first (warned about)
 
-    Status check(const std::string& where) const;   // ranges
+    Status check(const std::string& where) const;  // ranges
 };
 
 /// Fragments whose volumes sum to something farther from the source's than this share are refused.
 constexpr double kMaxVolumeError = 0.05;
 
-/// Cuts a solid mesh. `where` names the mesh in errors. Errors: open / self-intersecting / zero-volume mesh, more pieces
-/// than cells, a fragment that could not be closed. Deterministic: same mesh and settings, same bits.
+/// Cuts a solid mesh. `where` names the mesh in errors. Errors: open / self-intersecting / zero-volume mesh, more
+/// pieces than cells, a fragment that could not be closed. Deterministic: same mesh and settings, same bits.
 Result<FragmentSet> prefracture(const TriMesh& mesh, const PrefractureSettings& settings, const std::string& where,
                                 const Progress& progress = {});
 
@@ -36,7 +36,8 @@ Result<FragmentSet> prefracture(const TriMesh& mesh, const PrefractureSettings& 
 void measure_fragments(FragmentSet& io_set);
 
 /// One fragment as a closed 2-manifold mesh of its own: vertices where the fragment only touches itself (pinches) are
-/// duplicated, one for each fan. Material: outer ids, `interior_material` on break surfaces. UVs where the set has them.
+/// duplicated, one for each fan. Material: outer ids, `interior_material` on break surfaces. UVs where the set has
+/// them.
 TriMesh fragment_mesh(const FragmentSet& set, FragmentId fragment);
 
 /// The fragments' own invariants: each closed, positive volume, volumes sum to the source. Errors name the fragment.

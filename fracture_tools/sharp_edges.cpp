@@ -9,15 +9,15 @@
 namespace sunder {
 namespace {
 
-constexpr double kVisible = 15, kSharp = 40;    // degrees
-constexpr double kAlone = 0.5;                  // length of visible edges against that of sharp ones
-constexpr double kLong = 2;                     // cells
+constexpr double kVisible = 15, kSharp = 40;  // degrees
+constexpr double kAlone = 0.5;                // length of visible edges against that of sharp ones
+constexpr double kLong = 2;                   // cells
 /// Less sharp length than this share of the box's diagonal is a flaw of the mesh (folded slivers), not its design.
 constexpr double kLeastLength = 0.5;
 
 struct EdgeLengths {
-    double sharp = 0, visible = 0;              // above kSharp; between kVisible and kSharp, m
-    size_t n = 0;                               // of both
+    double sharp = 0, visible = 0;  // above kSharp; between kVisible and kSharp, m
+    size_t n = 0;                   // of both
 
     void add(double angle, double length) {
         if (angle <= kVisible) return;
@@ -27,7 +27,9 @@ struct EdgeLengths {
 };
 
 EdgeLengths measure_edges(const MeshView& mesh) {
-    struct Side { uint32_t low, high, triangle; };
+    struct Side {
+        uint32_t low, high, triangle;
+    };
     std::vector<Side> sides;
     for (uint32_t t = 0; t < mesh.triangles.size(); ++t)
         for (int c = 0; c < 3; ++c) {

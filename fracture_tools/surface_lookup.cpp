@@ -83,7 +83,7 @@ void SurfaceLookup::build(uint32_t node) {
 SurfacePoint SurfaceLookup::nearest(const Vec3& query) const {
     SurfacePoint best;
     best.distance = std::numeric_limits<double>::infinity();
-    std::array<uint32_t, 96> stack;             // halving 2^32 triangles is 32 levels deep
+    std::array<uint32_t, 96> stack;  // halving 2^32 triangles is 32 levels deep
     size_t depth = 0;
     // The left child of a node follows it when it is built: node + 1.
     if (!order_.empty()) stack[depth++] = 0;
@@ -93,7 +93,8 @@ SurfacePoint SurfaceLookup::nearest(const Vec3& query) const {
         if (squared_distance(node.box, query) > best.distance * best.distance) continue;
         if (node.right != 0) {
             uint32_t near = index + 1, far = node.right;
-            if (squared_distance(nodes_[far].box, query) < squared_distance(nodes_[near].box, query)) std::swap(near, far);
+            if (squared_distance(nodes_[far].box, query) < squared_distance(nodes_[near].box, query))
+                std::swap(near, far);
             stack[depth++] = far;
             stack[depth++] = near;
             continue;

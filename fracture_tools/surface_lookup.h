@@ -9,9 +9,9 @@ namespace sunder {
 
 struct SurfacePoint {
     uint32_t triangle = 0;
-    Vec3 barycentric = Vec3::UnitX();           // weights of its corners, sum 1
-    Vec3 position = Vec3::Zero();               // m
-    double distance = 0;                        // m
+    Vec3 barycentric = Vec3::UnitX();  // weights of its corners, sum 1
+    Vec3 position = Vec3::Zero();      // m
+    double distance = 0;               // m
 };
 
 /// Nearest point of one triangle (Ericson 2005, section 5.1.5); degenerate triangles are allowed.
@@ -28,8 +28,8 @@ public:
 private:
     struct Node {
         Aabb box;
-        uint32_t begin = 0, end = 0;            // its triangles in order_
-        uint32_t right = 0;                     // right child; the left one follows; 0: a leaf
+        uint32_t begin = 0, end = 0;  // its triangles in order_
+        uint32_t right = 0;           // right child; the left one follows; 0: a leaf
     };
     void build(uint32_t node);
 

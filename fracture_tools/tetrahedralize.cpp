@@ -56,6 +56,7 @@ Result<Surface> make_surface(const MeshView& mesh, const UnitBox& unit, const st
         return bad_input(where, "the surface is not a manifold");
     Surface surface;
     CGAL::Polygon_mesh_processing::polygon_soup_to_polygon_mesh(points, triangles, surface);
+    if (surface.empty() || !CGAL::is_closed(surface)) return bad_input(where, "the surface is not closed");
     return surface;
 }
 
@@ -77,10 +78,13 @@ TetMesh to_plain(const Complex& complex, const UnitBox& unit) {
     return out;
 }
 
-/// Sharp edges are protected by balls before anything else is meshed. Where edges cross or nearly touch the balls shrink
-/// without end, at a cost that grows with the square of their number: tried on their own first, with a limit on it.
+/// Sharp edges are protected by balls before anything else is meshed. Where edges cross or nearly touch the balls
+/// shrink without end, at a cost that grows with the square of their number: tried on their own first, with a limit on
+/// it.
 bool can_protect_edges(const Domain& domain, const Criteria& criteria, double edge_size) {
-    std::vector<std::tuple<Domain::Curve_index, std::pair<Kernel::Point_3, Domain::Index>, std::pair<Kernel::Point_3, Domain::Index>>> curves;
+    std::vector<std::tuple<Domain::Curve_index, std::pair<Kernel::Point_3, Domain::Index>,
+                           std::pair<Kernel::Point_3, Domain::Index>>>
+        curves;
     domain.get_curves(std::back_inserter(curves));
     double length = 0;
     for (const auto& curve : curves) length += domain.curve_length(std::get<0>(curve));
@@ -112,9 +116,9 @@ Result<TetMesh> run(const MeshView& mesh, const TetrahedralizeSettings& settings
     Param::internal::Mesh_3_options options;
     options.maximal_number_of_vertices = settings.max_vertices;
     options.pointer_to_error_code = &code;
-    const Complex complex = CGAL::make_mesh_3<Complex>(
-        domain, criteria, has_features ? Param::features(domain) : Param::no_features(), Param::no_perturb(),
-        Param::no_exude(), options);
+    const Complex complex =
+        CGAL::make_mesh_3<Complex>(domain, criteria, has_features ? Param::features(domain) : Param::no_features(),
+                                   Param::no_perturb(), Param::no_exude(), options);
     if (code != CGAL::CGAL_MESH_3_NO_ERROR)
         return bad_input(where, "filling it with tetrahedra does not settle", "look for self-intersections");
     TetMesh out = to_plain(complex, unit);
@@ -130,8 +134,12 @@ Result<TetMesh> tetrahedralize(const MeshView& mesh, const TetrahedralizeSetting
     try {
         return run(mesh, settings, where);
     } catch (const std::bad_alloc&) {
-        return Error{ErrorCode::internal, "memory ran out while filling the mesh with tetrahedra", where,
-                     "ask for fewer pieces", {}, {}};
+        return Error{ErrorCode::internal,
+                     "memory ran out while filling the mesh with tetrahedra",
+                     where,
+                     "ask for fewer pieces",
+                     {},
+                     {}};
     } catch (const CGAL::Failure_exception& failure) {  // its what() is a page; the expression tells experts enough
         return bad_input(where, "filling it with tetrahedra failed: " + failure.expression().substr(0, 80),
                          "look for self-intersections");

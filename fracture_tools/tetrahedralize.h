@@ -11,15 +11,15 @@
 namespace sunder {
 
 struct TetMesh {
-    std::vector<Vec3> vertices;                         // (n_vertices x 3), m
-    std::vector<std::array<uint32_t, 4>> tets;          // (n_tets x 4); (b - a) x (c - a) . (d - a) > 0
+    std::vector<Vec3> vertices;                 // (n_vertices x 3), m
+    std::vector<std::array<uint32_t, 4>> tets;  // (n_tets x 4); (b - a) x (c - a) . (d - a) > 0
 };
 
 struct TetrahedralizeSettings {
-    double cell_size = 0.1;                     // radius of the circumscribed spheres at most, m, > 0
-    double surface_distance = 0.01;             // how far the new surface may lie from the mesh, m, > 0
-    double sharp_angle = 0;                     // degrees; edges sharper than this stay edges; 0: none is kept
-    size_t max_vertices = 0;                    // ends a run that does not settle; 0: no end
+    double cell_size = 0.1;          // radius of the circumscribed spheres at most, m, > 0
+    double surface_distance = 0.01;  // how far the new surface may lie from the mesh, m, > 0
+    double sharp_angle = 0;          // degrees; edges sharper than this stay edges; 0: none is kept
+    size_t max_vertices = 0;         // ends a run that does not settle; 0: no end
 };
 
 /// Fills the volume bounded by `mesh`; the surface is meshed anew, within `surface_distance`. Sequential: same input,

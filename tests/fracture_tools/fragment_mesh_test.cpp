@@ -53,7 +53,8 @@ TEST(FragmentMesh, cubes_that_meet_in_a_corner_come_apart_there) {
 TEST(FragmentMesh, an_edge_pinched_in_the_midst_of_a_fragment_stays_manifold) {
     // Full layers above and below a chess board: the fragment goes round both ends of the pinched edge, so that parting
     // its vertices alone cannot tell the two edges apart.
-    const FragmentSet set = cut_grid({2, 2, 3}, 3, [](int x, int y, int z) { return z != 1 || (x + y) % 2 ? 0 : 1 + x; });
+    const FragmentSet set =
+        cut_grid({2, 2, 3}, 3, [](int x, int y, int z) { return z != 1 || (x + y) % 2 ? 0 : 1 + x; });
     expect_whole(set);
     const TriMesh mesh = fragment_mesh(set, FragmentId(0));
     const MeshReport r = check_mesh(mesh);
@@ -76,10 +77,11 @@ TEST(FragmentMesh, materials_tell_outer_from_break_surfaces_and_shared_places_ar
     EXPECT_EQ(std::count(corner.triangle_material.begin(), corner.triangle_material.end(), set.interior_material), 6);
     for (const Interface& face : set.interfaces) {
         EXPECT_NEAR(face.area, 1, 1e-14);
-        EXPECT_NEAR(face.normal.cwiseAbs().sum(), 1, 1e-14);    // along an axis
+        EXPECT_NEAR(face.normal.cwiseAbs().sum(), 1, 1e-14);  // along an axis
         for (uint32_t t = face.triangle_begin; t < face.triangle_end; ++t)
-            for (int c = 0; c < 3; ++c) {       // UVs measure metres on the cut
-                const Vec3 d = set.vertices[set.interface_triangles[t][c]] - set.vertices[set.interface_triangles[t][(c + 1) % 3]];
+            for (int c = 0; c < 3; ++c) {  // UVs measure metres on the cut
+                const Vec3 d =
+                    set.vertices[set.interface_triangles[t][c]] - set.vertices[set.interface_triangles[t][(c + 1) % 3]];
                 const Vec2f e = set.interface_corner_uvs[3 * t + c] - set.interface_corner_uvs[3 * t + (c + 1) % 3];
                 EXPECT_NEAR(d.norm(), e.norm(), 1e-6);
             }
@@ -87,7 +89,8 @@ TEST(FragmentMesh, materials_tell_outer_from_break_surfaces_and_shared_places_ar
 }
 
 TEST(FragmentMesh, a_piece_inside_another_has_an_interface_that_closes) {
-    const FragmentSet set = cut_grid({3, 3, 3}, 2, [](int x, int y, int z) { return x == 1 && y == 1 && z == 1 ? 1 : 0; });
+    const FragmentSet set =
+        cut_grid({3, 3, 3}, 2, [](int x, int y, int z) { return x == 1 && y == 1 && z == 1 ? 1 : 0; });
     expect_whole(set);
     ASSERT_EQ(set.interfaces.size(), 1u);
     EXPECT_NEAR(set.interfaces[0].area, 6, 1e-13);
@@ -117,7 +120,9 @@ TEST(CheckFragments, finds_what_is_open_turned_or_wrong) {
 TEST(FragmentMeasures, a_turned_box_has_its_closed_form_moments_and_frame) {
     std::mt19937 random(5);
     for (int k = 0; k < 20; ++k) {
-        const Quat turn = Quat(double(random() % 1000) - 500, random() % 1000, double(random() % 1000) - 500, random() % 1000).normalized();
+        const Quat turn =
+            Quat(double(random() % 1000) - 500, random() % 1000, double(random() % 1000) - 500, random() % 1000)
+                .normalized();
         const Vec3 shift(random() % 100, random() % 100, random() % 100), size(1, 3, 2);
         FragmentSet set;
         const TriMesh box = make_box(size);
@@ -146,11 +151,11 @@ TEST(FragmentMeasures, frames_do_not_turn_with_rounding) {
         Mat3 m = Mat3::Identity();
         m(0, 1) = m(1, 0) = noise;
         EXPECT_LT(principal_frame(m).angularDistance(Quat::Identity()), 1e-12);
-        m(2, 2) = 3;                            // a square prism along z
+        m(2, 2) = 3;  // a square prism along z
         const Mat3 frame = principal_frame(m).toRotationMatrix();
         EXPECT_LT((frame.col(0) - Vec3::UnitZ()).norm(), 1e-12);
         EXPECT_LT((frame.col(1) - Vec3::UnitX()).norm(), 1e-12);
-        m(2, 2) = 0.5;                          // a square plate
+        m(2, 2) = 0.5;  // a square plate
         EXPECT_LT((principal_frame(m).toRotationMatrix() - Mat3::Identity()).norm(), 1e-12);
     }
 }

@@ -18,7 +18,8 @@ size_t count_parts(const CellComplex& complex, const std::vector<uint32_t>& labe
     std::iota(part.begin(), part.end(), 0u);
     std::function<uint32_t(uint32_t)> root = [&](uint32_t i) { return part[i] == i ? i : part[i] = root(part[i]); };
     for (const CellFace& f : complex.faces)
-        if (f.neighbour != CellFace::kOutside && label[f.cell] == label[f.neighbour]) part[root(f.cell)] = root(f.neighbour);
+        if (f.neighbour != CellFace::kOutside && label[f.cell] == label[f.neighbour])
+            part[root(f.cell)] = root(f.neighbour);
     std::set<uint32_t> roots;
     for (uint32_t i = 0; i < label.size(); ++i) roots.insert(root(i));
     return roots.size();
@@ -29,8 +30,10 @@ TEST(CellComplex, faces_of_a_grid_pair_up_and_volumes_are_those_of_its_tetrahedr
     EXPECT_EQ(complex.n_cells(), 36u);
     size_t outer = 0;
     for (const CellFace& f : complex.faces) {
-        if (f.neighbour == CellFace::kOutside) ++outer;
-        else EXPECT_LT(f.cell, f.neighbour);
+        if (f.neighbour == CellFace::kOutside)
+            ++outer;
+        else
+            EXPECT_LT(f.cell, f.neighbour);
         // Outward: away from the cell's centroid.
         const auto& [a, b, c] = f.vertices;
         const Vec3 n = (complex.vertices[b] - complex.vertices[a]).cross(complex.vertices[c] - complex.vertices[a]);

@@ -45,7 +45,8 @@ TEST(MeshChecks, a_missing_triangle_opens_three_edges_and_tells_where) {
     const Status s = require_solid(mesh, "crate");
     ASSERT_FALSE(s);
     EXPECT_EQ(s.error().code, ErrorCode::bad_input);
-    EXPECT_NE(s.error().text().find("crate: the mesh is open: 3 open edges, first near (1"), std::string::npos) << s.error().text();
+    EXPECT_NE(s.error().text().find("crate: the mesh is open: 3 open edges, first near (1"), std::string::npos)
+        << s.error().text();
 }
 
 TEST(MeshChecks, one_turned_triangle_is_inconsistent_along_three_edges) {

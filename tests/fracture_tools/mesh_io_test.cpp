@@ -84,7 +84,7 @@ constexpr const char* kMaterials = "newmtl red\nKd 1 0 0\nnewmtl unused\nKd 0 1 
 TEST_F(MeshIo, obj_keeps_materials_in_file_order_and_uvs_by_corner) {
     write("none.mtl", kMaterials);
     const TriMesh mesh = read(write("tetrahedron.obj", kTetrahedron));
-    EXPECT_EQ(mesh.positions.size(), 4u);       // seams do not part the surface
+    EXPECT_EQ(mesh.positions.size(), 4u);  // seams do not part the surface
     ASSERT_EQ(mesh.triangles.size(), 4u);
     EXPECT_TRUE(check_mesh(mesh).is_solid());
     EXPECT_NEAR(mesh_volume(mesh), 1.0 / 6, 1e-12);
@@ -96,7 +96,8 @@ TEST_F(MeshIo, obj_keeps_materials_in_file_order_and_uvs_by_corner) {
     // The origin has three UVs, one a face: (0 0), (0.5 0.5), (0 0).
     std::multiset<float> at_origin;
     for (int corner = 0; corner < 12; ++corner)
-        if (mesh.positions[mesh.triangles[corner / 3][corner % 3]].isZero(0)) at_origin.insert(mesh.corner_uvs[corner].x());
+        if (mesh.positions[mesh.triangles[corner / 3][corner % 3]].isZero(0))
+            at_origin.insert(mesh.corner_uvs[corner].x());
     EXPECT_EQ(at_origin, (std::multiset<float>{0, 0, 0.5f}));
 }
 
@@ -118,8 +119,9 @@ TEST_F(MeshIo, the_bunny_is_a_solid_of_one_metre_on_the_floor) {
 TEST_F(MeshIo, every_format_gives_the_same_closed_surface) {
     const std::string bunny = SUNDER_TEST_DATA "/bunny.obj";
     const MeshReport want = check_mesh(read(bunny));
-    const std::map<std::string, std::string> formats = {{"ply", "ply"}, {"plyb", "ply"}, {"stl", "stl"}, {"stlb", "stl"}, {"gltf2", "gltf"},
-                                                        {"glb2", "glb"}, {"fbxa", "fbx"}, {"obj", "obj"}};
+    const std::map<std::string, std::string> formats = {{"ply", "ply"},  {"plyb", "ply"},   {"stl", "stl"},
+                                                        {"stlb", "stl"}, {"gltf2", "gltf"}, {"glb2", "glb"},
+                                                        {"fbxa", "fbx"}, {"obj", "obj"}};
     for (const auto& [id, extension] : formats) {
         SCOPED_TRACE(id);
         const TriMesh mesh = read(exported(id, extension, bunny));
@@ -138,7 +140,8 @@ TEST_F(MeshIo, uvs_survive_the_formats_that_have_them) {
     const std::string obj = write("tetrahedron.obj", kTetrahedron);
     auto sorted_uvs = [](const TriMesh& mesh) {
         std::multiset<std::pair<float, float>> uvs;
-        for (const Vec2f& uv : mesh.corner_uvs) uvs.insert({std::round(uv.x() * 1e5f) / 1e5f, std::round(uv.y() * 1e5f) / 1e5f});
+        for (const Vec2f& uv : mesh.corner_uvs)
+            uvs.insert({std::round(uv.x() * 1e5f) / 1e5f, std::round(uv.y() * 1e5f) / 1e5f});
         return uvs;
     };
     const TriMesh want = read(obj);
@@ -146,13 +149,15 @@ TEST_F(MeshIo, uvs_survive_the_formats_that_have_them) {
         SCOPED_TRACE(id);
         const TriMesh mesh = read(exported(id, extension, obj));
         EXPECT_EQ(sorted_uvs(mesh), sorted_uvs(want));
-        EXPECT_EQ(std::count(mesh.triangle_material.begin(), mesh.triangle_material.end(), mesh.triangle_material[0]), 2);
+        EXPECT_EQ(std::count(mesh.triangle_material.begin(), mesh.triangle_material.end(), mesh.triangle_material[0]),
+                  2);
     }
 }
 
 TEST_F(MeshIo, off_with_polygons_is_triangulated) {
-    const TriMesh mesh = read(write("cube.off", "OFF\n8 6 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n"
-                                                "4 3 2 1 0\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n"));
+    const TriMesh mesh = read(write("cube.off",
+                                    "OFF\n8 6 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n"
+                                    "4 3 2 1 0\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n"));
     EXPECT_EQ(mesh.triangles.size(), 12u);
     EXPECT_NEAR(mesh_volume(mesh), 1, 1e-12);
     EXPECT_TRUE(check_mesh(mesh).is_solid());
@@ -166,7 +171,8 @@ TEST_F(MeshIo, stl_facets_are_welded_by_position) {
         for (uint32_t v : t) {
             const Vec3& p = box.positions[v];
             // Minus zero is the same place as zero.
-            text += "vertex " + std::string(p.x() == 0 && v % 2 == 0 ? "-0" : std::to_string(p.x())) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) + "\n";
+            text += "vertex " + std::string(p.x() == 0 && v % 2 == 0 ? "-0" : std::to_string(p.x())) + " " +
+                    std::to_string(p.y()) + " " + std::to_string(p.z()) + "\n";
         }
         text += "endloop\nendfacet\n";
     }
@@ -177,8 +183,9 @@ TEST_F(MeshIo, stl_facets_are_welded_by_position) {
 }
 
 TEST_F(MeshIo, exactly_degenerate_triangles_are_dropped) {
-    const TriMesh mesh = read(write("flaw.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 0 0\n"
-                                                "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nf 1 5 2\nf 2 2 3\n"));
+    const TriMesh mesh = read(write("flaw.obj",
+                                    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 0 0\n"
+                                    "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nf 1 5 2\nf 2 2 3\n"));
     EXPECT_EQ(mesh.triangles.size(), 4u);
     EXPECT_EQ(mesh.positions.size(), 4u);
 }
@@ -198,7 +205,8 @@ TEST_F(MeshIo, node_transforms_apply_and_faces_without_material_come_last) {
             indices.append(reinterpret_cast<const char*>(&i), 2);
         }
     write("box.bin", positions + indices);
-    const std::string path = write("box.gltf", R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
+    const std::string path =
+        write("box.gltf", R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
       "nodes": [{"mesh": 0}, {"mesh": 1, "scale": [-2, 1, 1], "translation": [0, 10, 0]}],
       "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]},
                  {"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
@@ -214,7 +222,7 @@ TEST_F(MeshIo, node_transforms_apply_and_faces_without_material_come_last) {
     const MeshReport r = check_mesh(mesh);
     EXPECT_TRUE(r.is_solid());
     EXPECT_EQ(r.n_components, 2u);
-    EXPECT_NEAR(r.volume, 3e-3, 1e-9);          // 1 and 2 cubic units, a tenth in size
+    EXPECT_NEAR(r.volume, 3e-3, 1e-9);  // 1 and 2 cubic units, a tenth in size
     EXPECT_NEAR(r.bounds.min.x(), -0.2, 1e-7);
     EXPECT_NEAR(r.bounds.max.y(), 1.1, 1e-7);
 }
@@ -234,23 +242,28 @@ TEST_F(MeshIo, refuses_what_is_no_mesh_file_with_its_name) {
 }
 
 TEST_F(MeshIo, a_truncated_file_is_refused) {
-    for (const auto& [id, extension] : std::map<std::string, std::string>{{"plyb", "ply"}, {"ply", "ply"}, {"stlb", "stl"}, {"glb2", "glb"}}) {
+    for (const auto& [id, extension] :
+         std::map<std::string, std::string>{{"plyb", "ply"}, {"ply", "ply"}, {"stlb", "stl"}, {"glb2", "glb"}}) {
         SCOPED_TRACE(id);
         std::ifstream in(exported(id, extension, SUNDER_TEST_DATA "/bunny.obj"), std::ios::binary);
         const std::string bytes((std::istreambuf_iterator<char>(in)), {});
         for (size_t share : {1, 10, 50, 90, 99})
-            EXPECT_EQ(refused(write("cut." + extension, bytes.substr(0, bytes.size() * share / 100))).code, ErrorCode::bad_input);
+            EXPECT_EQ(refused(write("cut." + extension, bytes.substr(0, bytes.size() * share / 100))).code,
+                      ErrorCode::bad_input);
     }
     EXPECT_NE(refused(write("cut.off", "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1")).what.find("at vertex 2"), std::string::npos);
-    EXPECT_NE(refused(write("far.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n")).what.find("vertex 3 of 3"), std::string::npos);
+    EXPECT_NE(refused(write("far.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n")).what.find("vertex 3 of 3"),
+              std::string::npos);
 }
 
 TEST_F(MeshIo, ply_keeps_doubles_materials_and_texture_coordinates) {
-    const TriMesh mesh = read(write("square.ply", "ply\r\nformat ascii 1.0\r\ncomment two squares, one bent inward\r\nelement vertex 5\r\n"
-                                                  "property double x\r\nproperty double y\r\nproperty double z\r\nproperty float s\r\nproperty float t\r\n"
-                                                  "element face 2\r\nproperty list uchar int vertex_indices\r\nproperty uchar red\r\nproperty int material\r\n"
-                                                  "end_header\r\n0 0 0 0 0\r\n1 0 0 1 0\r\n1.0000000000000002 1 0 1 1\r\n0 1 0 0 1\r\n0.9 0.5 0 5 5\r\n"
-                                                  "4 0 1 2 3 255 3\r\n4 0 4 2 3 0 1\r\n"));
+    const TriMesh mesh = read(write(
+        "square.ply",
+        "ply\r\nformat ascii 1.0\r\ncomment two squares, one bent inward\r\nelement vertex 5\r\n"
+        "property double x\r\nproperty double y\r\nproperty double z\r\nproperty float s\r\nproperty float t\r\n"
+        "element face 2\r\nproperty list uchar int vertex_indices\r\nproperty uchar red\r\nproperty int material\r\n"
+        "end_header\r\n0 0 0 0 0\r\n1 0 0 1 0\r\n1.0000000000000002 1 0 1 1\r\n0 1 0 0 1\r\n0.9 0.5 0 5 5\r\n"
+        "4 0 1 2 3 255 3\r\n4 0 4 2 3 0 1\r\n"));
     EXPECT_EQ(mesh.positions[2].x(), 1.0000000000000002);
     EXPECT_EQ(mesh.triangle_material, (std::vector<int32_t>{3, 3, 1, 1}));
     EXPECT_EQ(mesh.corner_uvs.size(), 12u);
@@ -258,7 +271,7 @@ TEST_F(MeshIo, ply_keeps_doubles_materials_and_texture_coordinates) {
     for (size_t t = 2; t < 4; ++t) {
         const auto& [a, b, c] = mesh.triangles[t];
         const Vec3 n = (mesh.positions[b] - mesh.positions[a]).cross(mesh.positions[c] - mesh.positions[a]);
-        EXPECT_GT(n.z(), 0);                    // a fan from the first corner would fold over at the reflex one
+        EXPECT_GT(n.z(), 0);  // a fan from the first corner would fold over at the reflex one
         area += 0.5 * n.z();
     }
     // Shoelace of (0 0) (0.9 0.5) (1 1) (0 1).
@@ -266,14 +279,16 @@ TEST_F(MeshIo, ply_keeps_doubles_materials_and_texture_coordinates) {
 }
 
 TEST_F(MeshIo, ply_of_the_other_byte_order_reads_the_same) {
-    std::string big = "ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty float x\nproperty short y\nproperty double z\n"
-                      "element face 1\nproperty list uint ushort vertex_index\nend_header\n";
+    std::string big =
+        "ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty float x\nproperty short y\nproperty double z\n"
+        "element face 1\nproperty list uint ushort vertex_index\nend_header\n";
     auto put = [&](auto value) {
         std::string raw(reinterpret_cast<const char*>(&value), sizeof value);
         if constexpr (std::endian::native == std::endian::little) std::reverse(raw.begin(), raw.end());
         big += raw;
     };
-    for (const Vec3& p : {Vec3(0.5, -3, 0.1), Vec3(1, 2, 0), Vec3(0, 300, 1e-9)}) put(float(p.x())), put(int16_t(p.y())), put(p.z());
+    for (const Vec3& p : {Vec3(0.5, -3, 0.1), Vec3(1, 2, 0), Vec3(0, 300, 1e-9)})
+        put(float(p.x())), put(int16_t(p.y())), put(p.z());
     put(uint32_t(3)), put(uint16_t(0)), put(uint16_t(1)), put(uint16_t(2));
     const TriMesh mesh = read(write("big.ply", big));
     EXPECT_EQ(mesh.positions, (std::vector<Vec3>{Vec3(0.5, -3, 0.1), Vec3(1, 2, 0), Vec3(0, 300, 1e-9)}));
@@ -282,19 +297,22 @@ TEST_F(MeshIo, ply_of_the_other_byte_order_reads_the_same) {
 
 TEST_F(MeshIo, a_ply_header_that_lies_is_refused) {
     const std::string head = "ply\nformat ascii 1.0\n";
-    for (const std::string& rest : {std::string("element vertex 99999999999999\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n"),
-                                    std::string("element vertex x\nend_header\n"), std::string("property float x\nend_header\n"),
-                                    std::string("element vertex 1\nproperty quux x\nend_header\n"), std::string("element vertex 1\n"),
-                                    std::string("element vertex 1\nproperty float x\nend_header\n0\n"),
-                                    std::string("element vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
-                                                "property list char int vertex_indices\nend_header\n0 0 0\n-3 0 0 0\n"),
-                                    std::string("element vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
-                                                "property list char int vertex_indices\nend_header\n0 0 0\n3 0 1 -1\n")})
+    for (const std::string& rest :
+         {std::string("element vertex 99999999999999\nproperty float x\nproperty float y\nproperty float "
+                      "z\nend_header\n0 0 0\n"),
+          std::string("element vertex x\nend_header\n"), std::string("property float x\nend_header\n"),
+          std::string("element vertex 1\nproperty quux x\nend_header\n"), std::string("element vertex 1\n"),
+          std::string("element vertex 1\nproperty float x\nend_header\n0\n"),
+          std::string("element vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+                      "property list char int vertex_indices\nend_header\n0 0 0\n-3 0 0 0\n"),
+          std::string("element vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+                      "property list char int vertex_indices\nend_header\n0 0 0\n3 0 1 -1\n")})
         EXPECT_EQ(refused(write("lie.ply", head + rest)).code, ErrorCode::bad_input) << rest;
 }
 
 TEST_F(MeshIo, names_the_vertex_that_is_no_number) {
-    const Error e = refused(write("bad.obj", "v 0 0 0\nv 1 nan 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"));
+    const Error e =
+        refused(write("bad.obj", "v 0 0 0\nv 1 nan 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"));
     EXPECT_EQ(e.code, ErrorCode::bad_input);
     EXPECT_NE(e.what.find("vertex"), std::string::npos) << e.text();
     EXPECT_NE(e.what.find("no finite number"), std::string::npos) << e.text();

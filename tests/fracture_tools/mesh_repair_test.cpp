@@ -157,7 +157,8 @@ TEST(MeshRepair, triangles_that_stay_keep_material_uvs_and_turned_normals) {
         seen.insert(source);
         EXPECT_EQ(mesh.triangle_material[t], source % 2);
         const auto& [a, b, c] = mesh.triangles[t];
-        const Vec3 n = (mesh.positions[b] - mesh.positions[a]).cross(mesh.positions[c] - mesh.positions[a]).normalized();
+        const Vec3 n =
+            (mesh.positions[b] - mesh.positions[a]).cross(mesh.positions[c] - mesh.positions[a]).normalized();
         for (uint32_t corner = 0; corner < 3; ++corner) {
             const int vertex = int(mesh.corner_uvs[3 * t + corner].y());
             EXPECT_EQ(mesh.positions[mesh.triangles[t][corner]], box.positions[vertex]);

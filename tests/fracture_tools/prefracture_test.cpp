@@ -67,7 +67,8 @@ std::vector<uint64_t> bits(const FragmentSet& set) {
         number(f.volume), vector(f.centroid), vector(f.orientation.coeffs()), vector(f.radii);
         out.push_back(f.outer_end);
     }
-    for (const Interface& i : set.interfaces) out.push_back(i.a.value), out.push_back(i.b.value), number(i.area), vector(i.normal);
+    for (const Interface& i : set.interfaces)
+        out.push_back(i.a.value), out.push_back(i.b.value), number(i.area), vector(i.normal);
     for (const Vec2f& uv : set.interface_corner_uvs) number(uv.x()), number(uv.y());
     return out;
 }
@@ -76,7 +77,7 @@ struct Case {
     const char* name;
     TriMesh (*mesh)();
     int pieces;
-    double volume_error;                        // of the tetrahedra against the mesh
+    double volume_error;  // of the tetrahedra against the mesh
 };
 TriMesh cube() { return make_box(); }
 TriMesh plate() { return make_box(Vec3(1, 1, 0.02)); }
@@ -126,9 +127,9 @@ TEST_P(Cut, interfaces_belong_to_two_pieces_and_face_from_one_to_the_other) {
         EXPECT_GT(face.normal.dot(across.normalized()), -0.5);
     }
     EXPECT_EQ(next_triangle, set.interface_triangles.size());
-    EXPECT_TRUE(std::is_sorted(set.interfaces.begin(), set.interfaces.end(), [](const Interface& x, const Interface& y) {
-        return std::pair(x.a, x.b) < std::pair(y.a, y.b);
-    }));
+    EXPECT_TRUE(std::is_sorted(
+        set.interfaces.begin(), set.interfaces.end(),
+        [](const Interface& x, const Interface& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); }));
     EXPECT_EQ(set.interface_corner_uvs.size(), 3 * set.interface_triangles.size());
 }
 
@@ -162,19 +163,20 @@ TEST_P(Cut, gives_the_same_bits_twice_and_others_for_another_seed) {
 
 // Flat faces are met exactly (1e-9: coordinates are rounded); curved ones within the 1.5 % that tetrahedra are allowed.
 INSTANTIATE_TEST_SUITE_P(Shapes, Cut,
-                         ::testing::Values(Case{"cube20", cube, 20, 1e-9}, Case{"cube300", cube, 300, 1e-9}, Case{"plate20", plate, 20, 1e-9},
-                                           Case{"torus20", torus, 20, 0.015}, Case{"torus300", torus, 300, 0.015},
-                                           Case{"bunny20", bunny, 20, 0.015}, Case{"bunny300", bunny, 300, 0.015}),
+                         ::testing::Values(Case{"cube20", cube, 20, 1e-9}, Case{"cube300", cube, 300, 1e-9},
+                                           Case{"plate20", plate, 20, 1e-9}, Case{"torus20", torus, 20, 0.015},
+                                           Case{"torus300", torus, 300, 0.015}, Case{"bunny20", bunny, 20, 0.015},
+                                           Case{"bunny300", bunny, 300, 0.015}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 TEST(Prefracture, pieces_have_like_sizes) {
     const FragmentSet set = cut(bunny(), 300);
     const double mean = volume_sum(set) / 300;
     for (const Fragment& f : set.fragments) {
-        EXPECT_GT(f.volume, 0.2 * mean);        // measured 0.39 to 1.73
+        EXPECT_GT(f.volume, 0.2 * mean);  // measured 0.39 to 1.73
         EXPECT_LT(f.volume, 3 * mean);
     }
-    EXPECT_GT(set.interfaces.size(), 1000u);    // the paper has 1288 for a body like this
+    EXPECT_GT(set.interfaces.size(), 1000u);  // the paper has 1288 for a body like this
     EXPECT_LT(set.interfaces.size(), 2000u);
 }
 
@@ -201,7 +203,7 @@ TEST(Prefracture, separate_parts_never_share_a_piece) {
     const FragmentSet set = cut(mesh, 15);
     EXPECT_EQ(set.fragments.size(), 15u);
     for (const Fragment& f : set.fragments) EXPECT_LT(f.radii.maxCoeff(), 1);
-    const FragmentSet fewer = cut(mesh, 1);     // less than there are parts
+    const FragmentSet fewer = cut(mesh, 1);  // less than there are parts
     EXPECT_EQ(fewer.fragments.size(), 2u);
     ASSERT_FALSE(fewer.warnings.empty());
     EXPECT_NE(fewer.warnings.back().find("2 pieces were made instead of 1"), std::string::npos);
@@ -232,8 +234,14 @@ TEST(Prefracture, materials_uvs_and_groups_come_from_the_nearest_triangles) {
             is_lid &= mesh.positions[v].z() == 1;
             // A chart that is linear in space but differs from side to side by a jump: seams along every edge.
             const Vec3 middle = (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) / 3;
-            const float chart = middle.x() < 0.01 ? 10 : middle.x() > 0.99 ? 20 : middle.y() < 0.01 ? 30 : middle.y() > 0.99 ? 40 : middle.z() < 0.5 ? 50 : 60;
-            mesh.corner_uvs.push_back(Vec2f(chart + float(mesh.positions[v].x() + mesh.positions[v].y()), float(mesh.positions[v].z())));
+            const float chart = middle.x() < 0.01   ? 10
+                                : middle.x() > 0.99 ? 20
+                                : middle.y() < 0.01 ? 30
+                                : middle.y() > 0.99 ? 40
+                                : middle.z() < 0.5  ? 50
+                                                    : 60;
+            mesh.corner_uvs.push_back(
+                Vec2f(chart + float(mesh.positions[v].x() + mesh.positions[v].y()), float(mesh.positions[v].z())));
         }
         mesh.triangle_material.push_back(is_lid ? 1 : 0);
     }
@@ -255,7 +263,7 @@ TEST(Prefracture, materials_uvs_and_groups_come_from_the_nearest_triangles) {
             EXPECT_NEAR(uv.y(), p.z(), 1e-2);
             const float own = uv.x() - float(p.x() + p.y());
             if (c == 0) chart = std::round(own / 10) * 10;
-            EXPECT_NEAR(own, chart, 1e-2);      // all corners on one side of the seam
+            EXPECT_NEAR(own, chart, 1e-2);  // all corners on one side of the seam
         }
     }
     ASSERT_EQ(set.vertex_groups.at("origin").size(), 1u);
@@ -327,7 +335,9 @@ TEST(Prefracture, stops_when_asked_at_any_stage) {
     const Progress::Callback count = [&](double, std::string_view) { return ++reports > 0; };
     ASSERT_TRUE(prefracture(mesh, settings, "mesh", Progress(count)));
     double last = -1;
-    const Progress::Callback rises = [&](double fraction, std::string_view) { return fraction >= std::exchange(last, fraction); };
+    const Progress::Callback rises = [&](double fraction, std::string_view) {
+        return fraction >= std::exchange(last, fraction);
+    };
     EXPECT_TRUE(prefracture(mesh, settings, "mesh", Progress(rises)));
     for (int stop = 1; stop <= reports; ++stop) {
         int k = 0;

@@ -21,7 +21,8 @@ inline TetMesh make_tet_grid(std::array<int, 3> cubes) {
 }
 
 /// label(x, y, z) of the cube that each cell lies in.
-inline std::vector<uint32_t> cube_labels(const CellComplex& complex, const std::function<uint32_t(int, int, int)>& label) {
+inline std::vector<uint32_t> cube_labels(const CellComplex& complex,
+                                         const std::function<uint32_t(int, int, int)>& label) {
     std::vector<uint32_t> labels;
     for (const Vec3& c : complex.cell_centroid) labels.push_back(label(int(c.x()), int(c.y()), int(c.z())));
     return labels;
