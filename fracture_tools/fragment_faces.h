@@ -17,9 +17,9 @@ namespace sunder {
 /// Corner c of face f has the index 3 f + c.
 struct FragmentFaces {
     uint32_t n_outer = 0, n_interface = 0, n_vertices = 0, n_fragments = 0;
-    std::vector<Triangle> triangles;            // pool vertices                  (n_faces x 3)
-    std::vector<uint32_t> fragment;             // whose surface                  (n_faces)
-    std::vector<uint32_t> interface;            // kNone for outer faces          (n_faces)
+    std::vector<Triangle> triangles;  // pool vertices                  (n_faces x 3)
+    std::vector<uint32_t> fragment;   // whose surface                  (n_faces)
+    std::vector<uint32_t> interface;  // kNone for outer faces          (n_faces)
 
     static constexpr uint32_t kNone = 0xffffffffu;
 

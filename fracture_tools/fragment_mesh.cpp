@@ -1,25 +1,16 @@
 // One fragment as a mesh of its own, and the check of all of them (prefracture.h).
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <span>
 #include <tuple>
 
+#include "fracture_tools/disjoint_sets.h"
 #include "fracture_tools/fragment_faces.h"
 #include "fracture_tools/mesh_checks.h"
 #include "fracture_tools/prefracture.h"
 
 namespace sunder {
 namespace {
-
-uint32_t lowest(std::vector<uint32_t>& parent, uint32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-}
-void unite(std::vector<uint32_t>& parent, uint32_t i, uint32_t j) {
-    i = lowest(parent, i), j = lowest(parent, j);
-    parent[std::max(i, j)] = std::min(i, j);
-}
 
 /// A side of a triangle, from corner `corner` to the next one of its triangle.
 struct Side {
@@ -86,8 +77,7 @@ void part_pinches(TriMesh& io_mesh) {
         for (j = i; j < sides.size() && sides[j].low == sides[i].low && sides[j].high == sides[i].high;) ++j;
         if (j - i > 1) pair_around_edge(io_mesh.positions, io_mesh.triangles, {&sides[i], j - i}, pairs);
     }
-    std::vector<uint32_t> fan(3 * io_mesh.triangles.size());
-    std::iota(fan.begin(), fan.end(), 0u);
+    std::vector<uint32_t> fan = disjoint_sets(3 * io_mesh.triangles.size());
     for (const auto& [p, q] : pairs) {
         unite(fan, p, next_corner(q));
         unite(fan, next_corner(p), q);

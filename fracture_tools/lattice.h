@@ -9,10 +9,10 @@
 namespace sunder {
 
 struct LatticeSettings {
-    Vec3 size = Vec3::Constant(1.0);            // m, > 0
-    std::array<int, 3> cells = {4, 4, 4};       // 1 .. 1000 each, product <= 4e6
-    Vec3 center = Vec3::Zero();                 // m
-    int neighbours = 6;                         // 6 (faces), 18 (and edges), 26 (and corners)
+    Vec3 size = Vec3::Constant(1.0);       // m, > 0
+    std::array<int, 3> cells = {4, 4, 4};  // 1 .. 1000 each, product <= 4e6
+    Vec3 center = Vec3::Zero();            // m
+    int neighbours = 6;                    // 6 (faces), 18 (and edges), 26 (and corners)
 
     Status check(const std::string& where) const;
 };

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 #include <tuple>
+
+#include "fracture_tools/disjoint_sets.h"
 
 namespace sunder {
 namespace {
@@ -18,15 +19,6 @@ std::string place(const Vec3& p) {
 /// "12 open edges, first near (x y z)".
 std::string fault(size_t n, const char* one, const char* many, const Vec3& first) {
     return std::to_string(n) + " " + (n == 1 ? one : many) + ", " + (n == 1 ? "" : "first ") + "near " + place(first);
-}
-
-uint32_t lowest(std::vector<uint32_t>& parent, uint32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-}
-void unite(std::vector<uint32_t>& parent, uint32_t i, uint32_t j) {
-    i = lowest(parent, i), j = lowest(parent, j);
-    parent[std::max(i, j)] = std::min(i, j);
 }
 
 /// One side of a triangle: from corner `corner` to the next one.
@@ -86,9 +78,7 @@ void check_edges(const MeshView& mesh, const std::vector<Side>& sides, MeshRepor
 void check_vertices(const MeshView& mesh, const std::vector<Side>& sides, MeshReport& io_report) {
     const uint32_t n_corners = static_cast<uint32_t>(3 * mesh.triangles.size());
     auto vertex_of = [&](uint32_t corner) { return mesh.triangles[corner / 3][corner % 3]; };
-    std::vector<uint32_t> fan(n_corners), part(mesh.positions.size());
-    std::iota(fan.begin(), fan.end(), 0u);
-    std::iota(part.begin(), part.end(), 0u);
+    std::vector<uint32_t> fan = disjoint_sets(n_corners), part = disjoint_sets(mesh.positions.size());
     for (size_t i = 1; i < sides.size(); ++i) {
         if (sides[i].low != sides[i - 1].low || sides[i].high != sides[i - 1].high) continue;
         auto ends = [&](const Side& s) {  // corners at low and at high

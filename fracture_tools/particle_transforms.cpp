@@ -35,7 +35,7 @@ void ParticleTransforms::evaluate(std::span<const Vec3> position, std::span<cons
         if (!edge_intact[e]) continue;
         const auto [a, b, area] = edges_[e];
         const Vec3 rest = rest_position_[b] - rest_position_[a], y = position[b] - position[a];
-        for (const uint32_t i : {a, b}) {       // both ends see the same products: signs of q and y cancel
+        for (const uint32_t i : {a, b}) {  // both ends see the same products: signs of q and y cancel
             const Vec3 q = out[i].linear * rest, wq = edge_weight_[e] * q;
             qq_[i] += wq * q.transpose();
             dq_[i] += (y - q) * wq.transpose();

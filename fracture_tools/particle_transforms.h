@@ -42,8 +42,8 @@ private:
     std::vector<Vec3> rest_position_;
     std::vector<Quat> rest_orientation_;
     std::vector<Edge> edges_;
-    std::vector<double> edge_weight_;           // interface area / rest distance, m  (n_edges)
-    std::vector<Mat3> qq_, dq_;                 // sums of a particle's ring, scratch (n_particles)
+    std::vector<double> edge_weight_;  // interface area / rest distance, m  (n_edges)
+    std::vector<Mat3> qq_, dq_;        // sums of a particle's ring, scratch (n_particles)
 };
 
 }  // namespace sunder

@@ -8,8 +8,8 @@
 namespace sunder {
 
 struct SimulationMeshSettings {
-    double density = 1000;                      // kg/m3, > 0
-    double min_radius_share = 0.02;             // radii are at least this share of the largest one (thin pieces), (0, 1]
+    double density = 1000;           // kg/m3, > 0
+    double min_radius_share = 0.02;  // radii are at least this share of the largest one (thin pieces), (0, 1]
 };
 
 /// In the frame of the fragments (no placement). Body index 0. Errors: no fragments; a fragment without volume.

@@ -7,9 +7,15 @@
 namespace sunder {
 
 Skin::Skin(std::vector<Vec3> rest_vertex, const SimulationMesh& rest, const SkinKernel& kernel)
-    : rest_vertex_(std::move(rest_vertex)), rest_particle_(rest.rest_position), edges_(rest.edges),
-      group_offset_(rest.group_offset), group_member_(rest.group_member), member_edge_(rest.member_edge),
-      kernel_(kernel), ring_changed_(rest.n_particles(), 1), is_candidate_(rest.n_particles(), 0) {
+    : rest_vertex_(std::move(rest_vertex)),
+      rest_particle_(rest.rest_position),
+      edges_(rest.edges),
+      group_offset_(rest.group_offset),
+      group_member_(rest.group_member),
+      member_edge_(rest.member_edge),
+      kernel_(kernel),
+      ring_changed_(rest.n_particles(), 1),
+      is_candidate_(rest.n_particles(), 0) {
     // Weighted by area: a neighbour behind a sliver of an interface says little about how far apart particles are.
     // The support is the one of the rest state also after edges broke, or weights would jump without need.
     support_.resize(rest.n_particles());

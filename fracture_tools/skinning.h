@@ -13,7 +13,7 @@ namespace sunder {
 
 /// How far a particle's say reaches.
 struct SkinKernel {
-    double reach = 1.6;             // support, in mean rest distances to the particle's neighbours
+    double reach = 1.6;  // support, in mean rest distances to the particle's neighbours
 };
 
 /// Weights of the particles at each visual vertex.
@@ -46,7 +46,10 @@ public:
     const Vec3& rest_position(uint32_t vertex) const { return rest_vertex_[pool_vertex_[vertex]]; }
     std::span<const uint32_t> nearest() const { return nearest_; }
 
-    struct Influence { uint32_t particle; double weight; };
+    struct Influence {
+        uint32_t particle;
+        double weight;
+    };
     std::span<const Influence> influences(uint32_t vertex) const {
         const uint32_t begin = influence_offset_[vertex], end = influence_offset_[vertex + 1];
         return {influence_.data() + begin, end - begin};
@@ -57,20 +60,20 @@ private:
     void find_candidates(const std::vector<uint32_t>& connected, std::span<const uint8_t> edge_intact);
     void weigh(const Vec3& x, std::vector<Influence>& out);
 
-    std::vector<Vec3> rest_vertex_;             // (n_pool_vertices x 3), m
-    std::vector<Vec3> rest_particle_;           // (n_particles x 3), m
-    std::vector<double> support_;               // r_j, m                         (n_particles)
+    std::vector<Vec3> rest_vertex_;    // (n_pool_vertices x 3), m
+    std::vector<Vec3> rest_particle_;  // (n_particles x 3), m
+    std::vector<double> support_;      // r_j, m                         (n_particles)
     std::vector<Edge> edges_;
     std::vector<uint32_t> group_offset_, group_member_, member_edge_;
     SkinKernel kernel_;
 
-    std::vector<uint8_t> edge_intact_;          // of the last bind
-    std::vector<uint8_t> ring_changed_;         // since the last bind            (n_particles)
-    std::vector<uint32_t> pool_vertex_;         // of each bound vertex
+    std::vector<uint8_t> edge_intact_;   // of the last bind
+    std::vector<uint8_t> ring_changed_;  // since the last bind            (n_particles)
+    std::vector<uint32_t> pool_vertex_;  // of each bound vertex
     std::vector<uint32_t> nearest_;
     std::vector<uint32_t> influence_offset_;
     std::vector<Influence> influence_;
-    std::vector<uint32_t> candidate_;           // scratch of bind
+    std::vector<uint32_t> candidate_;  // scratch of bind
     std::vector<uint8_t> is_candidate_;
 };
 

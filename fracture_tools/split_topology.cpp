@@ -5,21 +5,9 @@
 #include <numeric>
 #include <tuple>
 
+#include "fracture_tools/disjoint_sets.h"
+
 namespace sunder {
-namespace {
-
-// Lowest member of the set that i is in.
-uint32_t lowest(std::vector<uint32_t>& parent, uint32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-}
-
-void unite(std::vector<uint32_t>& parent, uint32_t i, uint32_t j) {
-    i = lowest(parent, i), j = lowest(parent, j);
-    parent[std::max(i, j)] = std::min(i, j);
-}
-
-}  // namespace
 
 Result<SplitTopology> SplitTopology::make(FragmentFaces faces) {
     SplitTopology topology;
@@ -35,7 +23,7 @@ Status SplitTopology::make_fans() {
     const uint32_t n_corners = 3 * faces_.n_faces();
     struct EdgeEnd {
         uint32_t vertex, fragment, other, corner;
-        bool leaves;                            // the face runs from `vertex` to `other`
+        bool leaves;  // the face runs from `vertex` to `other`
     };
     std::vector<EdgeEnd> ends;
     ends.reserve(2 * size_t{n_corners});
@@ -50,8 +38,7 @@ Status SplitTopology::make_fans() {
         return std::tuple_cat(key(x), std::tuple(x.corner)) < std::tuple_cat(key(y), std::tuple(y.corner));
     });
 
-    std::vector<uint32_t> parent(n_corners);
-    std::iota(parent.begin(), parent.end(), 0u);
+    std::vector<uint32_t> parent = disjoint_sets(n_corners);
     for (size_t i = 0; i < ends.size();) {
         int surplus = 0;
         size_t j = i;

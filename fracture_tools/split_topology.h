@@ -35,8 +35,8 @@ public:
 
     const FragmentFaces& faces() const { return faces_; }
 
-    std::span<const uint32_t> triangle_face() const { return triangle_face_; }     // visible faces, ascending
-    std::span<const Triangle> triangles() const { return triangles_; }             // of visual vertices
+    std::span<const uint32_t> triangle_face() const { return triangle_face_; }  // visible faces, ascending
+    std::span<const Triangle> triangles() const { return triangles_; }          // of visual vertices
     size_t n_vertices() const { return vertex_class_.size(); }
     /// Pool vertex of a visual vertex; visual vertices are ascending by it.
     uint32_t pool_vertex(uint32_t vertex) const { return fan_vertex_[vertex_class_[vertex]]; }
@@ -48,7 +48,9 @@ public:
     static constexpr uint32_t kNone = 0xffffffffu;
 
 private:
-    struct Join { uint32_t fan_a, fan_b, interface; };
+    struct Join {
+        uint32_t fan_a, fan_b, interface;
+    };
 
     Status make_fans();
     void make_joins();
@@ -57,18 +59,18 @@ private:
     void number_vertices(const std::vector<uint8_t>& vertex_changed);
 
     FragmentFaces faces_;
-    std::vector<uint32_t> corner_fan_;          // fan of each face corner                 (3 n_faces)
-    std::vector<uint32_t> fan_vertex_;          // fans ascending by (pool vertex, fragment)   (n_fans)
-    std::vector<uint32_t> fan_fragment_;        // (n_fans)
-    std::vector<uint32_t> fan_offset_;          // fans of a pool vertex                   (n_vertices + 1)
+    std::vector<uint32_t> corner_fan_;    // fan of each face corner                 (3 n_faces)
+    std::vector<uint32_t> fan_vertex_;    // fans ascending by (pool vertex, fragment)   (n_fans)
+    std::vector<uint32_t> fan_fragment_;  // (n_fans)
+    std::vector<uint32_t> fan_offset_;    // fans of a pool vertex                   (n_vertices + 1)
     std::vector<Join> joins_;
-    std::vector<uint32_t> join_offset_;         // joins at a pool vertex                  (n_vertices + 1)
-    std::vector<uint32_t> interface_offset_;    // side-a faces of an interface            (n_interfaces + 1)
+    std::vector<uint32_t> join_offset_;       // joins at a pool vertex                  (n_vertices + 1)
+    std::vector<uint32_t> interface_offset_;  // side-a faces of an interface            (n_interfaces + 1)
     std::vector<uint32_t> interface_face_;
 
-    std::vector<uint8_t> interface_intact_;     // of the last update
-    std::vector<uint32_t> fan_class_;           // lowest fan that a fan hangs together with   (n_fans)
-    std::vector<uint32_t> class_vertex_;        // visual vertex of a class, kNone: unseen     (n_fans)
+    std::vector<uint8_t> interface_intact_;  // of the last update
+    std::vector<uint32_t> fan_class_;        // lowest fan that a fan hangs together with   (n_fans)
+    std::vector<uint32_t> class_vertex_;     // visual vertex of a class, kNone: unseen     (n_fans)
     std::vector<uint32_t> vertex_class_, previous_vertex_;
     std::vector<uint32_t> triangle_face_;
     std::vector<Triangle> triangles_;

@@ -6,16 +6,18 @@
 #include <numeric>
 #include <tuple>
 
+#include "fracture_tools/disjoint_sets.h"
+
 namespace sunder {
 namespace {
 
-constexpr double kOuterCreaseCosine = 0.5;                  // 60 degrees
-constexpr double kInterfaceCreaseCosine = 0.93969262;       // 20 degrees
+constexpr double kOuterCreaseCosine = 0.5;             // 60 degrees
+constexpr double kInterfaceCreaseCosine = 0.93969262;  // 20 degrees
 // Twice the area over the longest edge squared: below this, rounding and tessellation decide the normal of a triangle.
 constexpr double kSliver = 1e-4;
 
 struct FaceNormal {
-    Vec3 normal;                                            // of length twice the area
+    Vec3 normal;  // of length twice the area
     bool sliver;
 };
 
@@ -27,11 +29,6 @@ FaceNormal face_normal(const Vec3& a, const Vec3& b, const Vec3& c) {
 }
 
 double angle_between(const Vec3& u, const Vec3& v) { return std::atan2(u.cross(v).norm(), u.dot(v)); }
-
-uint32_t lowest(std::vector<uint32_t>& parent, uint32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-}
 
 // cof(linear) n, the way normals go; n itself where that vanishes (a flattened blend).
 Vec3 turned(const Affine& skin, const Vec3& n) {
@@ -76,9 +73,9 @@ void SurfaceNormals::find_rest_normals(const FragmentFaces& faces, std::span<con
 }
 
 void SurfaceNormals::find_smooth_corners(const FragmentFaces& faces) {
-    struct Side {                               // a face at one of its edges
+    struct Side {  // a face at one of its edges
         uint32_t low, high;
-        uint32_t kind;                          // 0 outer, else which side of which interface
+        uint32_t kind;  // 0 outer, else which side of which interface
         uint32_t face;
     };
     std::vector<Side> sides;
@@ -94,16 +91,12 @@ void SurfaceNormals::find_smooth_corners(const FragmentFaces& faces) {
         return std::tuple_cat(key(x), std::tuple(x.face)) < std::tuple_cat(key(y), std::tuple(y.face));
     });
 
-    smooth_.resize(3 * size_t{faces.n_faces()});
-    std::iota(smooth_.begin(), smooth_.end(), 0u);
+    smooth_ = disjoint_sets(3 * size_t{faces.n_faces()});
     auto corner_at = [&](uint32_t f, uint32_t v) {
         const Triangle& t = faces.triangles[f];
         return 3 * f + (t[0] == v ? 0 : t[1] == v ? 1 : 2);
     };
-    auto join = [&](uint32_t f, uint32_t g, uint32_t v) {
-        const uint32_t i = lowest(smooth_, corner_at(f, v)), j = lowest(smooth_, corner_at(g, v));
-        smooth_[std::max(i, j)] = std::min(i, j);
-    };
+    auto join = [&](uint32_t f, uint32_t g, uint32_t v) { unite(smooth_, corner_at(f, v), corner_at(g, v)); };
     for (size_t i = 0; i < sides.size(); ++i)
         for (size_t j = i + 1; j < sides.size() && key(sides[j]) == key(sides[i]); ++j) {
             const uint32_t f = sides[i].face, g = sides[j].face;
@@ -117,7 +110,9 @@ void SurfaceNormals::find_smooth_corners(const FragmentFaces& faces) {
 void SurfaceNormals::bind(const SplitTopology& topology) {
     const auto face = topology.triangle_face();
     const auto triangles = topology.triangles();
-    struct Corner { uint32_t vertex, smooth, index; };
+    struct Corner {
+        uint32_t vertex, smooth, index;
+    };
     std::vector<Corner> corners(3 * triangles.size()), sorted(corners.size());
     // By visual vertex with a counting sort, then by smooth group among the few corners of one vertex.
     std::vector<uint32_t> offset(topology.n_vertices() + 1, 0);

@@ -38,12 +38,12 @@ private:
                            std::span<const Vec3> interface_normals);
     void find_smooth_corners(const FragmentFaces& faces);
 
-    std::vector<Vec3> artist_normal_;           // (3 n_outer x 3), or empty
-    std::vector<Vec3> rest_normal_;             // unit                           (n_faces x 3)
-    std::vector<uint8_t> sliver_;               // face too thin to tell a normal (n_faces)
-    std::vector<uint32_t> smooth_;              // lowest corner that a corner is smooth with   (3 n_faces)
+    std::vector<Vec3> artist_normal_;  // (3 n_outer x 3), or empty
+    std::vector<Vec3> rest_normal_;    // unit                           (n_faces x 3)
+    std::vector<uint8_t> sliver_;      // face too thin to tell a normal (n_faces)
+    std::vector<uint32_t> smooth_;     // lowest corner that a corner is smooth with   (3 n_faces)
 
-    std::vector<uint32_t> slot_;                // shared normal of a visible corner            (3 n_triangles)
+    std::vector<uint32_t> slot_;  // shared normal of a visible corner            (3 n_triangles)
     std::vector<Vec3> slot_normal_;
 };
 

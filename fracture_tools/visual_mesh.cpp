@@ -18,8 +18,9 @@ Status check_rest(const SimulationMesh& rest, size_t n_fragments) {
     const std::string where = "simulation mesh";
     const size_t n = rest.n_particles();
     if (n != n_fragments)
-        return bad_input(where, "there are " + std::to_string(n) + " particles for " + std::to_string(n_fragments) +
-                                    " fragments", "pass the slice of this body alone");
+        return bad_input(
+            where, "there are " + std::to_string(n) + " particles for " + std::to_string(n_fragments) + " fragments",
+            "pass the slice of this body alone");
     if (rest.rest_orientation.size() != n) return bad_input(where, "particles and orientations differ in number");
     for (size_t i = 0; i < n; ++i)
         if (!rest.rest_position[i].allFinite() || !rest.rest_orientation[i].coeffs().allFinite())
@@ -95,8 +96,12 @@ struct VisualMeshBuilder::Impl {
         for (size_t i = 0; i < n; ++i)
             if (!frame.position[i].allFinite() || !frame.orientation[i].coeffs().allFinite() ||
                 !(frame.orientation[i].norm() > 0) || !frame.plastic_deformation[i].allFinite())
-                return Error{ErrorCode::numerical, "the state of particle " + std::to_string(i) + " is not finite",
-                             "frame", "take more substeps, or a softer or slower scene", {}, {}};
+                return Error{ErrorCode::numerical,
+                             "the state of particle " + std::to_string(i) + " is not finite",
+                             "frame",
+                             "take more substeps, or a softer or slower scene",
+                             {},
+                             {}};
         return {};
     }
 
@@ -174,9 +179,9 @@ struct VisualMeshBuilder::Impl {
     std::vector<uint32_t> edge_interface;
 
     bool bound = false;
-    std::vector<uint8_t> bound_edges;           // what topology, skin and normals stand for
+    std::vector<uint8_t> bound_edges;  // what topology, skin and normals stand for
     std::vector<Affine> particle, vertex_skin;
-    std::vector<Vec3> vertex_position;          // double: normals of small triangles far from the origin
+    std::vector<Vec3> vertex_position;  // double: normals of small triangles far from the origin
     VisualMesh mesh;
 };
 

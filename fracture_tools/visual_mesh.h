@@ -15,13 +15,13 @@ namespace sunder {
 /// A frame of one body. Vertices are topological: two faces share a vertex exactly when the surface is joined there,
 /// so edges balance (each directed edge has its opposite) before and after every break.
 struct VisualMesh {
-    std::vector<Vec3f> positions;               // (n_vertices x 3), m, world
-    std::vector<Triangle> triangles;            // (n_triangles x 3), counter-clockwise from outside
-    std::vector<Vec3f> corner_normals;          // (3 n_triangles x 3), unit; smooth outside, sharp at break surfaces
-    std::vector<Vec2f> corner_uvs;              // (3 n_triangles x 2), or empty
-    std::vector<int32_t> triangle_material;     // (n_triangles); FragmentSet::interior_material on break surfaces
-    std::vector<uint32_t> triangle_fragment;    // (n_triangles), whose surface it is
-    std::vector<uint32_t> vertex_fragment;      // (n_vertices), fragment that the vertex follows first (nearest particle)
+    std::vector<Vec3f> positions;             // (n_vertices x 3), m, world
+    std::vector<Triangle> triangles;          // (n_triangles x 3), counter-clockwise from outside
+    std::vector<Vec3f> corner_normals;        // (3 n_triangles x 3), unit; smooth outside, sharp at break surfaces
+    std::vector<Vec2f> corner_uvs;            // (3 n_triangles x 2), or empty
+    std::vector<int32_t> triangle_material;   // (n_triangles); FragmentSet::interior_material on break surfaces
+    std::vector<uint32_t> triangle_fragment;  // (n_triangles), whose surface it is
+    std::vector<uint32_t> vertex_fragment;    // (n_vertices), fragment that the vertex follows first (nearest particle)
 };
 
 /// What the skinning reads of one body at one frame; arrays are the body's slice of a FrameState.

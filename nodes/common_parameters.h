@@ -8,12 +8,12 @@ namespace sunder {
 
 enum class Animation { constant, animatable };
 
-ParameterDescription position_parameter(Animation animation, std::string sentence);   // "position", m
-ParameterDescription rotation_parameter(Animation animation, std::string sentence);   // "rotation", degrees
+ParameterDescription position_parameter(Animation animation, std::string sentence);  // "position", m
+ParameterDescription rotation_parameter(Animation animation, std::string sentence);  // "rotation", degrees
 ParameterDescription friction_parameter(Animation animation);
 ParameterDescription restitution_parameter(Animation animation);
-ParameterDescription velocity_parameter();               // "velocity", m/s, at the start
-ParameterDescription angular_velocity_parameter();       // "angular_velocity", degrees/s, at the start
+ParameterDescription velocity_parameter();          // "velocity", m/s, at the start
+ParameterDescription angular_velocity_parameter();  // "angular_velocity", degrees/s, at the start
 
 /// Euler angles XYZ in degrees, as Blender means them: about the fixed x axis first, then y, then z; R = R_z R_y R_x.
 Quat euler_xyz(const Vec3& degrees);

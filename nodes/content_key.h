@@ -22,11 +22,8 @@ public:
     KeyHasher& operator=(const KeyHasher&) = delete;
 
     template <class T>
-        requires std::is_integral_v<T>
-    KeyHasher& add(T value) {
-        return add_integer(static_cast<uint64_t>(value));
-    }
-    KeyHasher& add(double value);               // by its bits
+    requires std::is_integral_v<T> KeyHasher& add(T value) { return add_integer(static_cast<uint64_t>(value)); }
+    KeyHasher& add(double value);  // by its bits
     KeyHasher& add(std::string_view text);
     KeyHasher& add(const Vec3& value);
     KeyHasher& add(const Quat& value);

@@ -17,12 +17,12 @@ using Json = nlohmann::ordered_json;
 enum class SocketType { mesh, fragments, body, rigid_body, collider, pin, force, state, visual_mesh, bake_item };
 
 struct SocketDescription {
-    std::string name = {};                      // as in files and scripts, snake_case
-    std::string label = {};                     // as artists read it
+    std::string name = {};   // as in files and scripts, snake_case
+    std::string label = {};  // as artists read it
     SocketType type = SocketType::mesh;
-    bool many = false;                          // takes a list of wires (inputs only)
-    bool required = true;                       // has to be wired before the node can be evaluated (inputs only)
-    std::string sentence = {};                  // what it is for
+    bool many = false;          // takes a list of wires (inputs only)
+    bool required = true;       // has to be wired before the node can be evaluated (inputs only)
+    std::string sentence = {};  // what it is for
 };
 
 enum class ParameterType {
@@ -30,34 +30,34 @@ enum class ParameterType {
     integer,
     number,
     text,
-    choice,                                     // one of `choices`
-    path,                                       // of an input file, relative to the graph's folder
-    output_path,                                // pattern below the output folder, "####" being the frame
-    vector3,                                    // [x, y, z]
-    integer3,                                   // [i, j, k]
-    vertex_groups,                              // {"name": [vertex, ...], ...}
+    choice,         // one of `choices`
+    path,           // of an input file, relative to the graph's folder
+    output_path,    // pattern below the output folder, "####" being the frame
+    vector3,        // [x, y, z]
+    integer3,       // [i, j, k]
+    vertex_groups,  // {"name": [vertex, ...], ...}
 };
 
 struct ParameterDescription {
-    std::string name = {};                      // as in files and scripts, snake_case
-    std::string label = {};                     // as artists read it
+    std::string name = {};   // as in files and scripts, snake_case
+    std::string label = {};  // as artists read it
     ParameterType type = ParameterType::number;
-    std::string unit = {};                      // "m", "Pa", ...; empty: a pure number
-    std::optional<double> min = {}, max = {};   // of each component
+    std::string unit = {};                     // "m", "Pa", ...; empty: a pure number
+    std::optional<double> min = {}, max = {};  // of each component
     bool min_excluded = false, max_excluded = false;
     Json default_value = {};
-    std::string sentence = {};                  // what it does, limits that the range cannot tell
-    bool animatable = false;                    // may be {"keys": [[frame, value], ...], "interpolation": "linear"|"step"}
-    bool nullable = false;                      // may be null; the sentence says what that means
-    std::vector<Json> choices = {};             // permitted values of a choice (texts) or an integer (numbers)
-    std::vector<std::string> aliases = {};      // names that it had before; files that use them still load
+    std::string sentence = {};              // what it does, limits that the range cannot tell
+    bool animatable = false;                // may be {"keys": [[frame, value], ...], "interpolation": "linear"|"step"}
+    bool nullable = false;                  // may be null; the sentence says what that means
+    std::vector<Json> choices = {};         // permitted values of a choice (texts) or an integer (numbers)
+    std::vector<std::string> aliases = {};  // names that it had before; files that use them still load
 };
 
 struct NodeDescription {
-    std::string type = {};                      // as in files, snake_case
-    std::string label = {};                     // as artists read it
-    std::string category = {};                  // "input", "fracture", "simulation", "output": where menus list it
-    std::string sentence = {};                  // what the node does
+    std::string type = {};      // as in files, snake_case
+    std::string label = {};     // as artists read it
+    std::string category = {};  // "input", "fracture", "simulation", "output": where menus list it
+    std::string sentence = {};  // what the node does
     std::vector<SocketDescription> inputs = {}, outputs = {};
     std::vector<ParameterDescription> parameters = {};
 
@@ -67,8 +67,8 @@ struct NodeDescription {
     const ParameterDescription* find_parameter(std::string_view name) const;
 };
 
-std::string_view name_of(SocketType type);      // "rigid_body"
-std::string_view name_of(ParameterType type);   // "vector3"
+std::string_view name_of(SocketType type);     // "rigid_body"
+std::string_view name_of(ParameterType type);  // "vector3"
 
 /// "0 < value <= 0.45", "value >= 0", or nothing: the range as a person writes it.
 std::string range_text(const ParameterDescription& parameter);

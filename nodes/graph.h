@@ -30,8 +30,8 @@ Result<SocketReference> parse_reference(std::string_view text);
 enum class Defaults { leave_out, write };
 
 /// Every edit is checked where it enters: unknown names (the nearest permitted one is offered), wrong types, values out
-/// of range, wires that do not fit and cycles are refused with Error::node and Error::parameter set, code bad_input, and
-/// leave the graph as it was. Not to be used from two threads at once.
+/// of range, wires that do not fit and cycles are refused with Error::node and Error::parameter set, code bad_input,
+/// and leave the graph as it was. Not to be used from two threads at once.
 class Graph {
 public:
     explicit Graph(const Registry& registry = standard_registry());
@@ -47,39 +47,40 @@ public:
 
     // Nodes, in the order in which they were added.
     Status add_node(const std::string& name, const std::string& type);
-    Status remove_node(const std::string& name);        // its wires go too
+    Status remove_node(const std::string& name);  // its wires go too
     bool has_node(std::string_view name) const;
     std::vector<std::string> node_names() const;
     Result<const NodeDescription*> describe(const std::string& node) const;
 
     // Wires. A single socket's wire is replaced, a list gets one more.
     Status connect(const SocketReference& output, const SocketReference& input);
-    Status disconnect(const SocketReference& input);    // all wires of the input
+    Status disconnect(const SocketReference& input);                                 // all wires of the input
     Result<std::vector<SocketReference>> wires(const SocketReference& input) const;  // outputs that feed it
 
-    // Parameters, as in files: a value, null, or {"keys": ...}. `set` takes a socket's name too, with a wire ("@node.socket"),
-    // a list of wires, or null for none.
+    // Parameters, as in files: a value, null, or {"keys": ...}. `set` takes a socket's name too, with a wire
+    // ("@node.socket"), a list of wires, or null for none.
     Status set(const std::string& node, const std::string& name, const Json& value);
-    Status reset(const std::string& node, const std::string& parameter);             // to its default
-    Result<Json> parameter(const std::string& node, const std::string& parameter) const;   // as given, or the default
+    Status reset(const std::string& node, const std::string& parameter);                  // to its default
+    Result<Json> parameter(const std::string& node, const std::string& parameter) const;  // as given, or the default
     Result<Json> parameter_at(const std::string& node, const std::string& parameter, double frame) const;
 
     // Settings of the whole.
-    double frame_rate() const;                          // frames per second
-    std::array<int, 2> frame_range() const;             // first and last frame, both included
+    double frame_rate() const;               // frames per second
+    std::array<int, 2> frame_range() const;  // first and last frame, both included
     int threads() const;
     const std::string& base_folder() const;
-    Status set_frame_rate(double frames_per_second);    // 1 .. 1000
-    Status set_frame_range(int first, int last);        // within +-1000000, first <= last
-    Status set_threads(int threads);                    // 0: all cores; 1 .. 1024. Changes no result
+    Status set_frame_rate(double frames_per_second);  // 1 .. 1000
+    Status set_frame_range(int first, int last);      // within +-1000000, first <= last
+    Status set_threads(int threads);                  // 0: all cores; 1 .. 1024. Changes no result
     void set_base_folder(const std::string& folder);
-    void set_cache_limit(size_t bytes);                 // that each solver keeps of past frames; 1 GiB unless told
+    void set_cache_limit(size_t bytes);  // that each solver keeps of past frames; 1 GiB unless told
 
     /// All required sockets wired and parameters in agreement, everywhere. `evaluate` checks the same of what it needs.
     Status check() const;
 
     /// The value of an output socket at a frame. Cached: what no edit touched is not cooked again.
-    Result<Value> evaluate(const std::string& node, const std::string& socket, int frame, const Progress& progress = {});
+    Result<Value> evaluate(const std::string& node, const std::string& socket, int frame,
+                           const Progress& progress = {});
 
     /// Content keys of all nodes: of each one's type, parameters, files and of all that feeds it. A changed key names
     /// what changed.

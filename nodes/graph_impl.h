@@ -14,18 +14,18 @@ namespace sunder {
 
 struct GraphNode;
 
-constexpr int kFarthestFrame = 1'000'000;       // far beyond any shot; keeps differences of frames within an int
+constexpr int kFarthestFrame = 1'000'000;  // far beyond any shot; keeps differences of frames within an int
 
 /// What feeds an input: an output of another node.
 struct Wire {
     GraphNode* source;
-    size_t output;                              // index into the source's outputs
+    size_t output;  // index into the source's outputs
     bool operator==(const Wire&) const = default;
 };
 
 struct CachedValue {
     ContentKey key;
-    int frame;                                  // 0 where the value is the same at all frames
+    int frame;  // 0 where the value is the same at all frames
     size_t output;
     Value value;
 };
@@ -34,9 +34,9 @@ struct GraphNode {
     std::string name;
     const NodeType* type;
     std::map<std::string, ParameterValue> given;  // parameters that are not left at their default
-    std::vector<std::vector<Wire>> inputs;      // for each input socket of the description
+    std::vector<std::vector<Wire>> inputs;        // for each input socket of the description
     NodeStore store;
-    std::vector<CachedValue> cache;             // newest first
+    std::vector<CachedValue> cache;  // newest first
     size_t cook_count = 0;
 
     const NodeDescription& description() const { return type->description; }

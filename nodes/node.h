@@ -61,18 +61,18 @@ class CookContext {
 public:
     virtual ~CookContext() = default;
 
-    virtual const std::string& node() const = 0;        // the node's name
-    virtual std::string_view output() const = 0;        // the output socket that is asked for
-    virtual int frame() const = 0;                      // the frame that is asked for
-    virtual int start_frame() const = 0;                // first frame of the graph's range
-    virtual double frame_rate() const = 0;              // frames per second
-    virtual int threads() const = 0;                    // 0: all cores
-    virtual size_t cache_limit() const = 0;             // bytes that a node may keep of past frames
+    virtual const std::string& node() const = 0;                     // the node's name
+    virtual std::string_view output() const = 0;                     // the output socket that is asked for
+    virtual int frame() const = 0;                                   // the frame that is asked for
+    virtual int start_frame() const = 0;                             // first frame of the graph's range
+    virtual double frame_rate() const = 0;                           // frames per second
+    virtual int threads() const = 0;                                 // 0: all cores
+    virtual size_t cache_limit() const = 0;                          // bytes that a node may keep of past frames
     virtual std::string resolve(const std::string& path) const = 0;  // an input path, seen from the graph's folder
-    virtual const Progress& progress() const = 0;       // of this node's own work
+    virtual const Progress& progress() const = 0;                    // of this node's own work
     virtual NodeStore& store() = 0;
 
-    virtual const Parameters& parameters(int frame) = 0;   // valid until the next call
+    virtual const Parameters& parameters(int frame) = 0;  // valid until the next call
     const Parameters& parameters() { return parameters(frame()); }
 
     /// Of the whole node at every frame: type, parameters, inputs, files. Equal keys, equal results at equal frames.
@@ -90,7 +90,9 @@ public:
         return std::get<std::shared_ptr<const T>>(values->front());
     }
     template <class T>
-    Result<std::shared_ptr<const T>> input(std::string_view socket) { return input<T>(socket, frame()); }
+    Result<std::shared_ptr<const T>> input(std::string_view socket) {
+        return input<T>(socket, frame());
+    }
 
     /// All values that feed a socket, by their type.
     template <class T>

@@ -19,16 +19,17 @@ public:
     };
 
     /// Errors: wrong type, not finite, out of range, not a choice, animated though it cannot be; keys out of order.
-    static Result<ParameterValue> check(const ParameterDescription& description, const Json& value, const std::string& node);
+    static Result<ParameterValue> check(const ParameterDescription& description, const Json& value,
+                                        const std::string& node);
 
     bool is_animated() const { return !keys_.empty(); }
     /// Keys hold their value before the first and after the last; between two, linear or that of the earlier one.
     Json at(double frame) const;
-    Json to_json() const;                       // as in files
+    Json to_json() const;  // as in files
 
 private:
     Json constant_;
-    std::vector<Key> keys_;                     // ascending by frame; empty: constant
+    std::vector<Key> keys_;  // ascending by frame; empty: constant
     Interpolation interpolation_ = Interpolation::linear;
 };
 

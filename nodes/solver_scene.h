@@ -9,7 +9,7 @@ namespace sunder {
 /// A scene and the key of all that went into it.
 struct SceneInput {
     Scene scene;
-    std::vector<ContentKey> body_keys;          // BodyValue::key of each body
+    std::vector<ContentKey> body_keys;  // BodyValue::key of each body
     ContentKey key = 0;
 };
 

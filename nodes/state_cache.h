@@ -13,14 +13,14 @@ namespace sunder {
 /// Bytes that a state takes.
 size_t memory_of(const FrameState& state);
 
-/// Keeps every frame until `limit` bytes are passed, then every second, every fourth, ... frame and always the first and
-/// the newest, so that any frame is at most `stride` steps from a kept one.
+/// Keeps every frame until `limit` bytes are passed, then every second, every fourth, ... frame and always the first
+/// and the newest, so that any frame is at most `stride` steps from a kept one.
 class StateCache {
 public:
     struct Entry {
-        ContentKey history = 0;                 // of all that led to this frame
+        ContentKey history = 0;  // of all that led to this frame
         std::shared_ptr<const FrameState> state;
-        StepReport report;                      // of the step that ended here
+        StepReport report;  // of the step that ended here
     };
 
     void put(int frame, Entry entry, size_t limit);
@@ -40,8 +40,8 @@ private:
 
     std::map<int, Entry> entries_;
     size_t bytes_ = 0;
-    int stride_ = 1;                            // 1, 2, 4, ...
-    int newest_put_ = 0;                        // frame of the latest put, kept whatever the stride
+    int stride_ = 1;      // 1, 2, 4, ...
+    int newest_put_ = 0;  // frame of the latest put, kept whatever the stride
 };
 
 }  // namespace sunder

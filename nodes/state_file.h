@@ -7,7 +7,7 @@
 //   broken_edge edge (int), time strain (double): broken in the frame that ended here
 //   clock       frame (int), time (double)
 //
-// docs/file_formats.md says more. Yield may be infinite ("never"); every other number is finite.
+// docs/files.md says more. Yield may be infinite ("never"); every other number is finite.
 #pragma once
 
 #include <cstdint>

@@ -159,9 +159,10 @@ TEST(skinning, weights_are_the_same_on_every_way_to_a_state) {
 struct Motion {
     const char* name;
     Map map;
-    double rms_error, max_error;                // in particle spacings
-    double rms_fold, max_fold;                  // degrees between neighbouring triangles, beyond those of the motion
+    double rms_error, max_error;  // in particle spacings
+    double rms_fold, max_fold;    // degrees between neighbouring triangles, beyond those of the motion
 };
+void PrintTo(const Motion& motion, std::ostream* out) { *out << motion.name; }
 
 class smooth_motion : public ::testing::TestWithParam<Motion> {};
 
@@ -247,8 +248,7 @@ TEST(skinning, nothing_moves_when_evenly_plastic_edges_break) {
         body.plastic[i] = F_P;
     }
     const Skinned before(body);
-    for (double share : {0.001, 0.1, 1.0})
-        EXPECT_LT(largest_jump(before, Skinned(with_breaks(body, share, 4))), 1e-12);
+    for (double share : {0.001, 0.1, 1.0}) EXPECT_LT(largest_jump(before, Skinned(with_breaks(body, share, 4))), 1e-12);
 }
 
 TEST(skinning, elastic_strain_pops_by_no_more_than_the_fragment_was_stretched) {
@@ -265,8 +265,9 @@ TEST(skinning, elastic_strain_pops_by_no_more_than_the_fragment_was_stretched) {
     double reach = 0;
     for (uint32_t f = 0; f < before.topology.faces().n_faces(); ++f)
         for (uint32_t v : before.topology.faces().triangles[f])
-            reach = std::max(reach, (body.fragments->vertices[v] -
-                                     body.rest.rest_position[before.topology.faces().fragment[f]]).norm());
+            reach = std::max(
+                reach,
+                (body.fragments->vertices[v] - body.rest.rest_position[before.topology.faces().fragment[f]]).norm());
     const double all = largest_jump(before, Skinned(with_breaks(body, 1, 1)));
     EXPECT_LE(all, 0.2 * reach * 1.05);
 }

@@ -38,7 +38,10 @@ int unbalanced_edges(const SplitTopology& topology) {
 int components(const SplitTopology& topology) {
     std::vector<uint32_t> root(topology.n_vertices());
     std::iota(root.begin(), root.end(), 0u);
-    auto find = [&](uint32_t i) { while (root[i] != i) i = root[i] = root[root[i]]; return i; };
+    auto find = [&](uint32_t i) {
+        while (root[i] != i) i = root[i] = root[root[i]];
+        return i;
+    };
     for (const Triangle& t : topology.triangles()) root[find(t[0])] = find(t[1]), root[find(t[1])] = find(t[2]);
     std::set<uint32_t> roots;
     for (const Triangle& t : topology.triangles()) roots.insert(find(t[0]));
@@ -151,8 +154,7 @@ TEST(split_topology, figure_2c_splits_v2_v3_v4_when_the_last_path_to_p2_breaks) 
 }
 
 TEST(split_topology, figure_2_shattered_gives_each_fragment_its_own_vertices) {
-    EXPECT_EQ(Fig2().split({0, 0, 0}),
-              (Splits{{Fig2::v1, 2}, {3, 2}, {Fig2::v2, 3}, {Fig2::v3, 2}, {Fig2::v4, 2}}));
+    EXPECT_EQ(Fig2().split({0, 0, 0}), (Splits{{Fig2::v1, 2}, {3, 2}, {Fig2::v2, 3}, {Fig2::v3, 2}, {Fig2::v4, 2}}));
     EXPECT_EQ(Fig2().pieces({0, 0, 0}), 3);
 }
 
@@ -167,7 +169,10 @@ TEST(split_topology, compact_mesh_has_no_interior_faces_nor_vertices_at_the_star
     EXPECT_EQ(non_manifold_edges(topology), 0);
 }
 
-struct Cut { const char* name; std::function<Body()> make; };
+struct Cut {
+    const char* name;
+    std::function<Body()> make;
+};
 
 class any_cut : public ::testing::TestWithParam<Cut> {};
 
@@ -261,8 +266,8 @@ TEST(split_topology, fragment_that_touches_itself_along_an_edge_keeps_one_edge_t
 
 TEST(split_topology, fragment_that_touches_itself_in_a_point_comes_off_with_two_vertices_there) {
     testing::TetBox box;  // the first two tetrahedra have vertex 0 in common, no edge
-    box.vertices = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(-1, 0, 0), Vec3(0, -1, 0),
-                    Vec3(-0.1, -0.1, -1)};
+    box.vertices = {Vec3(0, 0, 0),  Vec3(1, 0, 0),  Vec3(0, 1, 0),       Vec3(0, 0, 1),
+                    Vec3(-1, 0, 0), Vec3(0, -1, 0), Vec3(-0.1, -0.1, -1)};
     box.tets = {{0, 1, 2, 3}, {0, 4, 6, 5}, {0, 2, 4, 3}};
     const Body body = make_body(box, {0, 0, 1});
     SplitTopology topology = topology_of(*body.fragments);
@@ -282,8 +287,10 @@ TEST(split_topology, blisters_inside_of_a_whole_body_are_left_out) {
     const size_t compact = topology.triangles().size();
     // The middle cube (13) lies inside. Its face to one neighbour has 2 x 2 cells: of its vertices only the one in the
     // middle has no other fragment around, and splits. Triangles without it would be blisters.
-    const size_t inner = std::find_if(set.interfaces.begin(), set.interfaces.end(), [](const Interface& i) {
-        return i.a == FragmentId(12) && i.b == FragmentId(13); }) - set.interfaces.begin();
+    const size_t inner =
+        std::find_if(set.interfaces.begin(), set.interfaces.end(),
+                     [](const Interface& i) { return i.a == FragmentId(12) && i.b == FragmentId(13); }) -
+        set.interfaces.begin();
     ASSERT_LT(inner, set.interfaces.size());
     auto intact = body.intact;
     intact[inner] = 0;

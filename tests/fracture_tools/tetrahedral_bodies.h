@@ -65,7 +65,7 @@ struct Body {
     std::shared_ptr<FragmentSet> fragments;
     SimulationMesh rest;
 
-    std::vector<Vec3> position;                 // a frame, at rest to begin with
+    std::vector<Vec3> position;  // a frame, at rest to begin with
     std::vector<Quat> orientation;
     std::vector<Mat3> plastic;
     std::vector<uint8_t> intact;
@@ -104,9 +104,12 @@ inline Body make_body(TetBox box, const std::vector<uint32_t>& label) {
     std::vector<std::vector<Triangle>> outer(n);
     std::map<std::pair<uint32_t, uint32_t>, std::vector<Triangle>> cut;
     for (const auto& [key, sides] : faces) {
-        if (sides.size() == 1) outer[sides[0].first].push_back(sides[0].second);
-        else if (sides[0].first < sides[1].first) cut[{sides[0].first, sides[1].first}].push_back(sides[0].second);
-        else if (sides[1].first < sides[0].first) cut[{sides[1].first, sides[0].first}].push_back(sides[1].second);
+        if (sides.size() == 1)
+            outer[sides[0].first].push_back(sides[0].second);
+        else if (sides[0].first < sides[1].first)
+            cut[{sides[0].first, sides[1].first}].push_back(sides[0].second);
+        else if (sides[1].first < sides[0].first)
+            cut[{sides[1].first, sides[0].first}].push_back(sides[1].second);
     }
     for (uint32_t i = 0; i < n; ++i) {
         set.fragments[i].outer_begin = uint32_t(set.outer_triangles.size());
@@ -164,21 +167,28 @@ inline std::vector<uint32_t> kmeans_labels(const TetBox& box, int k, uint32_t se
         std::vector<int> count(k, 0);
         for (size_t t = 0; t < label.size(); ++t) {
             const Vec3 c = box.centre(t);
-            label[t] = uint32_t(std::min_element(site.begin(), site.end(), [&](const Vec3& x, const Vec3& y) {
-                return (x - c).squaredNorm() < (y - c).squaredNorm();
-            }) - site.begin());
+            label[t] = uint32_t(std::min_element(site.begin(), site.end(),
+                                                 [&](const Vec3& x, const Vec3& y) {
+                                                     return (x - c).squaredNorm() < (y - c).squaredNorm();
+                                                 }) -
+                                site.begin());
             sum[label[t]] += c, ++count[label[t]];
         }
-        for (int i = 0; i < k; ++i) if (count[i]) site[i] = sum[i] / count[i];
+        for (int i = 0; i < k; ++i)
+            if (count[i]) site[i] = sum[i] / count[i];
     }
     std::map<std::array<uint32_t, 3>, uint32_t> open;
     std::vector<uint32_t> root(label.size());
     std::iota(root.begin(), root.end(), 0u);
-    auto find = [&](uint32_t i) { while (root[i] != i) i = root[i] = root[root[i]]; return i; };
+    auto find = [&](uint32_t i) {
+        while (root[i] != i) i = root[i] = root[root[i]];
+        return i;
+    };
     for (uint32_t t = 0; t < label.size(); ++t)
         for (int skip = 0; skip < 4; ++skip) {
             std::array<uint32_t, 3> key;
-            for (int i = 0, j = 0; i < 4; ++i) if (i != skip) key[j++] = box.tets[t][i];
+            for (int i = 0, j = 0; i < 4; ++i)
+                if (i != skip) key[j++] = box.tets[t][i];
             std::sort(key.begin(), key.end());
             const auto [at, fresh] = open.try_emplace(key, t);
             if (!fresh && label[at->second] == label[t]) root[find(t)] = find(at->second);

@@ -91,7 +91,10 @@ int unbalanced_edges(const VisualMesh& mesh) {
 int components(const VisualMesh& mesh) {
     std::vector<uint32_t> root(mesh.positions.size());
     std::iota(root.begin(), root.end(), 0u);
-    auto find = [&](uint32_t i) { while (root[i] != i) i = root[i] = root[root[i]]; return i; };
+    auto find = [&](uint32_t i) {
+        while (root[i] != i) i = root[i] = root[root[i]];
+        return i;
+    };
     for (const Triangle& t : mesh.triangles) root[find(t[0])] = find(t[1]), root[find(t[1])] = find(t[2]);
     std::set<uint32_t> roots;
     for (uint32_t v = 0; v < root.size(); ++v) roots.insert(find(v));
@@ -185,7 +188,7 @@ class lattice : public ::testing::TestWithParam<int> {};
 
 TEST_P(lattice, stays_balanced_and_falls_apart_into_its_cells) {
     LatticeSettings settings;
-    settings.neighbours = GetParam();           // 18 and 26 have edges whose interface has no triangles
+    settings.neighbours = GetParam();  // 18 and 26 have edges whose interface has no triangles
     Body body;
     body.fragments = std::make_shared<FragmentSet>(make_lattice(settings, "lattice").take());
     body.rest = build_simulation_mesh(*body.fragments, {}).take();
@@ -381,7 +384,9 @@ TEST(visual_mesh, uvs_are_the_artists_outside_and_mirrored_on_the_two_sides_of_a
             const size_t side_a = 3 * (outer + t) + c, side_b = 3 * (outer + cut + t) + (3 - c) % 3;
             // the same place ...
             ASSERT_LT((mesh.positions[mesh.triangles[outer + t][c]] -
-                       mesh.positions[mesh.triangles[outer + cut + t][(3 - c) % 3]]).norm(), 1e-6f);
+                       mesh.positions[mesh.triangles[outer + cut + t][(3 - c) % 3]])
+                          .norm(),
+                      1e-6f);
             // ... has the same texture, seen from behind
             EXPECT_EQ(mesh.corner_uvs[side_a], set.interface_corner_uvs[3 * t + c]);
             EXPECT_EQ(mesh.corner_uvs[side_b], Vec2f(-mesh.corner_uvs[side_a].x(), mesh.corner_uvs[side_a].y()));

@@ -1,5 +1,5 @@
-// A registry of two small node types that carry a number through wires (as Force::drag): what the graph's own tests use,
-// so that they need no solver and may build wires that Sunder's own types do not allow, such as cycles.
+// A registry of two small node types that carry a number through wires (as Force::drag): what the graph's own tests
+// use, so that they need no solver and may build wires that Sunder's own types do not allow, such as cycles.
 #pragma once
 
 #include "nodes/graph.h"
@@ -28,24 +28,56 @@ inline Registry registry() {
     number.description = {.type = "number", .label = "Number", .category = "input", .sentence = "A number."};
     number.description.outputs = {{.name = "force", .label = "Force", .type = SocketType::force, .sentence = "It"}};
     number.description.parameters = {
-        {.name = "value", .label = "Value", .unit = "m", .min = 0, .max = 1000, .default_value = 1.0, .sentence = "The number",
-         .animatable = true, .aliases = {"amount"}},
-        {.name = "limit", .label = "Limit", .min = 0, .min_excluded = true, .default_value = nullptr, .sentence = "Null: none",
-         .animatable = true, .nullable = true},
-        {.name = "count", .label = "Count", .type = ParameterType::integer, .min = 1, .default_value = 4, .sentence = "Whole",
+        {.name = "value",
+         .label = "Value",
+         .unit = "m",
+         .min = 0,
+         .max = 1000,
+         .default_value = 1.0,
+         .sentence = "The number",
+         .animatable = true,
+         .aliases = {"amount"}},
+        {.name = "limit",
+         .label = "Limit",
+         .min = 0,
+         .min_excluded = true,
+         .default_value = nullptr,
+         .sentence = "Null: none",
+         .animatable = true,
+         .nullable = true},
+        {.name = "count",
+         .label = "Count",
+         .type = ParameterType::integer,
+         .min = 1,
+         .default_value = 4,
+         .sentence = "Whole",
          .choices = {1, 4, 9}},
-        {.name = "axis", .label = "Axis", .type = ParameterType::vector3, .default_value = {0.0, 0.0, 1.0}, .sentence = "A direction",
+        {.name = "axis",
+         .label = "Axis",
+         .type = ParameterType::vector3,
+         .default_value = {0.0, 0.0, 1.0},
+         .sentence = "A direction",
          .animatable = true},
-        {.name = "mode", .label = "Mode", .type = ParameterType::choice, .default_value = "fast", .sentence = "One of two",
-         .animatable = true, .choices = {"fast", "exact"}},
-        {.name = "file", .label = "File", .type = ParameterType::path, .default_value = "", .sentence = "Read by nobody"},
+        {.name = "mode",
+         .label = "Mode",
+         .type = ParameterType::choice,
+         .default_value = "fast",
+         .sentence = "One of two",
+         .animatable = true,
+         .choices = {"fast", "exact"}},
+        {.name = "file",
+         .label = "File",
+         .type = ParameterType::path,
+         .default_value = "",
+         .sentence = "Read by nobody"},
         {.name = "on", .label = "On", .type = ParameterType::boolean, .default_value = true, .sentence = "A switch"}};
     number.cook = cook_number;
 
     NodeType sum;
     sum.description = {.type = "sum", .label = "Sum", .category = "simulation", .sentence = "Adds up."};
-    sum.description.inputs = {{.name = "terms", .label = "Terms", .type = SocketType::force, .many = true, .sentence = "Added"},
-                              {.name = "mesh", .label = "Mesh", .type = SocketType::mesh, .required = false, .sentence = "Unused"}};
+    sum.description.inputs = {
+        {.name = "terms", .label = "Terms", .type = SocketType::force, .many = true, .sentence = "Added"},
+        {.name = "mesh", .label = "Mesh", .type = SocketType::mesh, .required = false, .sentence = "Unused"}};
     sum.description.outputs = {{.name = "force", .label = "Force", .type = SocketType::force, .sentence = "The sum"}};
     sum.description.parameters = {{.name = "factor", .label = "Factor", .default_value = 1.0, .sentence = "Times"}};
     sum.cook = cook_sum;

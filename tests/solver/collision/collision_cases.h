@@ -15,7 +15,9 @@ namespace sunder {
 inline std::mt19937_64 generator(uint64_t seed) { return std::mt19937_64(seed); }
 
 /// Uniform in [lo, hi) from the raw bits: std distributions differ between libraries.
-inline double uniform(std::mt19937_64& rng, double lo, double hi) { return lo + (hi - lo) * double(rng() >> 11) * 0x1p-53; }
+inline double uniform(std::mt19937_64& rng, double lo, double hi) {
+    return lo + (hi - lo) * double(rng() >> 11) * 0x1p-53;
+}
 
 inline Vec3 uniform3(std::mt19937_64& rng, double lo, double hi) {
     const double x = uniform(rng, lo, hi), y = uniform(rng, lo, hi), z = uniform(rng, lo, hi);
@@ -43,21 +45,40 @@ inline Pose random_pose(std::mt19937_64& rng, double spread) {
 
 inline Vec3 random_direction(std::mt19937_64& rng) { return random_axes(rng).col(0); }
 
-inline double support(const Ellipsoid& e, const Vec3& n) { return (e.radii.asDiagonal() * (e.axes.transpose() * n)).norm(); }
+inline double support(const Ellipsoid& e, const Vec3& n) {
+    return (e.radii.asDiagonal() * (e.axes.transpose() * n)).norm();
+}
 
 /// Support of a sphere, box or capsule about its own position.
 inline double support(const PlacedShape& s, const Vec3& n) {
     const Vec3 local = s.pose.orientation.conjugate() * n;
     switch (s.shape.kind) {
-        case ShapeKind::sphere: return s.shape.radius;
-        case ShapeKind::box: return s.shape.half_extents.dot(local.cwiseAbs());
-        default: return s.shape.radius + s.shape.half_height * std::abs(local.z());
+        case ShapeKind::sphere:
+            return s.shape.radius;
+        case ShapeKind::box:
+            return s.shape.half_extents.dot(local.cwiseAbs());
+        default:
+            return s.shape.radius + s.shape.half_height * std::abs(local.z());
     }
 }
 
-inline Shape sphere(double radius) { Shape s; s.kind = ShapeKind::sphere; s.radius = radius; return s; }
-inline Shape box(const Vec3& half) { Shape s; s.kind = ShapeKind::box; s.half_extents = half; return s; }
-inline Shape plane() { Shape s; s.kind = ShapeKind::plane; return s; }
+inline Shape sphere(double radius) {
+    Shape s;
+    s.kind = ShapeKind::sphere;
+    s.radius = radius;
+    return s;
+}
+inline Shape box(const Vec3& half) {
+    Shape s;
+    s.kind = ShapeKind::box;
+    s.half_extents = half;
+    return s;
+}
+inline Shape plane() {
+    Shape s;
+    s.kind = ShapeKind::plane;
+    return s;
+}
 inline Shape capsule(double radius, double half_height) {
     Shape s;
     s.kind = ShapeKind::capsule;
@@ -87,7 +108,11 @@ double brute_force_maximum(const Bound& bound) {
             for (int k = 0; k < 8 && !rose; ++k) {
                 const Vec3 m = (n + step * (std::cos(k * M_PI / 4) * t1 + std::sin(k * M_PI / 4) * t2)).normalized();
                 const double g = bound(m);
-                if (g > f) { f = g; n = m; rose = true; }
+                if (g > f) {
+                    f = g;
+                    n = m;
+                    rose = true;
+                }
             }
             if (!rose) step *= 0.5;
         }
