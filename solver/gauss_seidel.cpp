@@ -13,15 +13,16 @@ void gauss_seidel_sweep(const LiveTopology& live, const GroupShapes& shapes, std
             continue;
         }
         const GroupMoments A = group_moments(live, shapes, io_particles, g);
-        const Quat R = optimal_rotation(A.positions + A.ellipsoids, io_goals[g].rotation);
+        const Quat R = optimal_rotation(A.positions + kOrientationWeight * A.ellipsoids, io_goals[g].rotation);
         io_goals[g].rotation = R;
         const Mat3 matrix = R.toRotationMatrix();
         for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
             const uint32_t j = live.member(s);
             if (held[j]) continue;
             MovingParticle& p = io_particles[j];
-            p.x += stiffness[g] * (A.center + matrix * shapes.member[s].q - p.x);
-            p.d = p.d.slerp(stiffness[g], R);
+            const double k = stiffness[g] * shapes.member[s].weight;
+            p.x += k * (A.center + matrix * shapes.member[s].q - p.x);
+            p.d = p.d.slerp(k, R);
             p.D = p.d.toRotationMatrix();
         }
     }

@@ -1,8 +1,21 @@
 #include "solver/group_shape.h"
 
-#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
 
 namespace sunder {
+
+namespace {
+
+constexpr double kLeastWeight = 0.02;
+constexpr double kFullWeightArea = 0.25;  // of the section of a cube of the fragments' volume
+
+double edge_weight_of(const SimulationMesh& rest, const Edge& edge) {
+    const double section = std::pow(rest.volume[edge.a] * rest.volume[edge.b], 1.0 / 3);
+    return std::clamp(edge.area / (kFullWeightArea * section), kLeastWeight, 1.0);
+}
+
+}  // namespace
 
 void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,
                         std::span<const Mat3> plastic_deformation) {
@@ -13,6 +26,8 @@ void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,
         const Vec3 a = rest.mass[i] / 5.0 * rest.radii[i].cwiseProduct(rest.radii[i]);
         particle_moment[i] = to_sym(Rbar * a.asDiagonal() * Rbar.transpose());
     }
+    edge_weight.resize(rest.n_edges());
+    for (size_t e = 0; e < edge_weight.size(); ++e) edge_weight[e] = edge_weight_of(rest, rest.edges[e]);
     rest_trace.assign(n, 0.0);
     for (uint32_t g = 0; g < n; ++g) {
         Vec3 center = Vec3::Zero();
@@ -20,12 +35,13 @@ void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,
         for (uint32_t s = rest.group_offset[g]; s < rest.group_offset[g + 1]; ++s) {
             const uint32_t j = rest.group_member[s];
             const Vec3 r = rest.rest_position[j] - rest.rest_position[g];
-            mass += rest.mass[j], center += rest.mass[j] * r, second += rest.mass[j] * r.squaredNorm();
+            const double m = rest.mass[j] * weight(rest.member_edge[s]);
+            mass += m, center += m * r, second += m * r.squaredNorm();
         }
         rest_trace[g] = second - center.squaredNorm() / mass;
     }
     group.assign(n, GroupShape());
-    member.assign(live.n_slots(), MemberShape{Vec3::Zero(), 0, {}});
+    member.assign(live.n_slots(), MemberShape{Vec3::Zero(), 0, 0, {}});
     for (uint32_t g = 0; g < n; ++g) rebuild(rest, live, plastic_deformation[g], g);
 }
 
@@ -39,8 +55,9 @@ void GroupShapes::rebuild(const SimulationMesh& rest, const LiveTopology& live, 
     Vec3 center = Vec3::Zero();
     for (uint32_t s = begin; s < end; ++s) {
         const uint32_t j = live.member(s);
-        shape.mass += rest.mass[j];
-        center += rest.mass[j] * (rest.rest_position[j] - origin);
+        const double m = rest.mass[j] * weight(live.edge(s));
+        shape.mass += m;
+        center += m * (rest.rest_position[j] - origin);
     }
     center /= shape.mass;
 
@@ -48,11 +65,12 @@ void GroupShapes::rebuild(const SimulationMesh& rest, const LiveTopology& live, 
     for (uint32_t s = begin; s < end; ++s) {
         const uint32_t j = live.member(s);
         MemberShape& m = member[s];
-        m.mass = rest.mass[j];
+        m.weight = weight(live.edge(s));
+        m.mass = m.weight * rest.mass[j];
         m.q = F_P * (rest.rest_position[j] - origin - center);
         // The ellipsoid's moments are carried by F_P as a whole, so that a stress-free group with plastic stretch
         // has no elastic strain (the paper's A_pq F_P^T leaves some, and flows back).
-        const Mat3 moment = F_P * to_matrix(particle_moment[j]) * F_P.transpose();
+        const Mat3 moment = m.weight * (F_P * to_matrix(particle_moment[j]) * F_P.transpose());
         m.moment = to_sym(moment);
         A_positions += m.mass * m.q * m.q.transpose();
         A_moments += moment;
@@ -60,6 +78,7 @@ void GroupShapes::rebuild(const SimulationMesh& rest, const LiveTopology& live, 
     shape.positions_trace = end - begin > 1 ? A_positions.trace() : 0;
     const Mat3 A_qq = A_positions + kStretchMomentWeight * A_moments;
     shape.stretch = stretch_basis(A_qq);
+    shape.positions = to_sym(A_positions);
 
     // Volume strain tr(R^T A_pq A_qq^-1) - 3, with the inverse bounded in thin directions: a flat group has no
     // stiffness of its own across the sheet, and an unbounded inverse would demand vanishing steps.
@@ -69,7 +88,7 @@ void GroupShapes::rebuild(const SimulationMesh& rest, const LiveTopology& live, 
     const double a_max = 1.0 / shape.stretch.Lam.diagonal().minCoeff();
     for (int i = 0; i < 3; ++i) inverse(i) = 1.0 / std::max(1.0 / shape.stretch.Lam(i, i), kThinnest * a_max);
     shape.volume_gradient = V * inverse.asDiagonal() * V.transpose();
-    shape.volume_rest = (A_qq * shape.volume_gradient).trace();
+    shape.volume_rest = (A_positions * shape.volume_gradient).trace();
 }
 
 GroupStiffness group_stiffness(const GroupShape& shape, double rest_trace, double rest_volume,

@@ -27,19 +27,13 @@ void NewtonStep::prepare_groups(const Input& in, size_t begin, size_t end) {
         inverse_inertia_[g] = in.inertia[g].inverse();
         if (group.b == 0) continue;
         const GroupShape& shape = in.shapes.group[g];
-        const Mat3 R = in.goals[g].rotation.toRotationMatrix(), W = R * shape.volume_gradient;
+        group.R = in.goals[g].rotation.toRotationMatrix();
         group.inverse_mass = 1 / shape.mass;
-        group.pressure = group.b * in.stiffness[g].volume_ratio * shape.positions_trace / 3;
-        Mat3 K = Mat3::Zero();
-        for (uint32_t s = in.live.begin(g); s < in.live.end(g); ++s) {
-            const MemberShape& shape_of_member = in.shapes.member[s];
-            Member& m = members_[s];
-            m.mass = shape_of_member.mass;
-            m.arm = R * shape_of_member.q;
-            m.volume_arm = W * shape_of_member.q;
-            K += m.mass * (m.arm.squaredNorm() * Mat3::Identity() - m.arm * m.arm.transpose()) +
-                 in.inertia[in.live.member(s)];
-        }
+        group.pressure = in.stiffness[g].volume_ratio * shape.positions_trace / 3;
+        const Mat3 A = group.R * to_matrix(shape.positions) * group.R.transpose();
+        Mat3 K = A.trace() * Mat3::Identity() - A;
+        for (uint32_t s = in.live.begin(g); s < in.live.end(g); ++s)
+            K += kOrientationWeight * in.shapes.member[s].weight * in.inertia[in.live.member(s)];
         group.K_inverse = K.inverse();
     }
 }
@@ -56,9 +50,10 @@ void NewtonStep::gather_residual(const Input& in, std::span<const MovingParticle
         Vec3 turn = rotation_vector(p.d_inertial * back);
         for (uint32_t s = in.live.begin(j); s < in.live.end(j); ++s) {
             const GroupGoal& goal = in.goals[in.live.member(s)];
-            shift += goal.weight * (goal.center + goal.G * in.shapes.member[in.live.twin(s)].q - p.x);
-            turn += goal.weight * rotation_vector(goal.rotation * back);
-            diagonal_[j] += goal.weight_bound;
+            const MemberShape& m = in.shapes.member[in.live.twin(s)];
+            shift += m.weight * goal.weight * (goal.center + goal.G * m.q - p.x);
+            turn += kOrientationWeight * m.weight * goal.weight * rotation_vector(goal.rotation * back);
+            diagonal_[j] += m.weight * goal.weight_bound;
         }
         residual_[j] = {in.rest.mass[j] * shift, in.inertia[j] * turn};
     }
@@ -69,19 +64,29 @@ void NewtonStep::fit_groups(const Input& in, size_t begin, size_t end) {
     for (uint32_t g = static_cast<uint32_t>(begin); g < end; ++g) {
         Group& group = groups_[g];
         if (group.b == 0) continue;
+        const GroupShape& shape = in.shapes.group[g];
         Vec3 shift = Vec3::Zero(), spin = Vec3::Zero();
-        double volume = 0;
+        Mat3 A = Mat3::Zero();
         for (uint32_t s = in.live.begin(g); s < in.live.end(g); ++s) {
             const uint32_t j = in.live.member(s);
-            const Member& m = members_[s];
+            const MemberShape& m = in.shapes.member[s];
             const Vec3 md = m.mass * direction_[j].shift;
             shift += md;
-            spin += m.arm.cross(md) + in.inertia[j] * direction_[j].turn;
-            volume += m.volume_arm.dot(md);
+            A.noalias() += md * m.q.transpose();
+            spin += m.weight * in.inertia[j] * direction_[j].turn;
         }
+        const Mat3 B = A * group.R.transpose();  // sum m d (R q)^T
+        spin = kOrientationWeight * spin + Vec3(B(2, 1) - B(1, 2), B(0, 2) - B(2, 0), B(1, 0) - B(0, 1));
         group.center_shift = group.inverse_mass * shift;
         group.turn = group.K_inverse * spin;
-        group.volume_change = volume;
+        Mat3 turn;
+        turn << 0, -group.turn.z(), group.turn.y(), group.turn.z(), 0, -group.turn.x(), -group.turn.y(), group.turn.x(),
+            0;
+        group.pull.noalias() = -turn * group.R;
+        if (group.pressure > 0) {
+            const Mat3 RW = group.R * shape.volume_gradient;
+            group.pull += group.pressure * RW.cwiseProduct(A).sum() * RW;
+        }
     }
 }
 
@@ -93,10 +98,10 @@ void NewtonStep::gather_product(const Input& in, size_t begin, size_t end) {
         Vec3 shift = d.shift, turn = d.turn;
         for (uint32_t s = in.live.begin(j); s < in.live.end(j); ++s) {
             const Group& group = groups_[in.live.member(s)];
-            const Member& m = members_[in.live.twin(s)];
-            shift += group.b * (d.shift - group.center_shift - group.turn.cross(m.arm)) +
-                     group.pressure * group.volume_change * m.volume_arm;
-            turn += group.b * (d.turn - group.turn);
+            const MemberShape& m = in.shapes.member[in.live.twin(s)];
+            const double b = m.weight * group.b;
+            shift += b * (d.shift - group.center_shift + group.pull * m.q);
+            turn += kOrientationWeight * b * (d.turn - group.turn);
         }
         product_[j] = {in.rest.mass[j] * shift, in.inertia[j] * turn};
     }
@@ -140,7 +145,7 @@ void NewtonStep::solve(const Input& in, const WorkerPool& workers) {
 
 void NewtonStep::apply(const Input& in, const WorkerPool& workers, std::span<MovingParticle> io_particles) {
     const size_t n = in.rest.n_particles();
-    groups_.resize(n), members_.resize(in.live.n_slots()), diagonal_.resize(n), inverse_inertia_.resize(n);
+    groups_.resize(n), diagonal_.resize(n), inverse_inertia_.resize(n);
     residual_.resize(n), product_.resize(n), preconditioned_.resize(n), direction_.resize(n);
     solution_.assign(n, Twist());
 

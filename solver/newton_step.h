@@ -23,8 +23,8 @@ struct Twist {
 ///     c = sum m_j d_j / M,   w = K^-1 sum ( m_j R q_j x d_j + H_j turn_j ),   K = inertia of the group in its goal
 ///     shape
 ///
-/// plus m_j d_j and H_j turn_j for inertia, plus the pressure term. K of the goal shape, not of the present one, keeps
-/// H positive definite in any deformation.
+/// with masses and inertias weighted as in GroupShapes, plus m_j d_j and H_j turn_j for inertia, plus the pressure
+/// term. K of the goal shape, not of the present one, keeps H positive definite in any deformation.
 class NewtonStep {
 public:
     static constexpr int kMaxIterations = 12;   // of conjugate gradients
@@ -44,16 +44,12 @@ public:
     void apply(const Input& input, const WorkerPool& workers, std::span<MovingParticle> io_particles);
 
 private:
-    struct Group {                       // what the product needs of a group
-        Mat3 K_inverse;                  // 1/(kg m2)
-        Vec3 center_shift, turn;         // c, w of the present direction
-        double b, inverse_mass;          // -, 1/kg
-        double pressure, volume_change;  // b lambda/(2 mu) tr/3, kg m2; volume strain of the direction
-    };
-    struct Member {
-        Vec3 arm;         // R q_j, m
-        Vec3 volume_arm;  // R W q_j, 1/(kg m)
-        double mass;      // kg
+    struct Group {
+        Mat3 R, K_inverse;        // goal rotation; 1/(kg m2)
+        double b, inverse_mass;   // -, 1/kg
+        double pressure;          // lambda/(2 mu) tr/3, kg m2
+        Vec3 center_shift, turn;  // c, w of the present direction
+        Mat3 pull;                // P: pulls member j by -c + P q_j
     };
     void prepare_groups(const Input& input, size_t begin, size_t end);
     void gather_residual(const Input& input, std::span<const MovingParticle> particles, size_t begin, size_t end);
@@ -63,7 +59,6 @@ private:
     void solve(const Input& input, const WorkerPool& workers);
 
     std::vector<Group> groups_;
-    std::vector<Member> members_;  // as LiveTopology's slots
     std::vector<Twist> solution_, residual_, direction_, product_, preconditioned_;
     std::vector<double> diagonal_;       // 1 + sum_g b_g
     std::vector<Mat3> inverse_inertia_;  // 1/(kg m2)

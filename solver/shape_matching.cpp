@@ -49,18 +49,18 @@ void match_groups(const LiveTopology& live, const GroupShapes& shapes, std::span
         const GroupShape& shape = shapes.group[g];
         const GroupMoments A = group_moments(live, shapes, particles, g);
         goal.center = A.center;
-        goal.rotation = optimal_rotation(A.positions + A.ellipsoids, goal.rotation);
-        goal.G = goal.rotation.toRotationMatrix();
+        goal.rotation = optimal_rotation(A.positions + kOrientationWeight * A.ellipsoids, goal.rotation);
+        const Mat3 R = goal.rotation.toRotationMatrix();
+        goal.G = R;
         goal.weight = h * h * stiffness[g].k;
         goal.weight_bound = goal.weight;
         if (const double ratio = stiffness[g].volume_ratio; ratio > 0) {
             // Pressure: E = lambda/2 V (tr(R^T A_pq W) - tr(A_qq W))^2 beside the mu |F - R|^2 of shape matching;
             // its gradient at member j is lambda V (...) R W m_j q_j.
-            const Mat3 A_stretch = A.positions + kStretchMomentWeight * A.ellipsoids;
             const double volume_strain =
-                (goal.G.transpose() * A_stretch * shape.volume_gradient).trace() - shape.volume_rest;
+                (R.transpose() * A.positions * shape.volume_gradient).trace() - shape.volume_rest;
             const Mat3 spread = shape.positions_trace / 3 * shape.volume_gradient;
-            goal.G -= ratio * volume_strain * goal.G * spread;
+            goal.G -= ratio * volume_strain * R * spread;
             goal.weight_bound = goal.weight * (1 + ratio * 3 * spread.norm() / std::sqrt(3.0));
         }
     }
@@ -77,10 +77,12 @@ void average_goals(const LiveTopology& live, const GroupShapes& shapes, std::spa
         double total = 1.0, total_turn = 1.0;
         for (uint32_t s = live.begin(j); s < live.end(j); ++s) {
             const GroupGoal& goal = goals[live.member(s)];
-            pull += goal.weight * (goal.center + goal.G * shapes.member[live.twin(s)].q - p.x);
-            turn += (goal.rotation.dot(p.d) < 0 ? -goal.weight : goal.weight) * goal.rotation.coeffs();
-            total += goal.weight_bound;
-            total_turn += goal.weight;
+            const MemberShape& m = shapes.member[live.twin(s)];
+            pull += m.weight * goal.weight * (goal.center + goal.G * m.q - p.x);
+            const double turn_weight = kOrientationWeight * m.weight * goal.weight;
+            turn += (goal.rotation.dot(p.d) < 0 ? -turn_weight : turn_weight) * goal.rotation.coeffs();
+            total += m.weight * goal.weight_bound;
+            total_turn += turn_weight;
         }
         p.x += omega / total * pull;
         p.d.coeffs() += omega * (turn / total_turn - p.d.coeffs());

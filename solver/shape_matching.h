@@ -41,7 +41,7 @@ void match_groups(const LiveTopology& live, const GroupShapes& shapes, std::span
                   std::span<GroupGoal> io_goals);
 
 /// Averaging step for particles [begin, end):
-///     x <- x + omega [ (x_inertial - x) + sum_g b_g (goal_g - x) ] / (1 + sum_g b_g),   rotations likewise.
+///     x <- x + omega [ (x_inertial - x) + sum_g w b_g (goal_g - x) ] / (1 + sum_g w b_g),   rotations likewise.
 /// Particles with `held` set stay.
 void average_goals(const LiveTopology& live, const GroupShapes& shapes, std::span<const GroupGoal> goals, double omega,
                    std::span<const uint8_t> held, size_t begin, size_t end, std::span<MovingParticle> io_particles);
