@@ -113,12 +113,13 @@ void NewtonStep::precondition(const Input& in, size_t begin, size_t end) {
                               inverse_inertia_[j] * residual_[j].turn / diagonal_[j]};
 }
 
-void NewtonStep::solve(const Input& in, const WorkerPool& workers) {
+void NewtonStep::solve(bool first_iteration, const Input& in, const WorkerPool& workers) {
     const size_t n = residual_.size();
     workers.for_range(n, kGrain, [&](size_t first, size_t last) { precondition(in, first, last); });
     direction_ = preconditioned_;
     double rz = dot(residual_, preconditioned_);
-    const double enough = kTolerance * kTolerance * rz;
+    if (first_iteration) reference_ = rz;
+    const double enough = kTolerance * kTolerance * std::max(rz, reference_);
     for (int k = 0; k < kMaxIterations && rz > enough; ++k) {
         workers.for_range(n, kGrain, [&](size_t first, size_t last) { fit_groups(in, first, last); });
         workers.for_range(n, kGrain, [&](size_t first, size_t last) { gather_product(in, first, last); });
@@ -143,7 +144,8 @@ void NewtonStep::solve(const Input& in, const WorkerPool& workers) {
     }
 }
 
-void NewtonStep::apply(const Input& in, const WorkerPool& workers, std::span<MovingParticle> io_particles) {
+void NewtonStep::apply(bool first_iteration, const Input& in, const WorkerPool& workers,
+                       std::span<MovingParticle> io_particles) {
     const size_t n = in.rest.n_particles();
     groups_.resize(n), diagonal_.resize(n), inverse_inertia_.resize(n);
     residual_.resize(n), product_.resize(n), preconditioned_.resize(n), direction_.resize(n);
@@ -151,7 +153,7 @@ void NewtonStep::apply(const Input& in, const WorkerPool& workers, std::span<Mov
 
     workers.for_range(n, kGrain, [&](size_t first, size_t last) { prepare_groups(in, first, last); });
     workers.for_range(n, kGrain, [&](size_t first, size_t last) { gather_residual(in, io_particles, first, last); });
-    solve(in, workers);
+    solve(first_iteration, in, workers);
     workers.for_range(n, kGrain, [&](size_t first, size_t last) {
         for (uint32_t j = static_cast<uint32_t>(first); j < last; ++j) {
             if (!moves(in, j)) continue;

@@ -51,7 +51,7 @@ struct Substep {
     void find_contacts();
     void remember_momentum();
     void correct();
-    void match_shapes();
+    void match_shapes(bool first_iteration);
     void update_velocities();
     void restore_momentum();
     void settle_contacts();
@@ -157,7 +157,7 @@ void Substep::correct() {
     for (int iteration = 0; iteration < context.settings.iterations; ++iteration) {
         {
             Stopwatch watch(report.shape_s);
-            match_shapes();
+            match_shapes(iteration == 0);
         }
         Stopwatch watch(report.contact_s);
         const double enough = kContactTolerance * work.detection.margin();
@@ -166,7 +166,7 @@ void Substep::correct() {
     }
 }
 
-void Substep::match_shapes() {
+void Substep::match_shapes(bool first_iteration) {
     const SolverSettings& settings = context.settings;
     if (settings.method == Method::gauss_seidel)
         return gauss_seidel_sweep(work.live, work.shapes, work.paper_stiffness, work.held, work.moving, work.goals);
@@ -175,7 +175,8 @@ void Substep::match_shapes() {
         match_groups(work.live, work.shapes, work.stiffness, h, work.moving, first, last, work.goals);
     });
     if (settings.method == Method::projective) {
-        work.newton.apply({rest(), work.live, work.shapes, work.stiffness, work.goals, work.inertia, work.held},
+        work.newton.apply(first_iteration,
+                          {rest(), work.live, work.shapes, work.stiffness, work.goals, work.inertia, work.held},
                           context.workers, work.moving);
     } else {
         // A single over-relaxed sweep overshoots the implicit step.
