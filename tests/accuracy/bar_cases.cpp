@@ -6,6 +6,7 @@
 namespace sunder::test {
 namespace {
 
+const std::string kFolder = SUNDER_TEST_DATA "/reference/";
 constexpr double kFoot = 0.1, kHead = 0.9;  // m: ends of the free part
 constexpr double kLength = kHead - kFoot;
 
@@ -81,7 +82,7 @@ void LoadedBar::release(double seconds) {
     for (int f = 0; f < frames; ++f) bar_.frame(frame_time_, {}, {}, false);
 }
 
-double LoadedBar::moment() const {
+double LoadedBar::reaction() const {
     constexpr double h = 1e-6;
     const SimulationMesh& rest = bar_.scene.rest;
     FrameState state = bar_.state;
@@ -97,16 +98,18 @@ double LoadedBar::moment() const {
     advance(*bar_.solver, in, settings, state);
 
     const Vec3 center = pose.apply(Vec3(0, 0, kHead));
+    double force = 0;
     Vec3 momentum = Vec3::Zero();
     for (uint32_t i : bar_.scene.pins[1].particles) {
         const Vec3 squared = rest.radii[i].cwiseProduct(rest.radii[i]);
         const Mat3 Q = bar_.state.orientation[i].toRotationMatrix();
         const Mat3 inertia =
             rest.mass[i] / 5 * Q * (squared.sum() * Vec3::Ones() - squared).asDiagonal() * Q.transpose();
+        force += rest.mass[i] * state.velocity[i].z() / h;
         momentum += rest.mass[i] * (bar_.state.position[i] - center).cross(state.velocity[i]) +
                     inertia * state.angular_velocity[i];
     }
-    return -momentum(load_ == Load::bend ? 0 : 2) / h;  // the pin holds against what the bar would do
+    return load_ == Load::stretch ? -force : -momentum(load_ == Load::bend ? 0 : 2) / h;
 }
 
 double LoadedBar::angle() const {
@@ -124,25 +127,35 @@ double LoadedBar::angle() const {
     return (mean_turn(bar_, high, axis) - mean_turn(bar_, low, axis)) / kDegree;
 }
 
-std::vector<Vec3> reference_field(const std::string& name, int n) {
-    const std::string path = SUNDER_TEST_DATA "/reference/" + name + ".csv";
+Reference read_reference(Load load, double poisson_ratio, int n) {
+    const std::string path = kFolder + reference_name(load, poisson_ratio) + ".csv";
     std::ifstream file(path);
     if (!file) throw std::runtime_error(path + ": cannot be read");
-    std::vector<Vec3> field;
+    Reference reference;
     std::string line;
     while (std::getline(file, line)) {
         int lattice = 0;
         double x, y, z;
+        std::sscanf(line.c_str(), "# reaction: %lf", &reference.reaction);
         if (std::sscanf(line.c_str(), "%d,%lf,%lf,%lf", &lattice, &x, &y, &z) == 4 && lattice == n)
-            field.emplace_back(x, y, z);
+            reference.position.emplace_back(x, y, z);
     }
-    if (field.size() != size_t(4 * n * n * n))
-        throw std::runtime_error(path + ": holds " + std::to_string(field.size()) +
-                                 " points for n = " + std::to_string(n));
-    return field;
+    if (reference.position.size() != size_t(4 * n * n * n))
+        throw std::runtime_error(path + ": no field for n = " + std::to_string(n));
+    return reference;
 }
 
-FieldError field_error(const Bar& bar, int n, const std::vector<Vec3>& reference) {
+double reference_residual(const std::string& name) {
+    const std::string path = kFolder + name + ".csv";
+    std::ifstream file(path);
+    std::string line;
+    double residual = 0;
+    while (std::getline(file, line))
+        if (std::sscanf(line.c_str(), "# residual angle at zero moment: %lf", &residual) == 1) return residual;
+    throw std::runtime_error(path + ": no residual angle");
+}
+
+FieldError field_error(const Bar& bar, int n, const Reference& reference) {
     const SimulationMesh& rest = bar.scene.rest;
     const double d = 0.2 / n;
     double sum = 0, reference_sum = 0, most = 0, reference_most = 0;
@@ -152,13 +165,13 @@ FieldError field_error(const Bar& bar, int n, const std::vector<Vec3>& reference
         if (!is_free(X)) continue;
         const auto i = std::lround((X.x() + 0.1) / d - 0.5), j = std::lround((X.y() + 0.1) / d - 0.5),
                    k = std::lround((X.z() - kFoot) / d - 0.5);
-        const Vec3& x = reference.at(static_cast<size_t>((k * n + j) * n + i));
+        const Vec3& x = reference.position.at(static_cast<size_t>((k * n + j) * n + i));
         sum += (bar.state.position[p] - x).squaredNorm(), reference_sum += (x - X).squaredNorm();
         most = std::max(most, (bar.state.position[p] - x).norm());
         reference_most = std::max(reference_most, (x - X).norm());
         ++found;
     }
-    if (found != reference.size()) throw std::runtime_error("the bar has not the reference's lattice");
+    if (found != reference.position.size()) throw std::runtime_error("the bar has not the reference's lattice");
     return {std::sqrt(sum / reference_sum), most / reference_most};
 }
 
@@ -171,21 +184,36 @@ std::string reference_name(Load load, double poisson_ratio) {
 
 double reference_amount(Load load) { return load == Load::stretch ? 20 : load == Load::twist ? 90 : 60; }
 
-PlasticOutcome load_and_unload(const BarSetup& setup, double most) {
+namespace {
+
+LoadedBar loaded(const BarSetup& setup, double most) {
     LoadedBar bar(setup);
     bar.drive(most, most / 45);
     bar.drive(most, 0.5);  // flow comes to an end
+    return bar;
+}
+
+}  // namespace
+
+PlasticOutcome load_and_unload(const BarSetup& setup, double most) {
+    LoadedBar bar = loaded(setup, most);
     PlasticOutcome outcome;
-    outcome.moment = bar.moment();
+    outcome.moment = bar.reaction();
     double angle = most, moment = outcome.moment;
-    constexpr double step = 2.5;
+    constexpr double step = 5;
     while (moment > 0 && angle > -most) {
-        bar.drive(angle - step, 0.1);
-        const double next = bar.moment();
+        bar.drive(angle - step, 0.125);
+        const double next = bar.reaction();
         if (next <= 0) outcome.residual = angle - step * moment / (moment - next);
         angle -= step, moment = next;
     }
     return outcome;
+}
+
+double load_and_let_go(const BarSetup& setup, double most) {
+    LoadedBar bar = loaded(setup, most);
+    bar.release(2);
+    return bar.angle();
 }
 
 }  // namespace sunder::test

@@ -64,9 +64,17 @@ def cell_centers(n):
     return np.stack([(i + .5) * d - .1, (j + .5) * d - .1, (k + .5) * d + .1], axis=-1).reshape(-1, 3)
 
 
-def write_field(file, title, mesh, step):
+def moment(step, axis):
+    """About the centre of the upper face, N m."""
+    return step.moment(step.position[step.mesh.top - 1][step.mesh.center_of_top])[axis]
+
+
+def write_field(file, title, mesh, step, axis):
+    """The field, and the reaction of the upper end: axial force, or moment about `axis`."""
+    reaction = step.force[:, 2].sum() if axis is None else moment(step, axis)
     with open(file, 'w') as out:
         out.write(f'# {title}; mesh {mesh.n}x{mesh.n}x{4 * mesh.n} C3D20R, CalculiX {calculix.version()}\n'
+                  f'# reaction: {reaction:.3f} {"N" if axis is None else "N m"} (mu 1 MPa)\n'
                   '# n, then deformed x, y, z (m) of the centres of the free cells of the n x n x 5n lattice, x fastest, z '
                   'slowest\nn,x,y,z\n')
         for n in LATTICES:
@@ -86,7 +94,7 @@ def zero_crossing(amounts, moments):
 
 def write_moments(file, title, mesh, amounts, steps, axis):
     """`axis` of the moment about the upper face's centre against the path."""
-    moments = [s.moment(s.position[mesh.top - 1][mesh.center_of_top])[axis] for s in steps]
+    moments = [moment(s, axis) for s in steps]
     residual = zero_crossing(amounts, moments)
     with open(file, 'w') as out:
         out.write(f'# {title}; mesh {mesh.n}x{mesh.n}x{4 * mesh.n} C3D20R, CalculiX {calculix.version()}\n'
@@ -96,9 +104,10 @@ def write_moments(file, title, mesh, amounts, steps, axis):
     return residual
 
 
-ELASTIC = {'stretch20': (stretched, 20, 5, 'upper end moved axially by 0.16 m, 20 % of the free length'),
-           'twist90': (twisted, 90, 15, 'upper end turned 90 deg about z, no axial motion'),
-           'bend60': (bent, 60, 10, 'upper end turned 60 deg about x, its centre on the arc of length 0.8 m')}
+# name: motion, most, largest step, axis of the moment, what it is
+ELASTIC = {'stretch20': (stretched, 20, 5, None, 'upper end moved axially by 0.16 m, 20 % of the free length'),
+           'twist90': (twisted, 90, 15, 2, 'upper end turned 90 deg about z, no axial motion'),
+           'bend60': (bent, 60, 10, 0, 'upper end turned 60 deg about x, its centre on the arc of length 0.8 m')}
 POISSON_RATIOS = (0.0, 0.3, 0.45)
 
 # name: motion, most, unload to, axis of the moment, yield strain
@@ -122,14 +131,14 @@ def main():
     def wanted(name):
         return not args.names or any(name.startswith(n) for n in args.names)
 
-    for name, (motion, most, step, text) in ELASTIC.items():
+    for name, (motion, most, step, axis, text) in ELASTIC.items():
         for nu in POISSON_RATIOS:
             full = f'{name}_nu{nu:.2f}'
             if not wanted(full):
                 continue
             begin = time.time()
             steps = calculix.run(mesh, calculix.neo_hookean(nu), path(motion, most, step=step)[1])
-            write_field(args.output / f'{full}.csv', f'{text}; neo-Hookean, nu {nu:.2f}', mesh, steps[-1])
+            write_field(args.output / f'{full}.csv', f'{text}; neo-Hookean, nu {nu:.2f}', mesh, steps[-1], axis)
             print(f'{full}: {time.time() - begin:.0f} s', flush=True)
     for name, (motion, most, back, axis, yield_strain) in PLASTIC.items():
         if not wanted(name):

@@ -1,0 +1,156 @@
+// Cases whose answer is known without any other program.
+#include "tests/accuracy/bar_cases.h"
+#include "tests/accuracy/oscillation.h"
+#include "tests/support/expected_failure.h"
+
+namespace sunder {
+namespace {
+
+using namespace test;
+
+TEST(rigid_motion, a_turned_and_moved_body_is_at_rest) {
+    for (const double poisson_ratio : {0.0, 0.45}) {
+        const Scene scene = lattice_scene({{3, 3, 6}, 0.1, 26, 1000, {}});
+        Material material;
+        material.poisson_ratio = poisson_ratio;
+        const auto solver = make_solver(scene);
+        FrameState state = solver->initial_state({material});
+        const Quat turn(Eigen::AngleAxisd(2.5, Vec3(1, -2, 3).normalized()));
+        const Vec3 shift(3, -4, 5);
+        for (size_t i = 0; i < state.n_particles(); ++i) {
+            state.position[i] = turn * scene.rest.rest_position[i] + shift;
+            state.orientation[i] = turn * scene.rest.rest_orientation[i];
+        }
+        for (int f = 0; f < 24; ++f) advance(*solver, quiet_input(scene, material), {}, state);
+        for (size_t i = 0; i < state.n_particles(); ++i) {
+            EXPECT_LE((state.position[i] - turn * scene.rest.rest_position[i] - shift).norm(), 1e-11);
+            EXPECT_LE(state.strain[i], 1e-11);
+        }
+    }
+}
+
+TEST(rigid_motion, a_spinning_bar_keeps_its_speed_and_shape) {
+    const Scene scene = lattice_scene({{3, 3, 15}, 0.2 / 3, 6, 1000, {}});
+    Material material;
+    material.youngs_modulus = 2e8;  // centrifugal strain 3e-5
+    const auto solver = make_solver(scene);
+    FrameState state = solver->initial_state({material});
+    const Vec3 spin(2 * M_PI, 0, 0), center(0, 0, 0.5);  // a turn a second
+    for (size_t i = 0; i < state.n_particles(); ++i) {
+        state.velocity[i] = spin.cross(scene.rest.rest_position[i] - center);
+        state.angular_velocity[i] = spin;
+    }
+    SolverSettings settings;
+    settings.self_collision = false;
+    for (int f = 0; f < 24; ++f) advance(*solver, quiet_input(scene, material), settings, state);
+    const Vec3 axis = state.position.back() - state.position.front(),
+               rest_axis = scene.rest.rest_position.back() - scene.rest.rest_position.front();
+    const double angle = std::atan2(rest_axis.cross(axis).x(), rest_axis.dot(axis)) / kDegree;
+    std::printf("a full turn ends %.3f degrees off; length %.2e longer\n", angle, axis.norm() / rest_axis.norm() - 1);
+    // A substep goes along the tangent, not the circle: second order in w h = 2 pi / 192.
+    EXPECT_NEAR(angle, 0, 360 * std::pow(2 * M_PI / 192, 2));
+    EXPECT_NEAR(axis.norm(), rest_axis.norm(), 1e-4 * rest_axis.norm());
+}
+
+TEST(free_fall, follows_the_parabola_of_its_steps) {
+    const Scene scene = lattice_scene({{3, 3, 3}, 0.1, 26, 1000, Pose{Vec3(0, 0, 10), Quat::Identity()}});
+    const Material material;
+    const auto solver = make_solver(scene);
+    FrameState state = solver->initial_state({material});
+    FrameInput input = quiet_input(scene, material);
+    input.gravity = Vec3(0, 0, -9.81);
+    const SolverSettings settings;
+    const int frames = 24, steps = frames * settings.substeps;
+    for (int f = 0; f < frames; ++f) advance(*solver, input, settings, state);
+    const double h = 1.0 / 24 / settings.substeps, t = steps * h;
+    for (size_t i = 0; i < state.n_particles(); ++i) {
+        const double fall = scene.rest.rest_position[i].z() - state.position[i].z();
+        EXPECT_NEAR(fall, 9.81 * h * h * steps * (steps + 1) / 2, 1e-10);  // symplectic Euler, to the last bits
+        EXPECT_NEAR(fall, 9.81 * t * t / 2, 9.81 * h * t / 2 + 1e-10);     // first order of the true parabola
+        EXPECT_NEAR(state.velocity[i].z(), -9.81 * t, 1e-9);
+    }
+}
+
+// Strains in the middle of a bar that is drawn by `percent`: along it, and across it.
+struct MiddleStrain {
+    double along = 0, across = 0;
+};
+MiddleStrain middle_strain(const Bar& bar) {
+    const SimulationMesh& rest = bar.scene.rest;
+    double along = 0, along_rest = 0, across = 0, across_rest = 0;
+    for (size_t i = 0; i < rest.n_particles(); ++i) {
+        const Vec3 X = rest.rest_position[i] - Vec3(0, 0, 0.5), x = bar.state.position[i] - bar.state.position[0];
+        if (std::abs(X.z()) > 0.11) continue;  // one width of the bar
+        along += X.z() * x.z(), along_rest += X.z() * X.z();
+        across += X.x() * x.x() + X.y() * x.y(), across_rest += X.x() * X.x() + X.y() * X.y();
+    }
+    return {along / along_rest - 1, across / across_rest - 1};
+}
+
+LoadedBar drawn_bar(int n, int neighbours, double poisson_ratio) {
+    BarSetup setup;
+    setup.load = Load::stretch, setup.n = n, setup.neighbours = neighbours, setup.poisson_ratio = poisson_ratio;
+    LoadedBar bar(setup);
+    bar.drive(1, 0.1);  // percent: small enough for linear elasticity
+    EXPECT_GE(bar.settle(1e-6), 0);
+    return bar;
+}
+
+TEST(uniaxial_stretch, contracts_sideways_by_poissons_ratio) {
+    for (const int neighbours : {6, 26})
+        for (const double nu : {0.0, 0.2, 0.3, 0.45}) {
+            const LoadedBar bar = drawn_bar(6, neighbours, nu);
+            const MiddleStrain e = middle_strain(bar.bar());
+            std::printf("nu %.2f, %d neighbours: contracts by %.3f of its stretch\n", nu, neighbours,
+                        -e.across / e.along);
+            EXPECT_NEAR(-e.across / e.along, nu, 0.02);
+        }
+}
+
+TEST(uniaxial_stretch, takes_the_force_of_youngs_modulus) {
+    for (const int neighbours : {6, 26}) {
+        std::vector<double> ratio;
+        for (const int n : {4, 8}) {
+            const LoadedBar bar = drawn_bar(n, neighbours, 0);
+            const double hooke = 2 * kShearModulus * 0.04 * middle_strain(bar.bar()).along;
+            ratio.push_back(bar.reaction() / hooke);
+        }
+        std::printf("%d neighbours: force %.3f of Hooke's at n = 4, %.3f at n = 8\n", neighbours, ratio[0], ratio[1]);
+        EXPECT_LE(std::abs(ratio[1] - 1), 0.6 * std::abs(ratio[0] - 1));  // first order in the spacing
+        EXPECT_LE(std::abs(ratio[1] - 1), 0.15);
+        EXPECT_TRUE(
+            still_missed(std::abs(ratio[1] - 1) <= 0.05,
+                         "Young's modulus within 5 % at n = 8: groups on the surface have more members along it "
+                         "than across it; scaled by the trace of their moments they are too stiff along it, by "
+                         "1.24 on faces and 1.67 on edges, which gives 1.29 at n = 4 and 1.13 at n = 8"));
+    }
+}
+
+TEST(vibration, half_periods_approach_theory) {
+    for (const Mode mode : {Mode::axial, Mode::torsion, Mode::bending}) {
+        Oscillation setup;
+        setup.mode = mode, setup.n = 6, setup.substeps = 32, setup.iterations = 1;
+        const double fine = half_period(setup), theory = half_period_in_theory(mode, setup.youngs_modulus);
+        std::printf("half period %.4f s, theory %.4f s: %.1f %% off\n", fine, theory, 100 * (fine / theory - 1));
+        EXPECT_NEAR(fine, theory, 0.1 * theory);
+    }
+}
+
+// The same material at any number of particles, at the default substeps and iterations (row 11 of the study).
+TEST(vibration, half_periods_at_the_defaults_are_those_of_fine_steps_from_40_to_1080_particles) {
+    for (const Mode mode : {Mode::axial, Mode::torsion, Mode::bending})
+        for (const int n : {2, 6}) {
+            Oscillation setup;
+            setup.mode = mode, setup.n = n;
+            const SolverSettings defaults;
+            setup.substeps = defaults.substeps, setup.iterations = defaults.iterations;
+            const double coarse = half_period(setup);
+            setup.substeps = 64, setup.iterations = 1;
+            const double limit = half_period(setup);
+            std::printf("n = %d: half period %.4f s, in the limit of fine steps %.4f s\n", n, coarse, limit);
+            EXPECT_NEAR(coarse, limit, 0.05 * limit);
+        }
+}
+
+}  // namespace
+}  // namespace sunder
