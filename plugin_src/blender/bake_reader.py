@@ -54,6 +54,29 @@ def read_ply(path):
     return result
 
 
+class MeshFrame:
+    """positions (v, 3) f32, vertex_fragment (v,), triangles (t, 3), corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None,
+    material and fragment (t,); whole numbers are int32."""
+
+
+def read_mesh_frame(path):
+    ply, mesh = read_ply(path), MeshFrame()
+    try:
+        vertex, face = ply["vertex"], ply["face"]
+        mesh.positions = np.stack([vertex["x"], vertex["y"], vertex["z"]], 1).astype(np.float32)
+        mesh.vertex_fragment = np.ascontiguousarray(vertex["fragment"], np.int32)
+        mesh.triangles = np.ascontiguousarray(face["vertex_indices"], np.int32)
+        mesh.corner_normals = np.ascontiguousarray(face["corner_normals"], np.float32).reshape(-1, 3)
+        mesh.material, mesh.fragment = (np.ascontiguousarray(face[n], np.int32) for n in ("material", "fragment"))
+        has_uvs = "texcoord" in face.dtype.names
+        mesh.uvs = np.ascontiguousarray(face["texcoord"], np.float32).reshape(-1, 2) if has_uvs else None
+    except (KeyError, ValueError) as error:
+        raise BakeError(f"{path}: not a mesh frame ({error})") from error
+    if mesh.triangles.size and (mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.positions)):
+        raise BakeError(f"{path}: a triangle names a vertex that is not there")
+    return mesh
+
+
 def _row_type(data, at, count, properties):
     """numpy type of one row, list lengths taken from the first row, and {length field: length}."""
     fields, lengths = [], {}
@@ -102,19 +125,8 @@ class Bake:
 
     def mesh_frame(self, pattern, frame):
         """Positions (v, 3), triangles (t, 3), corner normals (3t, 3), material and fragment (t,) of one mesh."""
-        path = self.path(pattern, frame)
-        ply = read_ply(path)
-        try:
-            vertex, face = ply["vertex"], ply["face"]
-            positions = np.stack([vertex["x"], vertex["y"], vertex["z"]], 1).astype(np.float32)
-            triangles = np.ascontiguousarray(face["vertex_indices"], np.int32)
-            normals = np.ascontiguousarray(face["corner_normals"], np.float32).reshape(-1, 3)
-            material, fragment = (np.ascontiguousarray(face[n], np.int32) for n in ("material", "fragment"))
-        except (KeyError, ValueError) as error:
-            raise BakeError(f"{path}: not a mesh frame ({error})") from error
-        if triangles.size and (triangles.min() < 0 or triangles.max() >= len(positions)):
-            raise BakeError(f"{path}: a triangle names a vertex that is not there")
-        return positions, triangles, normals, material, fragment
+        mesh = read_mesh_frame(self.path(pattern, frame))
+        return mesh.positions, mesh.triangles, mesh.corner_normals, mesh.material, mesh.fragment
 
     def interior_material(self, pattern):
         """The id of break surfaces: one more than the last outer one, and the first frame has only outer ones."""

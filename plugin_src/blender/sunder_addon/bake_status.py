@@ -1,0 +1,92 @@
+"""What a tree's bake is like, in a word and a sentence, and how nodes and panels show it."""
+import textwrap
+
+from . import cache, runtime, signature, tree as trees
+
+_LINE = 38
+
+
+class Status:
+    """state: "baking", "none", "partial" or "complete"; is_stale: what it was baked from has changed since (None: not
+    known now); text: a sentence; fraction: of a bake at work."""
+
+    def __init__(self, state, text, is_stale=False, fraction=0.0):
+        self.state, self.text, self.is_stale, self.fraction = state, text, is_stale, fraction
+
+
+def status(tree, scene, compute=True):
+    """`compute` False asks for no work, as when drawing: staleness may then be None."""
+    job = runtime.jobs.get(tree.cache_id)
+    if job is not None:
+        return Status("baking", f"{100 * job.fraction:.0f}%: {job.text}", fraction=job.fraction)
+    folder = cache.folder(tree)
+    manifest = cache.manifest(folder)
+    if manifest is None or not manifest.numbers:
+        return Status("none", "not baked")
+    known = signature.signature(tree, scene) if compute else runtime.signatures.get(tree.name_full)
+    is_stale = None if known is None else known != cache.note(folder).get("signature")
+    first, last = manifest.numbers[0], manifest.numbers[-1]
+    wanted = tree.frames(scene)[1]
+    text = f"baked {first} to {last}"
+    if last < wanted:
+        text += f" of {wanted}"
+    if is_stale:
+        text = "out of date: " + text
+    return Status("partial" if last < wanted else "complete", text, is_stale)
+
+
+def _sentence(layout, text, icon):
+    column = layout.column(align=True)
+    for i, line in enumerate(textwrap.wrap(text, _LINE)):
+        column.label(text=line, icon=icon if i == 0 else "BLANK1")
+
+
+def draw_bake(layout, tree, scene):
+    """Progress, or what is baked and what can be done about it."""
+    now = status(tree, scene, compute=False)
+    if now.state == "baking":
+        _sentence(layout, now.text, "RENDER_ANIMATION")
+        layout.operator("sunder.cancel_bake", icon="CANCEL").tree = tree.name
+        return
+    _sentence(layout, now.text, "ERROR" if now.is_stale else "CHECKMARK" if now.state == "complete" else "INFO")
+    row = layout.row(align=True)
+    resumes = now.state == "partial" and not now.is_stale
+    row.operator("sunder.bake", text="Resume" if resumes else "Bake", icon="PHYSICS").tree = tree.name
+    if now.state != "none":
+        row.operator("sunder.free_bake", text="Free", icon="TRASH").tree = tree.name
+
+
+def draw_node(context, layout, node):
+    tree = node.id_data
+    if node.sunder_type == "solver":
+        draw_bake(layout, tree, context.scene)
+        return
+    if node.note:
+        _sentence(layout, node.note, "INFO")
+    shows = [o.name for o in _results(tree, node)]
+    for name in shows:
+        layout.label(text=name, icon="MESH_DATA")
+    add = layout.operator("sunder.add_results", text="Add Result Object" if not shows else "Add Another", icon="ADD")
+    add.tree, add.node = tree.name, node.name
+
+
+def _results(tree, node):
+    from . import player
+
+    return [o for o in player.result_objects(tree) if o.sunder.node == node.graph_name]
+
+
+def draw_tree(layout, tree, scene):
+    draw_bake(layout, tree, scene)
+    layout.separator()
+    layout.prop(tree, "use_scene_range")
+    if not tree.use_scene_range:
+        row = layout.row(align=True)
+        row.prop(tree, "frame_start")
+        row.prop(tree, "frame_end")
+    layout.prop(tree, "threads")
+    layout.operator("sunder.add_results", text="Add Result Objects", icon="ADD").tree = tree.name
+    if not scene.render.use_lock_interface:
+        _sentence(layout, "Lock Interface is off: rendering may crash while results change", "ERROR")
+        layout.prop(scene.render, "use_lock_interface")
+    layout.label(text=trees.identity(tree) if tree.cache_id else "", icon="FILE_FOLDER")

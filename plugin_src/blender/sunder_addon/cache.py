@@ -1,0 +1,164 @@
+"""Bake folders: where they lie, what is in them, whose they are, and how they are freed.
+
+Each tree has one folder below the cache, `//sunder_cache/NAME-ID`, beside the .blend file (before the file is saved: in
+Blender's temporary folder). The bake's manifest says what is whole (docs/files.md); `blender.json` beside it says what
+the add-on adds: which file baked it, from what, and where rigid bodies' objects stood.
+"""
+import bisect
+import json
+import os
+import shutil
+
+import bpy
+
+from . import tree as trees
+
+FOLDER = "sunder_cache"
+HOME = "//" + FOLDER
+_NOTE = "blender.json"
+_GRAPH = "graph.json"
+_manifests = {}  # folder: (stamp of the file, Manifest)
+
+
+class Manifest:
+    """frames: {frame: {node: path}}, in ascending order; graph: as run; interval: first and last frame wanted."""
+
+    def __init__(self, content):
+        self.frames = {f["frame"]: {file["node"]: file["path"] for file in f["files"]} for f in content["frames"]}
+        self.numbers = list(self.frames)
+        self.hashes = {f["frame"]: {file["node"]: file["hash"] for file in f["files"]} for f in content["frames"]}
+        self.graph, self.interval, self.version = content["graph"], content["frame_range"], content["version"]
+        self.files = [file["path"] for f in content["frames"] for file in f["files"]]
+        self.files += [file["path"] for file in content["resume"]]
+
+    def shown(self, frame):
+        """The frame to show at a frame: itself, else the last one before it, else the first; None if there is none."""
+        if not self.numbers:
+            return None
+        return self.numbers[max(0, bisect.bisect_right(self.numbers, frame) - 1)]
+
+
+def home():
+    """Where this file's caches lie."""
+    if bpy.data.filepath:
+        return bpy.path.abspath(HOME)
+    return os.path.join(bpy.app.tempdir, FOLDER)
+
+
+def folder(tree):
+    """The bake folder of a tree; it need not be there."""
+    base = bpy.path.abspath(tree.cache_root) if tree.cache_root and bpy.data.filepath else home()
+    return os.path.join(base, trees.identity(tree))
+
+
+def manifest(path):
+    """What a bake folder holds now; None if there is no bake (or, for a moment, none that can be read)."""
+    name = os.path.join(path, "manifest.json")
+    try:
+        status = os.stat(name)
+        stamp = (status.st_mtime_ns, status.st_size, status.st_ino)
+        known = _manifests.get(path)
+        if known is None or known[0] != stamp:
+            with open(name, encoding="utf-8") as file:
+                known = (stamp, Manifest(json.load(file)))
+            _manifests[path] = known
+        return known[1]
+    except (OSError, ValueError, KeyError, TypeError):
+        _manifests.pop(path, None)
+        return None
+
+
+def note(path):
+    """What the add-on wrote beside a bake; {} if nothing."""
+    try:
+        with open(os.path.join(path, _NOTE), encoding="utf-8") as file:
+            return json.load(file)
+    except (OSError, ValueError):
+        return {}
+
+
+def write_note(path, content, description):
+    """Writes blender.json, and graph.json for `sunder bake` outside Blender."""
+    for name, value in ((_NOTE, content), (_GRAPH, description)):
+        temporary = os.path.join(path, name + ".part")
+        with open(temporary, "w", encoding="utf-8") as file:
+            json.dump(value, file, indent=1)
+        os.replace(temporary, os.path.join(path, name))
+
+
+def blend_name():
+    return os.path.basename(bpy.data.filepath)
+
+
+def is_shared(tree):
+    """Whether another tree of this file, or the .blend file that baked it, plays the same folder."""
+    if any(t != tree and t.cache_id == tree.cache_id for t in trees.trees()):
+        return True
+    owner = note(folder(tree)).get("blend", "")
+    beside = os.path.join(os.path.dirname(bpy.data.filepath), owner)
+    return bool(owner and bpy.data.filepath and owner != blend_name() and os.path.exists(beside))
+
+
+def is_elsewhere(tree):
+    """Whether the tree plays a bake that lies with the file it was saved from, in another folder."""
+    return bool(bpy.data.filepath and tree.cache_root and tree.cache_root != HOME)
+
+
+def make_own(tree):
+    """Gives the tree a folder that nobody else plays; what it played stays for the others."""
+    if is_elsewhere(tree):
+        tree.cache_root = HOME
+    if is_shared(tree):
+        trees.renew_identity(tree)
+
+
+def free(tree):
+    """Removes what a bake wrote, and nothing else; a folder that others play too is only left alone.
+
+    Returns how many files were removed.
+    """
+    if is_elsewhere(tree) or is_shared(tree):
+        make_own(tree)
+        return 0
+    path, removed = folder(tree), 0
+    known = manifest(path)
+    own = [] if known is None else list(dict.fromkeys(known.files))
+    inputs = os.path.join(path, "inputs")
+    if os.path.isdir(inputs):
+        own += ["inputs/" + name for name in os.listdir(inputs) if name.endswith((".ply", ".ply.part"))]
+    for name in [*own, "manifest.json", _GRAPH, _NOTE]:
+        try:
+            os.remove(os.path.join(path, name))
+            removed += 1
+        except FileNotFoundError:
+            pass
+    _remove_empty(path)
+    _manifests.pop(path, None)
+    return removed
+
+
+def remove_old_inputs(path, kept):
+    """Meshes that an earlier bake in this folder was cut from."""
+    inputs = os.path.join(path, "inputs")
+    for name in os.listdir(inputs) if os.path.isdir(inputs) else ():
+        if name.endswith(".ply") and "inputs/" + name not in kept:
+            os.remove(os.path.join(inputs, name))
+
+
+def _remove_empty(path):
+    for at, _, _ in os.walk(path, topdown=False):
+        try:
+            os.rmdir(at)
+        except OSError:
+            pass  # it holds something that is not ours
+
+
+def move_home(old):
+    """Brings bakes that were made before the file was saved beside it."""
+    if not os.path.isdir(old) or os.path.abspath(old) == os.path.abspath(home()):
+        return
+    for tree in trees.trees():
+        source, target = os.path.join(old, trees.identity(tree)), folder(tree)
+        if os.path.isdir(source) and not os.path.exists(target):
+            os.makedirs(os.path.dirname(target), exist_ok=True)
+            shutil.move(source, target)

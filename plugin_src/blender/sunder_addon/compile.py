@@ -1,0 +1,213 @@
+"""A tree as the graph that the library bakes: the one place where Blender's scene becomes numbers.
+
+Everything is copied here, in the main thread; the bake that follows knows nothing of Blender.
+"""
+import bpy
+
+from . import animation, core, descriptions, mesh_export, parameters, pickers, runtime, scene_input, wiring
+
+_PATH_OF = {"deformer": ("bake_mesh", "mesh", "mesh/{}.####.ply"), "solver": ("bake_state", "state", "state/{}.####.ply")}
+
+
+class Compiled:
+    """description: what a graph file holds. files: {path seen from the bake folder: bytes}.
+    rest_matrices: {graph name of a rigid body: 4x4 rows of its object at the first frame}."""
+
+    def __init__(self):
+        self.description, self.files, self.rest_matrices = {}, {}, {}
+
+
+class _Channel:
+    """A parameter that may differ from frame to frame."""
+
+    def __init__(self, node, name, read):
+        self.node, self.name, self.read, self.keys = node, name, read, []
+
+    def sample(self, frame):
+        before = self.keys[-1][1] if self.keys else None
+        self.keys.append([frame, self.read(before)])
+
+    def store(self):
+        """Keys without the still time before and after, so that a longer shot is the same shot; or one value."""
+        keys, values = self.keys, [value for _, value in self.keys]
+        first, last = 0, len(keys) - 1
+        while first < last and values[first + 1] == values[first]:
+            first += 1
+        while last > first and values[last - 1] == values[last]:
+            last -= 1
+        self.node[self.name] = values[0] if first == last else {"keys": keys[first:last + 1]}
+
+
+def ensure_evaluated(tree, scene):
+    """Makes Blender evaluate keys and drivers of the tree: it does so only for what the scene points to."""
+    if any(t.tree == tree for t in scene.sunder_trees):
+        return
+    scene.sunder_trees.add().tree = tree
+    # Assigning a pointer does not rebuild Blender's relations, an object that comes and goes does.
+    thing = bpy.data.objects.new("sunder relations", None)
+    scene.collection.objects.link(thing)
+    bpy.context.view_layer.update()
+    bpy.data.objects.remove(thing)
+    bpy.context.view_layer.update()
+
+
+class _Compiler:
+    def __init__(self, tree, scene):
+        self.tree, self.scene = tree, scene
+        self.result = Compiled()
+        self.nodes = {}  # graph name: what the graph file holds of it
+        self.names = {}  # graph name of a Blender node: [its names in the graph]
+        self.channels = []
+        self.is_moving = False
+        self.animated = animation.animated_attributes(tree)
+
+    def run(self):
+        scene, (first, last) = self.scene, self.tree.frames(self.scene)
+        if self.animated:
+            ensure_evaluated(self.tree, scene)
+        shown, sub_frame = scene.frame_current, scene.frame_subframe
+        runtime.is_sampling = True
+        try:
+            scene.frame_set(first)
+            depsgraph = bpy.context.evaluated_depsgraph_get()
+            order = wiring.needed(self.tree)
+            if not order:
+                raise core.Refused("the tree has no deformer and no bake node: there is nothing to bake")
+            for node in order:
+                self._add(node, depsgraph)
+            for node in order:
+                self._wire(node)
+            for node in order:
+                self._bake_outputs(node)
+            for frame in range(first, last + 1 if self.is_moving else first + 1):
+                if frame > first:
+                    scene.frame_set(frame)
+                for channel in self.channels:
+                    channel.sample(frame)
+        finally:
+            scene.frame_set(shown, subframe=sub_frame)
+            runtime.is_sampling = False
+        for channel in self.channels:
+            channel.store()
+        rate = scene.render.fps / scene.render.fps_base
+        self.result.description = {
+            "sunder": 1, "frame_rate": scene_input.decimal(rate), "frame_range": [first, last], "nodes": self.nodes,
+        }
+        return self.result
+
+    def _channel(self, name, parameter, read, is_moving):
+        self.channels.append(_Channel(self.nodes[name], parameter, read))
+        self.is_moving |= is_moving
+
+    def _add(self, node, depsgraph):
+        name = node.graph_name
+        self.nodes[name] = {"type": node.sunder_type}
+        self.names[name] = [name]
+        animated = self.animated.get(node.name, ())
+        for p in descriptions.parameters(node.sunder_type):
+            if p["type"] == "vertex_groups" or pickers.is_hidden(node, p["name"]):
+                continue
+            if parameters.attribute(p["name"]) in animated:
+                self._channel(name, p["name"], lambda _, p=p: parameters.value(p, node), True)
+            else:
+                value = parameters.value(p, node)
+                if value != p["default"]:
+                    self.nodes[name][p["name"]] = value
+        special = getattr(self, "_add_" + node.sunder_type, None)
+        if special:
+            special(node, depsgraph)
+
+    def _add_mesh_file(self, node, depsgraph):
+        fields = self.nodes[node.graph_name]
+        if node.source == pickers.VALUES:
+            if fields.get("path"):
+                fields["path"] = bpy.path.abspath(fields["path"])
+            return
+        geometry = scene_input.mesh(node, depsgraph)
+        data = mesh_export.ply_bytes(geometry)
+        fields["path"] = mesh_export.path_of(node.graph_name, data)
+        self.result.files[fields["path"]] = data
+        groups = mesh_export.welded_groups(geometry)
+        if groups:
+            fields["groups"] = groups
+
+    def _add_body(self, node, _depsgraph):
+        if node.source == pickers.OBJECT:
+            self.nodes[node.graph_name].update(scene_input.body_placement(node))
+
+    def _add_rigid_body(self, node, depsgraph):
+        for name, thing, center in self._shapes(node, depsgraph):
+            position, rotation = scene_input.pose(thing.matrix_world, center)
+            self.nodes[name].update(position=position, rotation=rotation)
+            self.result.rest_matrices[name] = [list(row) for row in thing.matrix_world]
+
+    def _add_collider(self, node, depsgraph):
+        for name, thing, center in self._shapes(node, depsgraph):
+            moves = animation.moves(thing)
+
+            def position(_, thing=thing, center=center):
+                return scene_input.pose(thing.matrix_world, center)[0]
+
+            def rotation(before, thing=thing, center=center):
+                return scene_input.pose(thing.matrix_world, center, before)[1]
+
+            self._channel(name, "position", position, moves)
+            self._channel(name, "rotation", rotation, moves)
+
+    def _shapes(self, node, depsgraph):
+        """(graph name, object, centre in its axes) of each object that a node stands for, sizes filled in."""
+        if node.source == pickers.VALUES:
+            return []
+        shapes, common = [], self.nodes[node.graph_name]
+        for i, thing in enumerate(scene_input.objects_of(node)):
+            name = node.graph_name if i == 0 else f"{node.graph_name}:{i + 1}"
+            size, center = scene_input.shape(node.shape, thing, depsgraph, node)
+            shapes.append((name, {**common, **size}, thing, center))
+        self.names[node.graph_name] = [name for name, *_ in shapes]
+        self.nodes.update({name: fields for name, fields, *_ in shapes})
+        return [(name, thing, center) for name, _, thing, center in shapes]
+
+    def _add_pin(self, node, depsgraph):
+        fields = self.nodes[node.graph_name]
+        if node.source == pickers.OBJECT and node.region != "group":
+            thing = scene_input.objects_of(node)[0]
+            low, high = scene_input.world_bounds(thing, depsgraph)
+            if node.region == "box":
+                fields.update(box_min=scene_input.vector(low), box_max=scene_input.vector(high))
+            else:
+                fields.update(center=scene_input.vector((low + high) / 2),
+                              radius=scene_input.decimal(max(high - low) / 2))
+        mover = node.motion_object
+        if mover is None:
+            return
+        start, turned, _ = scene_input.placement(mover.matrix_world)
+        fields["pivot"] = scene_input.vector(start)
+
+        def position(_):
+            return scene_input.vector(scene_input.placement(mover.matrix_world)[0] - start)
+
+        def rotation(before):
+            return scene_input.degrees(scene_input.placement(mover.matrix_world)[1] @ turned.inverted(), before)
+
+        self._channel(node.graph_name, "position", position, animation.moves(mover))
+        self._channel(node.graph_name, "rotation", rotation, animation.moves(mover))
+
+    def _wire(self, node):
+        many = {s["name"]: s["many"] for s in descriptions.NODES[node.sunder_type]["inputs"]}
+        for name, found in wiring.inputs(node):
+            wires = [f"@{g}.{output}" for source, output in found for g in self.names[source.graph_name]]
+            for graph_name in self.names[node.graph_name]:
+                self.nodes[graph_name][name] = wires if many[name] else wires[0]
+
+    def _bake_outputs(self, node):
+        """What playing needs is baked whether the tree has a bake node for it or not."""
+        if node.sunder_type not in _PATH_OF:
+            return
+        bake_type, socket, pattern = _PATH_OF[node.sunder_type]
+        name = f"{node.graph_name}:bake"
+        self.nodes[name] = {"type": bake_type, socket: f"@{node.graph_name}.{socket}", "path": pattern.format(node.graph_name)}
+
+
+def compile_tree(tree, scene):
+    """Raises core.Refused with the node that is at fault. Steps through the frames if something moves."""
+    return _Compiler(tree, scene).run()

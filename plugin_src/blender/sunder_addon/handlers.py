@@ -1,0 +1,154 @@
+"""Blender's events: the frame changes, a file is opened or saved, something is undone or edited."""
+import os
+
+import bpy
+from bpy.app.handlers import persistent
+
+from . import cache, player, runtime, signature, tree as trees
+
+_INTERVAL = 0.5  # s between looks whether bakes went out of date
+_before_save = {}  # while a file is saved: where caches lay, and what is put back
+
+
+@persistent
+@runtime.guarded
+def on_frame(scene, _depsgraph=None):
+    if not runtime.is_sampling:
+        player.show_all(scene)
+
+
+@persistent
+@runtime.guarded
+def on_load(*_):
+    runtime.forget()
+    _refresh()
+
+
+def _refresh():
+    """Results as they are at the current frame; also for a file that was open before the add-on was enabled."""
+    for tree in trees.trees():
+        tree.update_tag()
+    if not player.result_objects():
+        return
+    for scene in bpy.data.scenes:
+        if any(o.sunder.tree for o in scene.objects):
+            scene.render.use_lock_interface = True
+    player.show_all(bpy.context.scene)
+
+
+@persistent
+@runtime.guarded
+def on_undo(*_):
+    runtime.signatures.clear()
+    runtime.mesh_hashes.clear()
+    player.show_all(bpy.context.scene)
+
+
+@persistent
+@runtime.guarded
+def on_edit(_scene, depsgraph):
+    """Forgets what is known of things that were edited. (Frame changes do not come here.)"""
+    if runtime.is_sampling:
+        return
+    for update in depsgraph.updates:
+        thing = update.id.original
+        if isinstance(thing, bpy.types.Object):
+            if thing.sunder.tree:
+                continue
+            if update.is_updated_geometry:
+                for use_modifiers in (True, False):
+                    runtime.mesh_hashes.pop((thing.name, use_modifiers), None)
+        elif isinstance(thing, bpy.types.Mesh):
+            if thing.get(player.SHOWN):
+                continue
+            runtime.mesh_hashes.clear()
+        elif isinstance(thing, bpy.types.Scene):
+            continue
+        runtime.signatures.clear()
+
+
+@persistent
+@runtime.guarded
+def on_save_pre(*arguments):
+    """A file that moves to another folder goes on playing its bakes where they lie."""
+    target = arguments[0] if arguments and isinstance(arguments[0], str) else ""
+    _before_save.clear()
+    _before_save["home"] = cache.home()
+    old = os.path.dirname(bpy.data.filepath)
+    if not old or not target or os.path.dirname(os.path.abspath(target)) == os.path.abspath(old):
+        return
+    for tree in trees.trees():
+        if not tree.cache_root and os.path.isdir(cache.folder(tree)):
+            tree.cache_root = cache.home()
+            _before_save.setdefault("given", []).append(tree.name)
+
+
+@persistent
+@runtime.guarded
+def on_save_post(*_):
+    home = _before_save.pop("home", cache.home())
+    for name in _before_save.pop("given", ()):
+        tree = bpy.data.node_groups.get(name)
+        if tree is not None and os.path.abspath(home) == os.path.abspath(cache.home()):
+            tree.cache_root = ""  # a copy was saved elsewhere; this file stays where it was
+    if home.startswith(bpy.app.tempdir):
+        cache.move_home(home)
+
+
+def _look():
+    """Now and then, in the UI: finds out whether bakes went out of date."""
+    scene = bpy.context.scene
+    screen = bpy.context.screen
+    if scene is not None and not (screen and screen.is_animation_playing) and not runtime.is_sampling:
+        for tree in trees.trees():
+            if tree.name_full not in runtime.signatures and tree.name_full not in _mode_blocked():
+                runtime.guarded(signature.signature)(tree, scene)
+                redraw()
+    return _INTERVAL
+
+
+def _mode_blocked():
+    thing = bpy.context.view_layer.objects.active if bpy.context.view_layer else None
+    return {t.name_full for t in trees.trees()} if thing is not None and thing.mode != "OBJECT" else ()
+
+
+def redraw():
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type in ("NODE_EDITOR", "VIEW_3D"):
+                area.tag_redraw()
+
+
+def _start():
+    """Once Blender's data can be reached after the add-on was enabled."""
+    runtime.guarded(_refresh)()
+    return None
+
+
+_LISTS = {
+    "frame_change_post": on_frame,
+    "load_post": on_load,
+    "undo_post": on_undo,
+    "redo_post": on_undo,
+    "depsgraph_update_post": on_edit,
+    "save_pre": on_save_pre,
+    "save_post": on_save_post,
+}
+
+
+def register():
+    for name, handler in _LISTS.items():
+        getattr(bpy.app.handlers, name).append(handler)
+    if not bpy.app.background:
+        bpy.app.timers.register(_start, first_interval=0)
+        bpy.app.timers.register(_look, first_interval=_INTERVAL, persistent=True)
+
+
+def unregister():
+    for timer in (_start, _look):
+        if bpy.app.timers.is_registered(timer):
+            bpy.app.timers.unregister(timer)
+    for name, handler in _LISTS.items():
+        found = getattr(bpy.app.handlers, name)
+        if handler in found:
+            found.remove(handler)

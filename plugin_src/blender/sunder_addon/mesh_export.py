@@ -1,0 +1,150 @@
+"""Blender meshes as PLY files that the library reads: vertices as Blender numbers them, normals, UVs and materials."""
+import hashlib
+import os
+
+import numpy as np
+
+from . import core
+
+_VERTEX = np.dtype([(n, "<f8") for n in "xyz"] + [(n, "<f4") for n in ("nx", "ny", "nz")])
+
+
+class Geometry:
+    """positions (v, 3) f64, corners (t, 3) int32, corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None,
+    material (t,) int32; groups {name: [vertex, ...]}."""
+
+    def __init__(self, positions, corners, corner_normals, uvs, material, groups):
+        self.positions, self.corners, self.corner_normals = positions, corners, corner_normals
+        self.uvs, self.material, self.groups = uvs, material, groups
+
+
+def _read(sequence, attribute, width, dtype):
+    array = np.empty(len(sequence) * width, dtype)
+    sequence.foreach_get(attribute, array)
+    return array.reshape(-1, width) if width > 1 else array
+
+
+def _corner_normals(mesh):
+    if hasattr(mesh, "corner_normals"):  # Blender 4.1 and later
+        return _read(mesh.corner_normals, "vector", 3, np.float32)
+    mesh.calc_normals_split()
+    return _read(mesh.loops, "normal", 3, np.float32)
+
+
+def geometry(thing, depsgraph, matrix, use_modifiers, group_names=()):
+    """An object's mesh, its vertices taken through `matrix`."""
+    source = thing.evaluated_get(depsgraph) if use_modifiers else thing
+    mesh = source.to_mesh()
+    try:
+        mesh.calc_loop_triangles()
+        local = _read(mesh.vertices, "co", 3, np.float32).astype(np.float64)
+        linear = np.array(matrix.to_3x3(), np.float64)
+        positions = local @ linear.T + np.array(matrix.translation, np.float64)
+        corners = _read(mesh.loop_triangles, "vertices", 3, np.int32)
+        loops = _read(mesh.loop_triangles, "loops", 3, np.int32)
+        material = _read(mesh.loop_triangles, "material_index", 1, np.int32)
+        normals = _corner_normals(mesh).astype(np.float64) @ np.linalg.inv(linear)
+        layer = mesh.uv_layers.active
+        uvs = _read(layer.data, "uv", 2, np.float32) if layer else None
+        if np.linalg.det(linear) < 0:  # a mirror turns the surface inside out
+            corners, loops = corners[:, ::-1], loops[:, ::-1]
+        length = np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+        flat = loops.ravel()
+        indices = {g.name: g.index for g in thing.vertex_groups}
+        groups = {name: [] for name in group_names if name in indices}
+        if groups:
+            for v in mesh.vertices:
+                held = {g.group for g in v.groups if g.weight > 0}
+                for name, members in groups.items():
+                    if indices[name] in held:
+                        members.append(v.index)
+        return Geometry(positions, corners.astype(np.int32), (normals / length)[flat].astype(np.float32),
+                        None if uvs is None else uvs[flat], material, groups)
+    finally:
+        source.to_mesh_clear()
+
+
+def joined(parts):
+    """Several geometries as one; materials keep their slot numbers, offset so that parts do not share them."""
+    if len(parts) == 1:
+        return parts[0]
+    offset = np.cumsum([0] + [len(g.positions) for g in parts[:-1]])
+    has_uvs = any(g.uvs is not None for g in parts)
+    groups = {}
+    for g, first in zip(parts, offset):
+        for name, members in g.groups.items():
+            groups.setdefault(name, []).extend(int(first) + m for m in members)
+    return Geometry(
+        np.concatenate([g.positions for g in parts]),
+        np.concatenate([g.corners + np.int32(first) for g, first in zip(parts, offset)]),
+        np.concatenate([g.corner_normals for g in parts]),
+        np.concatenate([np.zeros((len(g.corner_normals), 2), np.float32) if g.uvs is None else g.uvs for g in parts])
+        if has_uvs else None,
+        np.concatenate([g.material for g in parts]),
+        groups,
+    )
+
+
+def ply_bytes(g):
+    """The file: Blender's vertices first, which number the welded mesh, then one vertex a corner with its normal."""
+    n, t = len(g.positions), len(g.corners)
+    flat = g.corners.ravel()
+    vertex = np.zeros(n + 3 * t, _VERTEX)
+    for axis, name in enumerate("xyz"):
+        vertex[name] = np.concatenate([g.positions[:, axis], g.positions[flat, axis]])
+        vertex["n" + name][n:] = g.corner_normals[:, axis]
+    fields = [("count", "u1"), ("vertex_indices", "<i4", 3), ("material", "<i4")]
+    lines = ["list uchar int vertex_indices", "int material"]
+    if g.uvs is not None:
+        fields += [("texcoords", "u1"), ("texcoord", "<f4", 6)]
+        lines.append("list uchar float texcoord")
+    face = np.zeros(t, np.dtype(fields))
+    face["count"], face["material"] = 3, g.material
+    face["vertex_indices"] = np.arange(n, n + 3 * t, dtype=np.int32).reshape(-1, 3)
+    if g.uvs is not None:
+        face["texcoords"], face["texcoord"] = 6, g.uvs.reshape(-1, 6)
+    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertex)}"]
+    header += [f"property double {n}" for n in "xyz"] + [f"property float n{n}" for n in "xyz"]
+    header += [f"element face {t}", *(f"property {line}" for line in lines), "end_header\n"]
+    return "\n".join(header).encode() + vertex.tobytes() + face.tobytes()
+
+
+def welded_groups(g):
+    """{name: [vertex]} as the library numbers them: vertices at one position are one, in the order of the file."""
+    if not g.groups:
+        return {}
+    _, first, inverse = np.unique(g.positions + 0.0, axis=0, return_index=True, return_inverse=True)
+    number = np.empty(len(first), np.int64)
+    number[np.argsort(first)] = np.arange(len(first))
+    return {name: sorted({int(number[inverse[m]]) for m in members}) for name, members in g.groups.items()}
+
+
+def content_hash(data):
+    return hashlib.blake2b(data, digest_size=8).hexdigest()
+
+
+def path_of(name, data):
+    """Where a mesh file lies, seen from the bake folder: another content has another name."""
+    return f"inputs/{name}-{content_hash(data)}.ply"
+
+
+def write(folder, files):
+    """Writes {path seen from `folder`: bytes}, each whole or not at all; what is there already stays."""
+    for relative, data in files.items():
+        path = os.path.join(folder, relative)
+        if os.path.exists(path):
+            continue
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        with open(path + ".part", "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(path + ".part", path)
+
+
+def check(g, what):
+    """Refuses what the library would refuse with a less telling place."""
+    if len(g.corners) == 0:
+        raise core.Refused(f"{what} has no faces")
+    if not np.all(np.isfinite(g.positions)):
+        raise core.Refused(f"{what} has a vertex whose position is no finite number")

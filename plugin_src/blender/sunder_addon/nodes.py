@@ -1,0 +1,158 @@
+"""One Blender node class for each node type of the library, made from its description."""
+import textwrap
+
+import bpy
+from bpy.props import StringProperty
+
+from . import bake_status, descriptions, parameters, pickers, runtime, sockets, tree as trees
+
+_LINE = 38  # characters of a sentence that fit into a node
+
+
+def class_name(node_type):
+    return "Sunder" + "".join(word.title() for word in node_type.split("_")) + "Node"
+
+
+def _changed(self, _context):
+    runtime.signatures.pop(self.id_data.name_full, None)
+    runtime.node_errors.pop((self.id_data.name_full, self.graph_name), None)
+
+
+def _fresh_name(node):
+    """A name in the graph that no other node of the tree has: "body", "body_2", ..."""
+    taken = {n.graph_name for n in node.id_data.nodes if trees.is_node(n) and n != node}
+    name, number = node.sunder_type, 1
+    while name in taken:
+        number += 1
+        name = f"{node.sunder_type}_{number}"
+    return name
+
+
+def draw_sentence(layout, text, icon, alert=False):
+    column = layout.column(align=True)
+    column.alert = alert
+    for i, line in enumerate(textwrap.wrap(text, _LINE)):
+        column.label(text=line, icon=icon if i == 0 else "BLANK1")
+
+
+class SunderNode:
+    """What all nodes share. Parameters are attributes: `node.density`, `node.yield_`, `node.use_yield`."""
+
+    @classmethod
+    def poll(cls, tree):
+        return trees.is_tree(tree)
+
+    def init(self, _context):
+        description = descriptions.NODES[self.sunder_type]
+        for socket in description["inputs"]:
+            sockets.add(self.inputs, socket, True)
+        for socket in description["outputs"]:
+            sockets.add(self.outputs, socket, False)
+        self.width = 220
+        trees.identity(self.id_data)
+        self.graph_name = _fresh_name(self)
+
+    def copy(self, _node):
+        if any(n.graph_name == self.graph_name for n in self.id_data.nodes if trees.is_node(n) and n != self):
+            self.graph_name = _fresh_name(self)
+
+    @property
+    def error(self):
+        """What the last bake or wire had against this node; empty if nothing."""
+        return runtime.node_errors.get((self.id_data.name_full, self.graph_name), "")
+
+    @property
+    def note(self):
+        """What the node says of its bake: which frames there are and which is shown."""
+        return runtime.node_notes.get((self.id_data.name_full, self.graph_name), "")
+
+    def parameter(self, name):
+        """A parameter as Sunder takes it: None for null, degrees for angles."""
+        return parameters.value(self._description(name), self)
+
+    def set_parameters(self, **given):
+        """Sets parameters as Sunder would take them: node.set_parameters(toughness=None, rotation=(0, 0, 90))."""
+        for name, value in given.items():
+            parameters.set_value(self._description(name), self, value)
+
+    def _description(self, name):
+        for p in descriptions.parameters(self.sunder_type):
+            if p["name"] == name:
+                return p
+        known = ", ".join(p["name"] for p in descriptions.parameters(self.sunder_type))
+        raise AttributeError(f"a {self.bl_label} node has no parameter '{name}'; it has {known}")
+
+    def draw_buttons(self, context, layout):
+        if self.error:
+            draw_sentence(layout, self.error, "ERROR", alert=True)
+        self._draw_pickers(layout)
+        column = layout.column()
+        for p in descriptions.parameters(self.sunder_type):
+            if p["type"] != "vertex_groups" and not pickers.is_hidden(self, p["name"]):
+                self._draw_parameter(column, p)
+        if self.sunder_type in ("solver", "deformer"):
+            bake_status.draw_node(context, layout, self)
+
+    def _draw_pickers(self, layout):
+        if not hasattr(self, "source"):
+            return
+        row = layout.row()
+        row.prop(self, "source", expand=True)
+        if self.source == pickers.OBJECT and hasattr(self, "object"):
+            layout.prop(self, "object")
+        if self.source == pickers.COLLECTION:
+            layout.prop(self, "collection")
+        if self.sunder_type == "mesh_file" and self.source != pickers.VALUES:
+            layout.prop(self, "use_modifiers")
+        if self.sunder_type == "pin":
+            layout.prop(self, "motion_object")
+
+    def _draw_parameter(self, layout, p):
+        attribute = parameters.attribute(p["name"])
+        if p["nullable"]:
+            row = layout.row(align=True)
+            row.prop(self, parameters.switch(p["name"]), text="")
+            value = row.row()
+            value.enabled = getattr(self, parameters.switch(p["name"]))
+            value.prop(self, attribute)
+        elif self.sunder_type == "pin" and p["name"] == "group" and self._mesh_object():
+            layout.prop_search(self, attribute, self._mesh_object(), "vertex_groups")
+        else:
+            layout.prop(self, attribute)
+
+    def _mesh_object(self):
+        """The object that the pin's body was cut from, for picking a vertex group."""
+        from .wiring import upstream
+
+        node = upstream(self, "mesh_file")
+        return node.object if node and node.source == pickers.OBJECT else None
+
+
+def _make(description):
+    node_type = description["type"]
+    annotations = {"graph_name": StringProperty(options={"HIDDEN"})}
+    for p in description["parameters"]:
+        annotations.update(parameters.properties(p, _changed))
+    annotations.update(pickers.properties(node_type, _changed))
+    is_mesh = node_type == "mesh_file"
+    sentence = "A solid from Blender's objects, or from a file" if is_mesh else description["sentence"].rstrip(".")
+    members = {
+        "bl_idname": class_name(node_type),
+        "bl_label": "Mesh" if is_mesh else description["label"],
+        "bl_description": sentence,
+        "sunder_type": node_type,
+        "__doc__": sentence,
+        "__annotations__": annotations,
+    }
+    return type(members["bl_idname"], (SunderNode, bpy.types.Node), members)
+
+
+classes = [_make(description) for description in descriptions.NODES.values()]
+
+
+def categories():
+    """[(identifier, label, [class, ...])] as menus list them."""
+    found = {}
+    for cls in classes:
+        found.setdefault(descriptions.NODES[cls.sunder_type]["category"], []).append(cls)
+    return [("SUNDER_" + name.upper(), name.title(), members) for name, members in found.items()]

@@ -1,0 +1,92 @@
+"""Where the add-on shows itself: sidebars, menus, the panel of a result object, preferences."""
+import bpy
+
+from . import bake_status, core, nodes, operators, tree as trees
+
+
+class SUNDER_PT_tree(bpy.types.Panel):
+    bl_idname = "SUNDER_PT_tree"
+    bl_label = "Bake"
+    bl_space_type = "NODE_EDITOR"
+    bl_region_type = "UI"
+    bl_category = "Sunder"
+
+    @classmethod
+    def poll(cls, context):
+        return trees.is_tree(context.space_data.edit_tree)
+
+    def draw(self, context):
+        bake_status.draw_tree(self.layout, context.space_data.edit_tree, context.scene)
+
+
+class SUNDER_PT_object(bpy.types.Panel):
+    bl_idname = "SUNDER_PT_object"
+    bl_label = "Sunder"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Sunder"
+
+    def draw(self, context):
+        layout, thing = self.layout, context.object
+        problem = core.problem()
+        if problem:
+            nodes.draw_sentence(layout, problem, "ERROR", alert=True)
+        layout.operator("sunder.quick_fracture", icon="MOD_EXPLODE")
+        tree = operators.tree_of(context, "")
+        if tree is not None:
+            box = layout.box()
+            box.label(text=tree.name, icon="NODETREE")
+            bake_status.draw_tree(box, tree, context.scene)
+        if thing is None or not thing.sunder.tree:
+            return
+        box = layout.box()
+        box.label(text="Result Object", icon="MESH_DATA")
+        box.prop(thing.sunder, "tree")
+        node = trees.find_node(thing.sunder.tree, thing.sunder.node)
+        box.label(text=f"Plays: {node.label or node.name if node else 'a node that is gone'}")
+        if node is not None and node.note:
+            nodes.draw_sentence(box, node.note, "INFO")
+        if thing.type == "MESH" and node is not None and node.sunder_type == "deformer":
+            box.prop(thing.sunder, "interior_slot")
+            box.prop(thing.sunder, "use_exact_normals")
+
+
+class SunderPreferences(bpy.types.AddonPreferences):
+    bl_idname = __package__
+
+    def draw(self, _context):
+        problem = core.problem()
+        if problem:
+            nodes.draw_sentence(self.layout, problem, "ERROR", alert=True)
+        else:
+            self.layout.label(text=f"Sunder's library, version {core.sunder().version()}", icon="CHECKMARK")
+
+
+def draw_add_menu(self, context):
+    """Node editor > Add: nodes by the categories that the library gives."""
+    if getattr(context.space_data, "tree_type", "") != trees.SunderTree.bl_idname:
+        return
+    for i, (_, label, members) in enumerate(nodes.categories()):
+        if i:
+            self.layout.separator()
+        self.layout.label(text=label)
+        for cls in members:
+            add = self.layout.operator("node.add_node", text=cls.bl_label)
+            add.type, add.use_transform = cls.bl_idname, True
+
+
+def draw_quick_menu(self, _context):
+    self.layout.operator("sunder.quick_fracture")
+
+
+classes = [SUNDER_PT_tree, SUNDER_PT_object, SunderPreferences]
+
+
+def register():
+    bpy.types.NODE_MT_add.append(draw_add_menu)
+    bpy.types.VIEW3D_MT_object_quick_effects.append(draw_quick_menu)
+
+
+def unregister():
+    bpy.types.VIEW3D_MT_object_quick_effects.remove(draw_quick_menu)
+    bpy.types.NODE_MT_add.remove(draw_add_menu)

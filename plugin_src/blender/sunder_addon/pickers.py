@@ -1,0 +1,98 @@
+"""What nodes have in Blender beyond their description: objects in place of numbers and files."""
+import bpy
+from bpy.props import BoolProperty, EnumProperty, PointerProperty
+
+OBJECT, COLLECTION, VALUES = "OBJECT", "COLLECTION", "VALUES"
+
+
+def has_mesh(_self, thing):
+    return thing.type == "MESH" and not thing.sunder.tree
+
+
+def _not_a_result(_self, thing):
+    return not thing.sunder.tree
+
+
+def _source(sentence, values, default, with_collection=True, changed=None):
+    items = [(OBJECT, "Object", f"{sentence} an object")]
+    if with_collection:
+        items.append((COLLECTION, "Collection", f"{sentence} every mesh object of a collection"))
+    items.append((VALUES, *values))
+    return EnumProperty(name="From", description="Where it comes from", items=items, default=default, options=set(),
+                        update=changed)
+
+
+def properties(node_type, changed):
+    """{attribute: Blender property} of one node type."""
+
+    def thing(name, sentence, poll=_not_a_result):
+        return PointerProperty(type=bpy.types.Object, name=name, description=sentence, poll=poll, update=changed)
+
+    def things(sentence):
+        return PointerProperty(type=bpy.types.Collection, name="Collection", description=sentence, update=changed)
+
+    if node_type == "mesh_file":
+        return {
+            "source": _source("The mesh of", ("File", "A mesh file"), OBJECT, changed=changed),
+            "object": thing("Object", "The solid, as it stands at the first frame", has_mesh),
+            "collection": things("All its mesh objects as one mesh, as they stand at the first frame"),
+            "use_modifiers": BoolProperty(
+                name="Apply Modifiers", description="Cut the mesh as modifiers make it", default=True, options=set(),
+                update=changed,
+            ),
+        }
+    if node_type == "body":
+        return {
+            "source": _source("Stands as", ("Values", "Stands as position and rotation tell"), OBJECT, False, changed),
+        }
+    if node_type in ("rigid_body", "collider"):
+        default = OBJECT if node_type == "rigid_body" else VALUES
+        moves = "Place at the first frame" if node_type == "rigid_body" else "Place, with its animation,"
+        return {
+            "source": _source("Place and size of", ("Values", "Place and size as numbers"), default, changed=changed),
+            "object": thing("Object", f"{moves} and bounding box of this object, scale included"),
+            "collection": things("One for each of its mesh objects"),
+        }
+    if node_type == "pin":
+        return {
+            "source": _source("The bounding box of", ("Values", "Numbers"), VALUES, False, changed),
+            "object": thing("Region", "Its bounding box at the first frame: an empty or a mesh"),
+            "motion_object": thing("Moved By", "What is held follows this object's animation; none: it is held still, or "
+                                   "as position and rotation tell"),
+        }
+    return {}
+
+
+# Parameters that the node does not show: attribute, values of it at which they are hidden, parameters.
+HIDDEN = {
+    "mesh_file": [("source", (OBJECT, COLLECTION), ("path", "scale", "rotation"))],
+    "body": [("source", (OBJECT,), ("position", "rotation"))],
+    "rigid_body": [
+        ("source", (OBJECT, COLLECTION), ("radius", "size", "position", "rotation")),
+        ("shape", ("sphere",), ("size",)),
+        ("shape", ("box",), ("radius",)),
+    ],
+    "collider": [
+        ("source", (OBJECT, COLLECTION), ("radius", "size", "height", "position", "rotation")),
+        ("shape", ("plane",), ("radius", "size", "height")),
+        ("shape", ("sphere",), ("size", "height")),
+        ("shape", ("box",), ("radius", "height")),
+        ("shape", ("capsule",), ("size",)),
+    ],
+    "pin": [
+        ("source", (OBJECT,), ("box_min", "box_max", "center", "radius")),
+        ("region", ("box",), ("center", "radius", "group")),
+        ("region", ("sphere",), ("box_min", "box_max", "group")),
+        ("region", ("group",), ("box_min", "box_max", "center", "radius")),
+    ],
+    "solver": [("method", ("projective", "gauss_seidel"), ("over_relaxation",))],
+}
+
+
+def is_hidden(node, parameter):
+    if node.sunder_type == "pin" and node.motion_object and parameter in ("pivot", "position", "rotation"):
+        return True
+    return any(
+        getattr(node, attribute) in values and parameter in hidden
+        for attribute, values, hidden in HIDDEN.get(node.sunder_type, ())
+    )

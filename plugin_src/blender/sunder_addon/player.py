@@ -1,0 +1,164 @@
+"""Result objects: which bake they play, and what they show at a frame. Reads files alone; needs no library."""
+import os
+
+import bpy
+import numpy as np
+from bpy.props import BoolProperty, CollectionProperty, IntProperty, PointerProperty, StringProperty
+from mathutils import Matrix, Quaternion
+
+from . import bake_reader, cache, result_mesh, runtime, tree as trees
+
+SHOWN = "sunder_shown"  # on the mesh or object, so that undo and files carry it along
+_interiors = {}  # (folder, hash of the first frame's file): material number of break surfaces
+
+
+class SunderObject(bpy.types.PropertyGroup):
+    """What a result object plays."""
+
+    tree: PointerProperty(type=bpy.types.NodeTree, name="Tree", description="The Sunder tree whose bake is played",
+                          poll=lambda _self, tree: trees.is_tree(tree))
+    node: StringProperty(name="Node", description="Graph name of the deformer or rigid body that is played")
+    interior_slot: IntProperty(name="Interior Slot", description="Material slot of break surfaces, from 0", min=0,
+                               options=set())
+    uv_map: StringProperty(name="UV Map", description="Name of the UV map that is written", default="UVMap")
+    use_exact_normals: BoolProperty(
+        name="Exact Normals", default=True, options=set(),
+        description="Smooth outside and sharp at breaks, as simulated. Off: plays faster, shades across breaks",
+    )
+
+
+class SunderTreeUse(bpy.types.PropertyGroup):
+    """A tree whose keys and drivers the scene evaluates."""
+
+    tree: PointerProperty(type=bpy.types.NodeTree)
+
+
+def result_objects(tree=None):
+    return [o for o in bpy.data.objects if trees.is_tree(o.sunder.tree) and o.sunder.tree == (tree or o.sunder.tree)]
+
+
+def show(thing, frame):
+    """Makes a result object show a frame, or the last baked one before it. Throws nothing: notes tell."""
+    tree, name = thing.sunder.tree, thing.sunder.node
+    key = (tree.name_full, name.split(":")[0])
+    folder = cache.folder(tree)
+    manifest = cache.manifest(folder)
+    shown = manifest.shown(frame) if manifest else None
+    if shown is None:
+        runtime.node_notes[key] = "nothing baked yet"
+        return
+    try:
+        if thing.mode == "EDIT":
+            raise bake_reader.BakeError(f"object '{thing.name}' is in edit mode")
+        if name in manifest.graph["nodes"] and manifest.graph["nodes"][name]["type"] == "rigid_body":
+            _show_rigid_body(thing, folder, manifest, shown)
+        else:
+            _show_mesh(thing, folder, manifest, shown)
+    except bake_reader.BakeError as error:
+        runtime.node_notes[key] = f"frame {shown} cannot be shown: {error}"
+        return
+    first, last = manifest.numbers[0], manifest.numbers[-1]
+    note = f"baked {first} to {last}"
+    if last < manifest.interval[1]:
+        note += f" of {manifest.interval[1]}"
+    runtime.node_notes[key] = note + (f"; frame {frame} shows {shown}" if shown != frame else "")
+
+
+def _file(folder, manifest, frame, node):
+    name = f"{node}:bake"
+    path = manifest.frames[frame].get(name)
+    if path is None:
+        raise bake_reader.BakeError(f"the bake has nothing of node '{node}'")
+    return os.path.join(folder, path), manifest.hashes[frame][name]
+
+
+def _solver_of(manifest, node):
+    return manifest.graph["nodes"][node]["state"][1:].rsplit(".", 1)[0]
+
+
+def _interior_material(folder, manifest, node):
+    """The number of break surfaces: one more than the last outer material, and the first frame has only outer ones."""
+    path, stamp = _file(folder, manifest, manifest.numbers[0], node)
+    if (folder, stamp) not in _interiors:
+        _interiors[folder, stamp] = int(bake_reader.read_mesh_frame(path).material.max(initial=0)) + 1
+    return _interiors[folder, stamp]
+
+
+def _show_mesh(thing, folder, manifest, shown):
+    node, mesh = thing.sunder.node, thing.data
+    path, stamp = _file(folder, manifest, shown, node)
+    key = f"{node} {stamp} {thing.sunder.use_exact_normals} {thing.sunder.interior_slot}"
+    if mesh.get(SHOWN) == key:
+        return
+    frame = bake_reader.read_mesh_frame(path)
+    interior = _interior_material(folder, manifest, node)
+    attributes = _attributes(folder, manifest, shown, node, frame)
+    result_mesh.write_geometry(mesh, frame)
+    result_mesh.write_uvs(mesh, frame.uvs, thing.sunder.uv_map)
+    result_mesh.write_materials(mesh, frame.material, interior, thing.sunder.interior_slot)
+    result_mesh.write_attribute(mesh, "fragment", "INT", "FACE", frame.fragment)
+    result_mesh.write_attribute(mesh, "interior", "BOOLEAN", "FACE", frame.material >= interior)
+    for name, (kind, values) in attributes.items():
+        result_mesh.write_attribute(mesh, name, kind, "POINT", values)
+    if thing.sunder.use_exact_normals:
+        result_mesh.write_normals(mesh, frame.corner_normals)
+    elif mesh.has_custom_normals:
+        mesh.normals_split_custom_set([(0.0, 0.0, 0.0)] * len(mesh.loops))
+    mesh[SHOWN] = key
+
+
+def _attributes(folder, manifest, shown, node, frame):
+    graph = manifest.graph["nodes"]
+    solver, body = _solver_of(manifest, node), graph[node]["body"]
+    path, _ = _file(folder, manifest, shown, solver)
+    rows = bake_reader.read_ply(path)["particle"]
+    bodies = graph[solver]["bodies"]
+    return result_mesh.state_attributes(rows, [bodies].index(body) if isinstance(bodies, str) else bodies.index(body), frame)
+
+
+def _show_rigid_body(thing, folder, manifest, shown):
+    name = thing.sunder.node
+    for solver, fields in manifest.graph["nodes"].items():
+        wires = fields.get("rigid_bodies", [])
+        wires = [wires] if isinstance(wires, str) else wires
+        if f"@{name}.rigid_body" in wires:
+            break
+    else:
+        raise bake_reader.BakeError(f"no solver moves rigid body '{name}'")
+    index = wires.index(f"@{name}.rigid_body")
+    start, now = (_pose(folder, manifest, f, solver, index) for f in (manifest.numbers[0], shown))
+    rest = cache.note(folder).get("rest_matrices", {}).get(name)
+    at_start = Matrix(rest) if rest else start
+    thing.matrix_world = now @ start.inverted() @ at_start
+
+
+def _pose(folder, manifest, frame, solver, index):
+    path, _ = _file(folder, manifest, frame, solver)
+    row = bake_reader.read_ply(path)["rigid_body"][index]
+    turned = Quaternion([float(row["q" + n]) for n in "wxyz"]).to_matrix().to_4x4()
+    return Matrix.Translation([float(row[n]) for n in "xyz"]) @ turned
+
+
+def nearest_frame(scene):
+    """Motion blur asks for times between frames: the frame they belong to, whose velocity blurs it."""
+    return int(np.floor(scene.frame_current_final + 0.5))
+
+
+def show_all(scene, tree=None):
+    """All result objects at the scene's frame; meshes that two objects share are written once."""
+    frame = nearest_frame(scene)
+    for thing in result_objects(tree):
+        show(thing, frame)
+
+
+classes = [SunderObject, SunderTreeUse]
+
+
+def register():
+    bpy.types.Object.sunder = PointerProperty(type=SunderObject)
+    bpy.types.Scene.sunder_trees = CollectionProperty(type=SunderTreeUse)
+
+
+def unregister():
+    del bpy.types.Scene.sunder_trees
+    del bpy.types.Object.sunder

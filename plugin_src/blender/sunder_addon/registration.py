@@ -1,0 +1,32 @@
+"""Everything that Blender has to know, in the order in which it has to learn it."""
+import bpy
+
+from . import core, handlers, nodes, operators, panels, player, quick_fracture, runtime, sockets, tree
+
+_CLASSES = [
+    *tree.classes, *sockets.classes, *player.classes, *nodes.classes, *operators.classes, *quick_fracture.classes,
+    *panels.classes,
+]
+
+
+def register():
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+    player.register()
+    panels.register()
+    handlers.register()
+    problem = core.problem()
+    if problem:
+        print(f"sunder: error: {problem}")
+
+
+def unregister():
+    for job in list(runtime.jobs.values()):
+        job.cancel()
+        job.finish(None)
+    runtime.forget()
+    handlers.unregister()
+    panels.unregister()
+    player.unregister()
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

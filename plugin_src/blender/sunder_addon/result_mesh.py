@@ -1,0 +1,92 @@
+"""Writes a frame of a bake into a Blender mesh: geometry, normals, UVs, materials, attributes."""
+import bpy
+import numpy as np
+
+
+def _foreach(sequence, attribute, values):
+    sequence.foreach_set(attribute, np.ascontiguousarray(values).ravel())
+
+
+def write_geometry(mesh, frame):
+    """Replaces the geometry; positions alone are written where the faces are still the same. Materials stay."""
+    n = len(frame.triangles)
+    corners = frame.triangles.ravel()
+    if not _same_faces(mesh, len(frame.positions), corners):
+        mesh.clear_geometry()
+        mesh.vertices.add(len(frame.positions))
+        mesh.loops.add(3 * n)
+        mesh.polygons.add(n)
+        _foreach(mesh.loops, "vertex_index", corners)
+        _foreach(mesh.polygons, "loop_start", np.arange(0, 3 * n, 3, dtype=np.int32))
+        if not bpy.types.MeshPolygon.bl_rna.properties["loop_total"].is_readonly:  # it is from Blender 3.6 on
+            _foreach(mesh.polygons, "loop_total", np.full(n, 3, np.int32))
+        _foreach(mesh.vertices, "co", frame.positions)
+        mesh.update(calc_edges=True)
+    else:
+        _foreach(mesh.vertices, "co", frame.positions)
+        mesh.update()
+    _foreach(mesh.polygons, "use_smooth", np.ones(n, bool))
+
+
+def _same_faces(mesh, n_vertices, corners):
+    if len(mesh.vertices) != n_vertices or len(mesh.loops) != len(corners) or 3 * len(mesh.polygons) != len(corners):
+        return False
+    there = np.empty(len(corners), np.int32)
+    mesh.loops.foreach_get("vertex_index", there)
+    return np.array_equal(there, corners)
+
+
+def write_normals(mesh, corner_normals):
+    """The library's normals: smooth outside, sharp at break surfaces."""
+    if hasattr(mesh, "use_auto_smooth"):  # Blender before 4.1 shows custom normals only then
+        mesh.use_auto_smooth = True
+    mesh.normals_split_custom_set(corner_normals.tolist())
+
+
+def write_uvs(mesh, uvs, name):
+    if uvs is None:
+        return
+    layer = mesh.uv_layers.get(name) or mesh.uv_layers.new(name=name, do_init=False)
+    _foreach(layer.data, "uv", uvs)
+
+
+def write_materials(mesh, material, interior, interior_slot):
+    """Outer faces keep their slot; break surfaces (material `interior` of the bake and above) get the interior one."""
+    slots = np.where(material >= interior, interior_slot, np.minimum(material, max(interior_slot - 1, 0)))
+    _foreach(mesh.polygons, "material_index", slots.astype(np.int32))
+
+
+def write_attribute(mesh, name, kind, domain, values):
+    """kind: INT, FLOAT, BOOLEAN or FLOAT_VECTOR; domain: POINT or FACE."""
+    attribute = mesh.attributes.get(name)
+    if attribute is not None and (attribute.data_type != kind or attribute.domain != domain):
+        mesh.attributes.remove(attribute)
+        attribute = None
+    attribute = attribute or mesh.attributes.new(name, kind, domain)
+    _foreach(attribute.data, "vector" if kind == "FLOAT_VECTOR" else "value", values)
+
+
+def state_attributes(rows, body, frame):
+    """{name: (kind, values)} a vertex, from the particle that it follows first.
+
+    rows: `particle` of a state frame; body: number of the mesh's body in it. Strain is the largest principal elastic
+    logarithmic strain; plastic strain sqrt(2/3) |ln U| of the plastic deformation, U its stretch; velocity in m/s is that
+    of the particle's rigid motion at the vertex.
+    """
+    own = rows[rows["body"] == body]
+    particle = np.empty(int(own["fragment"].max(initial=0)) + 1, np.int64)
+    particle[own["fragment"]] = np.arange(len(own))
+    follows = particle[frame.vertex_fragment]
+    center = np.stack([own[n] for n in "xyz"], 1)[follows]
+    velocity = np.stack([own["v" + n] for n in "xyz"], 1)[follows]
+    spin = np.stack([own["w" + n] for n in "xyz"], 1)[follows]
+    at_vertex = velocity + np.cross(spin, frame.positions - center)
+    plastic = np.stack([own[f"fp{i}{j}"] for i in range(3) for j in range(3)], 1).reshape(-1, 3, 3)
+    squared = np.linalg.eigvalsh(np.swapaxes(plastic, 1, 2) @ plastic)
+    log_stretch = np.log(np.maximum(squared, 1e-30)) / 2
+    plastic_strain = np.sqrt(2 / 3) * np.linalg.norm(log_stretch, axis=1)
+    return {
+        "velocity": ("FLOAT_VECTOR", at_vertex.astype(np.float32)),
+        "strain": ("FLOAT", own["strain"][follows].astype(np.float32)),
+        "plastic_strain": ("FLOAT", plastic_strain[follows].astype(np.float32)),
+    }

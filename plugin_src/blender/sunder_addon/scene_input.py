@@ -1,0 +1,149 @@
+"""What the library is told of Blender's objects: meshes, where things stand at the first frame, how they move.
+
+Lengths are metres (one Blender unit is one metre), rotations Euler XYZ in degrees.
+"""
+import math
+
+import numpy as np
+from mathutils import Euler, Matrix, Vector
+
+from . import core, mesh_export, pickers, wiring
+
+
+def objects_of(node):
+    """The objects that a node stands for, in the order of their names."""
+    if node.source == pickers.COLLECTION:
+        if node.collection is None:
+            raise core.Refused("no collection is picked", node.graph_name)
+        found = sorted((o for o in node.collection.all_objects if o.type == "MESH" and not o.sunder.tree),
+                       key=lambda o: o.name)
+        if not found:
+            raise core.Refused(f"collection '{node.collection.name}' has no mesh object", node.graph_name)
+        return found
+    if node.object is None:
+        raise core.Refused("no object is picked", node.graph_name)
+    return [node.object]
+
+
+def mesh_objects(node):
+    found = objects_of(node)
+    for thing in found:  # pickers offer what fits, but scripts may set anything
+        if thing.type != "MESH":
+            raise core.Refused(f"object '{thing.name}' is a {thing.type.lower()}, not a mesh", node.graph_name)
+        if thing.sunder.tree:
+            raise core.Refused(f"object '{thing.name}' shows a result and cannot be its own source", node.graph_name)
+        if thing.mode == "EDIT":
+            raise core.Refused(f"object '{thing.name}' is in edit mode: leave it first", node.graph_name)
+    return found
+
+
+def degrees(rotation, before=None):
+    """Euler XYZ of a quaternion or matrix in degrees, next to `before` so that it does not jump by a turn."""
+    near = Euler([math.radians(a) for a in before], "XYZ") if before else None
+    euler = rotation.to_euler("XYZ", near) if near else rotation.to_euler("XYZ")
+    return [decimal(math.degrees(a)) for a in euler]
+
+
+def decimal(value):
+    """Seven digits, so that noise of matrix products does not make a bake another one."""
+    return float(f"{value:.7g}") if abs(value) > 1e-7 else 0.0
+
+
+def vector(v):
+    return [decimal(c) for c in v]
+
+
+def placement(matrix):
+    """A matrix as location, rotation (quaternion) and what is left: scale, shear, mirror (3x3 as 4x4)."""
+    location, rotation, _ = matrix.decompose()
+    rigid = Matrix.Translation(location) @ rotation.to_matrix().to_4x4()
+    return location, rotation, rigid.inverted() @ matrix
+
+
+def bounds(thing, depsgraph):
+    """Lowest and highest corner of an object's bounding box in its own axes, scale in; empties are their size."""
+    _, _, scale = placement(thing.matrix_world)
+    if thing.type == "EMPTY":
+        size = thing.empty_display_size
+        corners = [Vector((x, y, z)) * size for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    else:
+        corners = [Vector(c) for c in thing.evaluated_get(depsgraph).bound_box]
+    scaled = np.array([scale @ c for c in corners])
+    return Vector(scaled.min(0)), Vector(scaled.max(0))
+
+
+def world_bounds(thing, depsgraph):
+    """The same along the world's axes."""
+    if thing.type == "EMPTY":
+        size = thing.empty_display_size
+        corners = [Vector((x, y, z)) * size for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    else:
+        corners = [Vector(c) for c in thing.evaluated_get(depsgraph).bound_box]
+    scaled = np.array([thing.matrix_world @ c for c in corners])
+    return Vector(scaled.min(0)), Vector(scaled.max(0))
+
+
+def shape(kind, thing, depsgraph, node):
+    """Parameters of size of a rigid body or collider, and its centre in the object's axes."""
+    if kind == "plane":  # an object's own xy plane, whatever its size
+        return {}, Vector((0, 0, 0))
+    low, high = bounds(thing, depsgraph)
+    size, center = high - low, (high + low) / 2
+    if min(size) <= 0 and kind == "box" or max(size) <= 0:
+        raise core.Refused(f"object '{thing.name}' is flat: its bounding box holds no {kind}", node.graph_name)
+    if kind == "sphere":
+        return {"radius": decimal(max(size) / 2)}, center
+    if kind == "box":
+        return {"size": vector(size)}, center
+    radius = max(size.x, size.y) / 2
+    return {"radius": decimal(radius), "height": decimal(max(size.z - 2 * radius, 1e-4))}, center
+
+
+def pose(matrix, center, before=None):
+    """Position and rotation of a shape whose centre is given in the object's axes (scale in)."""
+    location, rotation, _ = placement(matrix)
+    return vector(location + rotation @ center), degrees(rotation, before)
+
+
+def pinned_groups(tree, node):
+    """Names of vertex groups that pins ask of the mesh that `node` gives."""
+    return sorted({
+        n.group for n in wiring.needed(tree)
+        if n.sunder_type == "pin" and n.region == "group" and n.group and wiring.upstream(n, "mesh_file") == node
+    })
+
+
+def mesh(node, depsgraph):
+    """The geometry of a mesh node. One object keeps its own axes (scale in): a body may stand elsewhere."""
+    found = mesh_objects(node)
+    groups = pinned_groups(node.id_data, node)
+    parts = []
+    for thing in found:
+        own = placement(thing.matrix_world)[2] if node.source == pickers.OBJECT else thing.matrix_world
+        part = mesh_export.geometry(thing, depsgraph, own, node.use_modifiers, groups)
+        try:
+            mesh_export.check(part, f"object '{thing.name}'")
+        except core.Refused as error:
+            raise core.Refused(str(error), node.graph_name) from error
+        parts.append(part)
+    for part, first in zip(parts, slot_offsets(found)):
+        part.material += np.int32(first)
+    return mesh_export.joined(parts)
+
+
+def slot_offsets(found):
+    """Where each object's materials begin in the list of all."""
+    offsets, first = [], 0
+    for thing in found:
+        offsets.append(first)
+        first += max(1, len(thing.material_slots))
+    return offsets
+
+
+def body_placement(node):
+    """Position and rotation of a body that stands as the object it was cut from."""
+    source = wiring.upstream(node, "mesh_file")
+    if source is None or source.source != pickers.OBJECT or source.object is None:
+        return {}
+    location, rotation, _ = placement(source.object.matrix_world)
+    return {"position": vector(location), "rotation": degrees(rotation)}

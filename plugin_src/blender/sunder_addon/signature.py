@@ -1,0 +1,111 @@
+"""What a bake depends on, as one hash that needs no step through the frames: tells when a bake is out of date.
+
+The bake itself compares the whole graph (bake_job.py); this is for marking, quick enough to follow edits.
+"""
+import hashlib
+import json
+
+import bpy
+import numpy as np
+
+from . import animation, descriptions, parameters, pickers, runtime, scene_input, wiring
+
+
+def _mesh_hash(thing, use_modifiers):
+    """Of an object's geometry; of its sources where it deforms from frame to frame."""
+    key = (thing.name, use_modifiers)
+    known = runtime.mesh_hashes.get(key)
+    if known:
+        return known
+    deforms = use_modifiers and animation.is_deforming(thing)
+    evaluate = use_modifiers and not deforms
+    source = thing.evaluated_get(bpy.context.evaluated_depsgraph_get()) if evaluate else thing
+    mesh = source.to_mesh()
+    digest = hashlib.blake2b(digest_size=8)
+    for sequence, attribute, width, dtype in (
+        (mesh.vertices, "co", 3, np.float32),
+        (mesh.loops, "vertex_index", 1, np.int32),
+        (mesh.polygons, "loop_total", 1, np.int32),
+        (mesh.polygons, "material_index", 1, np.int32),
+        (mesh.polygons, "use_smooth", 1, bool),
+    ):
+        array = np.empty(len(sequence) * width, dtype)
+        sequence.foreach_get(attribute, array)
+        digest.update(array.tobytes())
+    if mesh.uv_layers.active:
+        array = np.empty(2 * len(mesh.loops), np.float32)
+        mesh.uv_layers.active.data.foreach_get("uv", array)
+        digest.update(array.tobytes())
+    source.to_mesh_clear()
+    if deforms:
+        for m in thing.modifiers:
+            plain = [m.type] + [repr(getattr(m, p.identifier)) for p in m.bl_rna.properties if p.type != "POINTER"]
+            digest.update(repr(plain).encode())
+        digest.update(repr([animation.describe(thing), animation.describe(thing.data)]).encode())
+    runtime.mesh_hashes[key] = digest.hexdigest()
+    return runtime.mesh_hashes[key]
+
+
+def _group(node):
+    """Which vertices a pin's group holds."""
+    source = wiring.upstream(node, "mesh_file")
+    if source is None or source.object is None or node.group not in source.object.vertex_groups:
+        return None
+    index = source.object.vertex_groups[node.group].index
+    held = [v.index for v in source.object.data.vertices if any(g.group == index and g.weight > 0 for g in v.groups)]
+    return hashlib.blake2b(repr(held).encode(), digest_size=8).hexdigest()
+
+
+def _objects(node):
+    if not hasattr(node, "source"):
+        return []
+    described = []
+    if node.sunder_type == "pin":
+        if node.motion_object:
+            described.append(animation.describe_motion(node.motion_object))
+        if node.region == "group":
+            described.append(_group(node))
+    uses_objects = node.source != pickers.VALUES and hasattr(node, "object")
+    if not uses_objects or node.sunder_type == "pin" and node.region == "group":
+        return described
+    for thing in scene_input.objects_of(node):
+        described.append(animation.describe_motion(thing))
+        if node.sunder_type == "mesh_file":
+            described.append(_mesh_hash(thing, node.use_modifiers))
+        elif thing.type == "MESH":
+            described.append(_mesh_hash(thing, True))
+        else:
+            described.append(getattr(thing, "empty_display_size", 0))
+    return described
+
+
+def _compute(tree, scene):
+    animated = animation.animated_attributes(tree)
+    nodes = []
+    for node in wiring.needed(tree):
+        values = [
+            None if parameters.attribute(p["name"]) in animated.get(node.name, ()) else parameters.value(p, node)
+            for p in descriptions.parameters(node.sunder_type)
+            if p["type"] != "vertex_groups" and not pickers.is_hidden(node, p["name"])
+        ]
+        wires = [[name, [(n.graph_name, output) for n, output in found]] for name, found in wiring.inputs(node)]
+        own = [getattr(node, "source", ""), getattr(node, "use_modifiers", "")]
+        nodes.append([node.graph_name, node.sunder_type, values, wires, own, _objects(node)])
+    rate = scene.render.fps / scene.render.fps_base
+    # Paths of curves hold node names, which may change without changing anything.
+    curves = [[c[1:] for c in group] if group and isinstance(group[0], list) else group
+              for group in animation.describe(tree)]
+    text = json.dumps([rate, tree.frames(scene)[0], nodes, curves], default=list)
+    return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
+
+
+def signature(tree, scene):
+    """Of the tree as it stands; empty while it cannot be baked (nothing picked, nothing wired)."""
+    known = runtime.signatures.get(tree.name_full)
+    if known is None:
+        try:
+            known = _compute(tree, scene)
+        except scene_input.core.Refused:
+            known = ""
+        runtime.signatures[tree.name_full] = known
+    return known
