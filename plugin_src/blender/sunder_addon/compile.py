@@ -171,6 +171,7 @@ class _Compiler:
         fields = self.nodes[node.graph_name]
         if node.source == pickers.OBJECT and node.region != "group":
             thing = scene_input.objects_of(node)[0]
+            scene_input.check_evaluated(thing, depsgraph, node)
             low, high = scene_input.world_bounds(thing, depsgraph)
             if node.region == "box":
                 fields.update(box_min=scene_input.vector(low), box_max=scene_input.vector(high))
@@ -180,6 +181,7 @@ class _Compiler:
         mover = node.motion_object
         if mover is None:
             return
+        scene_input.check_evaluated(mover, depsgraph, node)
         start, turned, _ = scene_input.placement(mover.matrix_world)
         fields["pivot"] = scene_input.vector(start)
 

@@ -10,6 +10,14 @@ from mathutils import Euler, Matrix, Vector
 from . import core, mesh_export, pickers, wiring
 
 
+def check_evaluated(thing, depsgraph, node):
+    """Blender works out modifiers, animation and place of what is in the view layer alone."""
+    if not thing.evaluated_get(depsgraph).is_evaluated:
+        raise core.Refused(
+            f"object '{thing.name}' is disabled in viewports, or not in this view layer: enable it (it may be hidden "
+            "with the eye)", node.graph_name)
+
+
 def objects_of(node):
     """The objects that a node stands for, in the order of their names."""
     if node.source == pickers.COLLECTION:
@@ -85,6 +93,7 @@ def world_bounds(thing, depsgraph):
 
 def shape(kind, thing, depsgraph, node):
     """Parameters of size of a rigid body or collider, and its centre in the object's axes."""
+    check_evaluated(thing, depsgraph, node)
     if kind == "plane":  # an object's own xy plane, whatever its size
         return {}, Vector((0, 0, 0))
     low, high = bounds(thing, depsgraph)
@@ -116,6 +125,8 @@ def pinned_groups(tree, node):
 def mesh(node, depsgraph):
     """The geometry of a mesh node. One object keeps its own axes (scale in): a body may stand elsewhere."""
     found = mesh_objects(node)
+    for thing in found:
+        check_evaluated(thing, depsgraph, node)
     groups = pinned_groups(node.id_data, node)
     parts = []
     for thing in found:
