@@ -80,11 +80,20 @@ class Meshes(ObjectCase):
 
     def test_an_object_that_blender_does_not_evaluate_is_refused(self):
         tree, nodes = self.tree()
-        nodes["mesh_file"].object.hide_viewport = True
+        thing = nodes["mesh_file"].object
+        group = bpy.data.collections.new("Shelf")
+        self.scene.collection.children.link(group)
+        self.results(tree)  # whose pointer alone makes Blender evaluate the object, but not its modifiers
+        thing.hide_viewport = True
         self.assertIn("'Block' is disabled in viewports", self.refusal(tree))
-        nodes["mesh_file"].object.hide_viewport = False
-        self.scene.collection.objects.unlink(nodes["mesh_file"].object)
+        thing.hide_viewport = False
+        self.scene.collection.objects.unlink(thing)
         self.assertIn("not in this view layer", self.refusal(tree))
+        group.objects.link(thing)
+        group.hide_viewport = True
+        self.assertIn("disabled in viewports", self.refusal(tree))
+        group.hide_viewport = False
+        self.assertEqual(self.bake(tree), {"FINISHED"})
 
     def test_a_collection_is_one_mesh(self):
         group = bpy.data.collections.new("Parts")

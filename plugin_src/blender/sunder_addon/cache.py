@@ -14,7 +14,6 @@ import bpy
 from . import tree as trees
 
 FOLDER = "sunder_cache"
-HOME = "//" + FOLDER
 _NOTE = "blender.json"
 _GRAPH = "graph.json"
 _manifests = {}  # folder: (stamp of the file, Manifest)
@@ -41,14 +40,18 @@ class Manifest:
 def home():
     """Where this file's caches lie."""
     if bpy.data.filepath:
-        return bpy.path.abspath(HOME)
+        return bpy.path.abspath("//" + FOLDER)
     return os.path.join(bpy.app.tempdir, FOLDER)
 
 
 def folder(tree):
     """The bake folder of a tree; it need not be there."""
-    base = bpy.path.abspath(tree.cache_root) if tree.cache_root and bpy.data.filepath else home()
-    return os.path.join(base, trees.identity(tree))
+    own = os.path.join(home(), trees.identity(tree))
+    if bpy.data.filepath and tree.former_home and not os.path.isdir(own):
+        former = os.path.join(tree.former_home, tree.cache_id)
+        if os.path.isdir(former):  # the file was saved to another folder, the bake was not
+            return former
+    return own
 
 
 def manifest(path):
@@ -101,13 +104,13 @@ def is_shared(tree):
 
 def is_elsewhere(tree):
     """Whether the tree plays a bake that lies with the file it was saved from, in another folder."""
-    return bool(bpy.data.filepath and tree.cache_root and tree.cache_root != HOME)
+    return os.path.dirname(folder(tree)) != home()
 
 
 def make_own(tree):
     """Gives the tree a folder that nobody else plays; what it played stays for the others."""
     if is_elsewhere(tree):
-        tree.cache_root = HOME
+        tree.former_home = ""
     if is_shared(tree):
         trees.renew_identity(tree)
 

@@ -7,7 +7,7 @@ from bpy.app.handlers import persistent
 from . import cache, player, runtime, signature, tree as trees
 
 _INTERVAL = 0.5  # s between looks whether bakes went out of date
-_before_save = {}  # while a file is saved: where caches lay, and what is put back
+_before_save = {}  # while a file is saved: where caches lay
 
 
 @persistent
@@ -69,28 +69,18 @@ def on_edit(_scene, depsgraph):
 
 @persistent
 @runtime.guarded
-def on_save_pre(*arguments):
-    """A file that moves to another folder goes on playing its bakes where they lie."""
-    target = arguments[0] if arguments and isinstance(arguments[0], str) else ""
-    _before_save.clear()
+def on_save_pre(*_):
+    """The file may be about to move: it goes on playing its bakes where they lie."""
     _before_save["home"] = cache.home()
-    old = os.path.dirname(bpy.data.filepath)
-    if not old or not target or os.path.dirname(os.path.abspath(target)) == os.path.abspath(old):
-        return
-    for tree in trees.trees():
-        if not tree.cache_root and os.path.isdir(cache.folder(tree)):
-            tree.cache_root = cache.home()
-            _before_save.setdefault("given", []).append(tree.name)
+    if bpy.data.filepath:
+        for tree in trees.trees():
+            tree.former_home = os.path.dirname(cache.folder(tree))
 
 
 @persistent
 @runtime.guarded
 def on_save_post(*_):
-    home = _before_save.pop("home", cache.home())
-    for name in _before_save.pop("given", ()):
-        tree = bpy.data.node_groups.get(name)
-        if tree is not None and os.path.abspath(home) == os.path.abspath(cache.home()):
-            tree.cache_root = ""  # a copy was saved elsewhere; this file stays where it was
+    home = _before_save.pop("home", "")
     if home.startswith(bpy.app.tempdir):
         cache.move_home(home)
 

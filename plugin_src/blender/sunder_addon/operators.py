@@ -192,7 +192,6 @@ class SUNDER_OT_new_tree(bpy.types.Operator):
     def execute(self, context):
         tree = bpy.data.node_groups.new(self.name, trees.SunderTree.bl_idname)
         trees.identity(tree)
-        tree.use_fake_user = True
         if getattr(context.space_data, "tree_type", "") == trees.SunderTree.bl_idname:
             context.space_data.node_tree = tree
         return {"FINISHED"}

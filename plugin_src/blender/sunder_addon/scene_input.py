@@ -10,9 +10,16 @@ from mathutils import Euler, Matrix, Vector
 from . import core, mesh_export, pickers, wiring
 
 
+def _is_enabled(thing, layer):
+    """Whether a layer collection, or one below it, has the object and is enabled in viewports."""
+    if layer.exclude or layer.collection.hide_viewport:
+        return False
+    return thing.name in layer.collection.objects or any(_is_enabled(thing, child) for child in layer.children)
+
+
 def check_evaluated(thing, depsgraph, node):
-    """Blender works out modifiers, animation and place of what is in the view layer alone."""
-    if not thing.evaluated_get(depsgraph).is_evaluated:
+    """Blender works out modifiers, animation and place of what is enabled in the view layer alone."""
+    if thing.hide_viewport or not _is_enabled(thing, depsgraph.view_layer.layer_collection):
         raise core.Refused(
             f"object '{thing.name}' is disabled in viewports, or not in this view layer: enable it (it may be hidden "
             "with the eye)", node.graph_name)

@@ -24,6 +24,7 @@ def identity(tree):
     """The name of the tree's folder below the cache: made once, kept when the tree is renamed."""
     if not tree.cache_id:
         renew_identity(tree)
+        tree.use_fake_user = True  # a tree that no object shows is worth saving too
     return tree.cache_id
 
 
@@ -63,8 +64,9 @@ class SunderTree(bpy.types.NodeTree):
     bl_icon = "MOD_EXPLODE"
 
     cache_id: StringProperty(name="Cache", description="Name of this tree's folder below the cache", options={"HIDDEN"})
-    cache_root: StringProperty(
-        name="Cache Folder", description="Where the bake lies if not beside this file", subtype="DIR_PATH", options={"HIDDEN"}
+    former_home: StringProperty(
+        name="Former Cache", description="Where the bake lay when the file was saved last; used while there is none beside it",
+        subtype="DIR_PATH", options={"HIDDEN"},
     )
     use_scene_range: BoolProperty(
         name="Scene Range", description="Simulate and bake the scene's frame range", default=True, options=set(),
