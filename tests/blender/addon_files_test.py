@@ -203,6 +203,7 @@ class Copies(FileCase):
         self.save("a.blend")
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         self.scene = bpy.context.scene
+        self.scene.frame_end = 6
         self.save("b.blend")
         with bpy.data.libraries.load(str(self.folder / "a.blend")) as (there, here):
             here.objects = [n for n in there.objects if n.endswith("fractured")]

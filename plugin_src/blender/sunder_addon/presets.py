@@ -4,35 +4,37 @@
 PRESETS = {
     "STEEL": (
         "Steel",
-        "Heavy; dents and folds, tears late. Softer than steel by a factor of 1000, so that a dent can be seen",
-        {"density": 7800, "youngs_modulus": 2e8, "poisson_ratio": 0.3, "yield": 0.004, "flow_rate": 400, "hardening": 0.5,
+        "Heavy and stiff; dents where it is hit and rebounds, tears at hard blows alone. A thousand times softer than steel, "
+        "so that a dent can be seen",
+        {"density": 7800, "youngs_modulus": 2e8, "poisson_ratio": 0.3, "yield": 0.002, "flow_rate": 2000, "hardening": 0.3,
          "toughness": 0.1},
         {"substeps": 16},
     ),
     "LEAD": (
         "Lead",
-        "Very heavy and limp; flattens and stays flat, hardly ever tears. Softer than lead",
+        "Very heavy and limp; flattens where it lands and stays so, hardly ever tears. Hundreds of times softer than lead",
         {"density": 11300, "youngs_modulus": 2e7, "poisson_ratio": 0.4, "yield": 0.004, "flow_rate": 600,
          "hardening": 0.02, "toughness": 0.35},
         {"substeps": 12},
     ),
     "CLAY": (
         "Clay",
-        "Squashes, sticks and tears into lumps, as damp clay does",
+        "Squashes, stays so and tears into lumps. Lumps do not stick together again",
         {"density": 1800, "youngs_modulus": 1e6, "poisson_ratio": 0.3, "yield": 0.01, "flow_rate": 300, "hardening": 0.1,
-         "toughness": 0.12},
+         "toughness": 0.09},
         {"substeps": 12},
     ),
     "GLASS": (
         "Glass",
-        "Never dents; shatters at once. Far softer than glass, and cracks run along the pieces that were cut before",
-        {"density": 2500, "youngs_modulus": 1e8, "yield": None, "toughness": 0.01},
+        "Never dents; shatters, the more the thinner it is. Hundreds of times softer than glass; cracks run between the "
+        "pieces that were cut before",
+        {"density": 2500, "youngs_modulus": 1e8, "yield": None, "toughness": 0.004},
         {"substeps": 16},
     ),
     "WOOD": (
         "Wood-like",
-        "Light and stiff; gives a little, then breaks into large chunks. Has no grain: it breaks alike in all directions",
-        {"density": 700, "youngs_modulus": 2e7, "yield": 0.02, "flow_rate": 100, "hardening": 2.0, "toughness": 0.04},
+        "Light; gives a little, then splits off chunks. Has no grain: it breaks alike in all directions",
+        {"density": 700, "youngs_modulus": 2e7, "yield": 0.012, "flow_rate": 100, "hardening": 2.0, "toughness": 0.02},
         {"substeps": 12},
     ),
 }

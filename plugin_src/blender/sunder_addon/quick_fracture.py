@@ -55,7 +55,7 @@ class SUNDER_OT_quick_fracture(bpy.types.Operator):
     pieces: IntProperty(name="Pieces", description="Number of fragments", min=1, max=100000, soft_max=2000, default=100)
     seed: IntProperty(name="Seed", description="Chooses among cuts of the same kind", min=0)
     fall_speed: FloatProperty(
-        name="Fall Speed", description="Speed downwards at the first frame", min=0, max=1000, default=6,
+        name="Fall Speed", description="Speed downwards at the first frame", min=0, max=1000, default=10,
         unit="VELOCITY",
     )
     has_floor: BoolProperty(name="Floor at z = 0", default=True)

@@ -1,0 +1,95 @@
+"""Quick Fracture gives a shot that works as it is, and presets do what their sentences say."""
+import bpy
+import numpy as np
+
+from addon_case import AddonCase, addon, main
+
+
+class QuickFracture(AddonCase):
+    def quick(self, thing, **options):
+        bpy.context.view_layer.objects.active = thing
+        self.assertEqual(bpy.ops.sunder.quick_fracture(**options), {"FINISHED"})
+        return bpy.context.object, bpy.context.object.sunder.tree
+
+    def last_state(self, tree):
+        folder, frame = self.cached(tree), self.manifest(tree).numbers[-1]
+        return addon("core").sunder().read_state(str(folder / f"state/solver.{frame:04d}.ply"))
+
+    def plastic_strain(self, state):
+        f = state.plastic_deformation
+        return np.sqrt(2 / 3) * np.linalg.norm(np.log(np.linalg.eigvalsh(f.swapaxes(1, 2) @ f)) / 2, axis=1)
+
+    def test_one_step_makes_tree_bake_and_result(self):
+        self.scene.frame_end = 8
+        thing = self.cube(size=1, location=(0, 0, 0.8))
+        result, tree = self.quick(thing, pieces=20)
+        self.assertEqual([self.status(tree).state, self.status(tree).is_stale], ["complete", False])
+        self.assertEqual([result.name, result.select_get(), thing.hide_render, thing.display_type],
+                         ["Block fractured", True, True, "WIRE"])
+        self.assertFalse(any(n.error for n in tree.nodes))
+        self.assertEqual(sorted(n.sunder_type for n in tree.nodes),
+                         ["body", "collider", "deformer", "mesh_file", "prefracture", "solver"])
+        self.scene.frame_set(8)
+        low = min((v.co.z for v in result.data.vertices))
+        self.assertGreater(low, -0.05)  # the floor held; a contact may sink in by a part of a particle's radius
+        self.assertLess(self.last_state(tree).position[:, 2].mean(), 0.75)
+
+    def test_without_a_floor_it_falls_through(self):
+        self.scene.frame_end = 8
+        _, tree = self.quick(self.cube(), pieces=4, has_floor=False)
+        self.assertLess(self.last_state(tree).position[:, 2].max(), 0)
+
+    def test_two_shots_in_one_file_are_two(self):
+        first, a = self.quick(self.cube(), pieces=4)
+        second, b = self.quick(self.cube(location=(2, 0, 0.5)), pieces=4)
+        self.assertNotEqual(self.cached(a), self.cached(b))
+        self.scene.frame_set(4)
+        self.assertGreater(np.mean([v.co.x for v in second.data.vertices]), 1)
+        self.assertLess(np.mean([v.co.x for v in first.data.vertices]), 1)
+
+    def test_what_cannot_be_cut_is_told_and_leaves_a_tree_to_mend(self):
+        bpy.ops.mesh.primitive_plane_add()
+        with self.assertRaisesRegex(RuntimeError, "the mesh is open"):
+            bpy.ops.sunder.quick_fracture(pieces=4)
+        tree, = addon("tree").trees()
+        self.assertEqual([n.sunder_type for n in tree.nodes if n.error], ["prefracture"])
+
+    def test_it_wants_a_mesh_that_is_no_result(self):
+        bpy.ops.object.empty_add()
+        self.assertFalse(bpy.ops.sunder.quick_fracture.poll())
+        result, _ = self.quick(self.cube(), pieces=4, bake=False)
+        self.assertFalse(bpy.ops.sunder.quick_fracture.poll())
+
+    def test_it_can_be_undone(self):
+        bpy.context.preferences.edit.use_global_undo = True
+        thing = self.cube()
+        bpy.ops.ed.undo_push(message="cube")
+        self.quick(thing, pieces=4)
+        bpy.ops.ed.undo_push(message="fracture")
+        bpy.ops.ed.undo()
+        self.scene = bpy.context.scene
+        self.assertEqual([t.name for t in addon("tree").trees()], [])
+        self.assertEqual([o.name for o in bpy.data.objects], ["Block"])
+        self.assertFalse(bpy.data.objects["Block"].hide_render)
+
+    def test_presets_do_what_they_say(self):
+        self.scene.frame_end = 16
+        seen = {}
+        for preset in addon("presets").PRESETS:
+            bpy.ops.mesh.primitive_torus_add(location=(0, 0, 1.2), rotation=(1.2, 0, 0), major_radius=0.7,
+                                             minor_radius=0.2, major_segments=24, minor_segments=8)
+            result, tree = self.quick(bpy.context.object, preset=preset, pieces=60)
+            state = self.last_state(tree)
+            self.assertTrue(np.isfinite(state.position).all(), preset)
+            self.assertLess(np.abs(state.position).max(), 5, preset)  # nothing flies away
+            seen[preset] = (len(set(state.piece)), self.plastic_strain(state).max())
+        self.assertEqual([seen["STEEL"][0], seen["LEAD"][0]], [1, 1], seen)  # they dent and hold
+        self.assertTrue(0.03 < seen["STEEL"][1] < seen["LEAD"][1], seen)
+        self.assertLess(seen["GLASS"][1], 1e-9, seen)  # it never dents, and breaks into most pieces
+        self.assertGreater(seen["GLASS"][0], 3 * max(seen["CLAY"][0], seen["WOOD"][0]) / 2, seen)
+        self.assertTrue(min(seen["CLAY"][0], seen["WOOD"][0]) > 1, seen)  # they do both
+        self.assertTrue(seen["CLAY"][1] > seen["WOOD"][1] > 0.01, seen)
+
+
+if __name__ == "__main__":
+    main()
