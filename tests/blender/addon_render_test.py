@@ -1,0 +1,104 @@
+"""What is rendered is what was baked: the tear is seen, twice the same picture, stills and animation alike."""
+import bpy
+import numpy as np
+from mathutils import Vector
+
+from addon_case import AddonCase, addon, main
+
+WIDTH, HEIGHT = 96, 72
+GREEN, RED = (0.02, 0.6, 0.05, 1.0), (1.0, 0.02, 0.02, 1.0)
+
+
+class Render(AddonCase):
+    def setUp(self):
+        super().setUp()
+        self.scene.frame_end = 12
+        thing = self.cube(size=1, location=(0, 0, 0.8))
+        outer = bpy.data.materials.new("outer")
+        outer.diffuse_color = GREEN
+        thing.data.materials.append(outer)
+        self.shot, nodes = self.tree(thing, pieces=30, fall_speed=12)
+        nodes["solver"].set_parameters(substeps=8)
+        self.result, = self.results(self.shot)
+        addon("results").interior_material().diffuse_color = RED
+        self.bake(self.shot)
+        camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+        camera.location = (1.5, -3, 2)
+        camera.rotation_euler = (Vector((0, 0, 0.4)) - camera.location).to_track_quat("-Z", "Y").to_euler()
+        self.scene.collection.objects.link(camera)
+        self.scene.camera = camera
+        render = self.scene.render
+        render.engine, render.resolution_x, render.resolution_y = "BLENDER_WORKBENCH", WIDTH, HEIGHT
+        render.image_settings.color_mode = "RGB"
+        self.scene.display.shading.color_type, self.scene.display.shading.light = "MATERIAL", "FLAT"
+        self.scene.view_settings.view_transform = "Standard"
+
+    def still(self, frame, name="still"):
+        self.scene.frame_set(frame)
+        return self.rendered(name)
+
+    def rendered(self, name):
+        self.scene.render.filepath = str(self.folder / name)
+        bpy.ops.render.render(write_still=True)
+        return self.pixels(self.folder / f"{name}.png")
+
+    def pixels(self, path):
+        image = bpy.data.images.load(str(path))
+        array = np.empty(4 * WIDTH * HEIGHT, np.float32)
+        image.pixels.foreach_get(array)
+        bpy.data.images.remove(image)
+        return array.reshape(HEIGHT, WIDTH, 4)[..., :3]
+
+    @staticmethod
+    def count(picture):
+        """Pixels of the outer material, and of break surfaces."""
+        red, green = picture[..., 0], picture[..., 1]
+        return int((green > 2 * red + 0.1).sum()), int((red > 2 * green + 0.1).sum())
+
+    def test_the_tear_is_seen_and_only_once_it_tore(self):
+        whole, torn, again = self.still(1), self.still(12), self.still(12)
+        np.testing.assert_array_equal(torn, again)
+        outer, inner = self.count(whole)
+        self.assertTrue(outer > 500 and inner == 0, (outer, inner))  # of 6912
+        self.assertGreater(self.count(torn)[1], 50)
+        np.testing.assert_array_equal(self.still(1), whole)
+
+    def test_an_animation_has_the_frames_that_stills_have(self):
+        self.scene.frame_start, self.scene.frame_end = 4, 6
+        self.scene.render.filepath = str(self.folder / "r_")
+        bpy.ops.render.render(animation=True)
+        pictures = [self.pixels(self.folder / f"r_{f:04d}.png") for f in (4, 5, 6)]
+        for frame, picture in zip((4, 5, 6), pictures):
+            np.testing.assert_array_equal(picture, self.still(frame))
+        self.assertGreater(np.abs(pictures[0] - pictures[2]).sum(), 1)
+
+    def test_a_saved_file_renders_alike_when_it_is_opened_again(self):
+        there = self.still(12)
+        self.save()
+        self.scene.frame_set(1)
+        self.save()
+        self.reopen()
+        np.testing.assert_array_equal(self.still(12), there)
+
+    def test_velocities_blur_what_moves_although_faces_come_and_go(self):
+        self.scene.render.engine = "CYCLES"
+        self.scene.cycles.samples, self.scene.cycles.use_denoising, self.scene.cycles.seed = 4, False, 1
+        world = bpy.data.worlds.new("sky")
+        self.scene.world = world
+        world.color = (1, 1, 1)
+        self.scene.frame_set(2)  # it falls at 12 m/s: half a metre a frame
+
+        def edges(name):
+            grey = self.rendered(name).mean(2)
+            return np.abs(np.diff(grey, axis=0)).max(0).sum()
+
+        sharp = edges("sharp")
+        self.scene.render.use_motion_blur = True
+        self.scene.render.motion_blur_shutter = 1.0
+        blurred = edges("blurred")
+        self.assertEqual(addon("player").nearest_frame(self.scene), 2)
+        self.assertLess(blurred, 0.8 * sharp)
+
+
+if __name__ == "__main__":
+    main()
