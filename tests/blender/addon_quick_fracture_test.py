@@ -24,8 +24,8 @@ class QuickFracture(AddonCase):
         thing = self.cube(size=1, location=(0, 0, 0.8))
         result, tree = self.quick(thing, pieces=20)
         self.assertEqual([self.status(tree).state, self.status(tree).is_stale], ["complete", False])
-        self.assertEqual([result.name, result.select_get(), thing.hide_render, thing.display_type],
-                         ["Block fractured", True, True, "WIRE"])
+        self.assertEqual([result.name, result.select_get(), thing.hide_render, thing.hide_get()],
+                         ["Block fractured", True, True, True])
         self.assertFalse(any(n.error for n in tree.nodes))
         self.assertEqual(sorted(n.sunder_type for n in tree.nodes),
                          ["body", "collider", "deformer", "mesh_file", "prefracture", "solver"])

@@ -59,7 +59,7 @@ def on_edit(_scene, depsgraph):
                 for use_modifiers in (True, False):
                     runtime.mesh_hashes.pop((thing.name, use_modifiers), None)
         elif isinstance(thing, bpy.types.Mesh):
-            if thing.get(player.SHOWN):
+            if player.SHOWN in thing:
                 continue
             runtime.mesh_hashes.clear()
         elif isinstance(thing, bpy.types.Scene):

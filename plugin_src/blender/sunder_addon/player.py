@@ -8,7 +8,7 @@ from mathutils import Matrix, Quaternion
 
 from . import bake_reader, cache, result_mesh, runtime, tree as trees
 
-SHOWN = "sunder_shown"  # on the mesh or object, so that undo and files carry it along
+SHOWN = "sunder_shown"  # on the mesh, so that undo and files carry it along
 _interiors = {}  # (folder, hash of the first frame's file): material number of break surfaces
 
 
@@ -93,6 +93,7 @@ def _show_mesh(thing, folder, manifest, shown):
     frame = bake_reader.read_mesh_frame(path)
     interior = _interior_material(folder, manifest, node)
     attributes = _attributes(folder, manifest, shown, node, frame)
+    result_mesh.set_property(mesh, SHOWN, "")  # until all is written
     result_mesh.write_geometry(mesh, frame)
     result_mesh.write_uvs(mesh, frame.uvs, thing.sunder.uv_map)
     result_mesh.write_materials(mesh, frame.material, interior, thing.sunder.interior_slot)
@@ -104,7 +105,7 @@ def _show_mesh(thing, folder, manifest, shown):
         result_mesh.write_normals(mesh, frame.corner_normals)
     elif mesh.has_custom_normals:
         mesh.normals_split_custom_set([(0.0, 0.0, 0.0)] * len(mesh.loops))
-    mesh[SHOWN] = key
+    result_mesh.set_property(mesh, SHOWN, key)
 
 
 def _attributes(folder, manifest, shown, node, frame):
@@ -129,7 +130,7 @@ def _show_rigid_body(thing, folder, manifest, shown):
     start, now = (_pose(folder, manifest, f, solver, index) for f in (manifest.numbers[0], shown))
     rest = cache.note(folder).get("rest_matrices", {}).get(name)
     at_start = Matrix(rest) if rest else start
-    thing.matrix_world = now @ start.inverted() @ at_start
+    result_mesh.set_property(thing, "matrix_world", now @ start.inverted() @ at_start)
 
 
 def _pose(folder, manifest, frame, solver, index):

@@ -1,6 +1,32 @@
 """Writes a frame of a bake into a Blender mesh: geometry, normals, UVs, materials, attributes."""
+import threading
+import time
+
 import bpy
 import numpy as np
+
+_PATIENCE, _PAUSE = 500, 0.004  # tries, and s between them
+
+
+def set_property(thing, name, value):
+    """thing.name = value, or thing["name"] for names that start with "sunder".
+
+    While Blender's main thread draws a panel, properties cannot be written, not even by the thread in which an
+    animation is rendered: that one waits for its turn.
+    """
+    tries = 1 if threading.current_thread() is threading.main_thread() else _PATIENCE
+    while True:
+        try:
+            if name.startswith("sunder"):
+                thing[name] = value
+            else:
+                setattr(thing, name, value)
+            return
+        except AttributeError as error:
+            tries -= 1
+            if tries == 0 or "not allowed" not in str(error):
+                raise
+            time.sleep(_PAUSE)
 
 
 def _foreach(sequence, attribute, values):
@@ -38,8 +64,8 @@ def _same_faces(mesh, n_vertices, corners):
 
 def write_normals(mesh, corner_normals):
     """The library's normals: smooth outside, sharp at break surfaces."""
-    if hasattr(mesh, "use_auto_smooth"):  # Blender before 4.1 shows custom normals only then
-        mesh.use_auto_smooth = True
+    if hasattr(mesh, "use_auto_smooth") and not mesh.use_auto_smooth:  # Blender before 4.1 shows them only then
+        set_property(mesh, "use_auto_smooth", True)
     mesh.normals_split_custom_set(corner_normals.tolist())
 
 

@@ -85,9 +85,11 @@ def add_rigid_results(node, scene):
 
 
 def stand_back(source):
-    """A source is drawn as wire and not rendered: its result stands in its place."""
-    source.display_type = "WIRE"
+    """A source is hidden and not rendered: its result stands in its place. (The eye hides without turning off what
+    modifiers and animation do.)"""
     source.hide_render = True
+    if source.name in bpy.context.view_layer.objects:
+        source.hide_set(True)
 
 
 def add_missing(tree, scene):
