@@ -34,6 +34,12 @@ class QuickFracture(AddonCase):
         self.assertGreater(low, -0.05)  # the floor held; a contact may sink in by a part of a particle's radius
         self.assertLess(self.last_state(tree).position[:, 2].mean(), 0.75)
 
+    def test_what_reaches_below_the_ground_does_not_begin_inside_the_floor(self):
+        result, tree = self.quick(self.cube(size=2, location=(0, 0, 0)), pieces=8, bake=False)
+        self.assertAlmostEqual(tree.nodes["Floor"].position[2], -1)
+        _, tree = self.quick(self.cube(location=(0, 0, 3)), pieces=8, bake=False)
+        self.assertEqual(tree.nodes["Floor"].position[2], 0)
+
     def test_without_a_floor_it_falls_through(self):
         self.scene.frame_end = 8
         _, tree = self.quick(self.cube(), pieces=4, has_floor=False)

@@ -28,6 +28,8 @@ class BakeJob:
 
     def _prepare(self, tree, scene, start):
         sunder = core.sunder()
+        if tree.library is not None:
+            raise core.Refused("this tree is linked from another file: bake it there")
         if self.cache_id in runtime.jobs:
             raise core.Refused("this tree is being baked already")
         compiled = compile.compile_tree(tree, scene)

@@ -23,8 +23,8 @@ def status(tree, scene, compute=True):
     manifest = cache.manifest(folder)
     if manifest is None or not manifest.numbers:
         return Status("none", "not baked")
-    known = signature.signature(tree, scene) if compute else runtime.signatures.get(tree.name_full)
-    is_stale = None if known is None else known != cache.note(folder).get("signature")
+    found = (signature.signature if compute else signature.known)(tree, scene)
+    is_stale = None if found is None else found != cache.note(folder).get("signature")
     first, last = manifest.numbers[0], manifest.numbers[-1]
     wanted = tree.frames(scene)[1]
     text = f"baked {first} to {last}"

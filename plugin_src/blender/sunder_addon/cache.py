@@ -37,16 +37,16 @@ class Manifest:
         return self.numbers[max(0, bisect.bisect_right(self.numbers, frame) - 1)]
 
 
-def home():
-    """Where this file's caches lie."""
-    if bpy.data.filepath:
-        return bpy.path.abspath("//" + FOLDER)
+def home(library=None):
+    """Where this file's caches lie, or those of a linked file."""
+    if bpy.data.filepath or library:
+        return os.path.normpath(bpy.path.abspath("//" + FOLDER, library=library))
     return os.path.join(bpy.app.tempdir, FOLDER)
 
 
 def folder(tree):
     """The bake folder of a tree; it need not be there."""
-    own = os.path.join(home(), trees.identity(tree))
+    own = os.path.join(home(tree.library), trees.identity(tree))
     if bpy.data.filepath and tree.former_home and not os.path.isdir(own):
         former = os.path.join(tree.former_home, tree.cache_id)
         if os.path.isdir(former):  # the file was saved to another folder, the bake was not
@@ -104,7 +104,7 @@ def is_shared(tree):
 
 def is_elsewhere(tree):
     """Whether the tree plays a bake that lies with the file it was saved from, in another folder."""
-    return os.path.dirname(folder(tree)) != home()
+    return os.path.dirname(folder(tree)) != home(tree.library)
 
 
 def make_own(tree):
@@ -158,7 +158,7 @@ def _remove_empty(path):
 
 def move_home(old):
     """Brings bakes that were made before the file was saved beside it."""
-    if not os.path.isdir(old) or os.path.abspath(old) == os.path.abspath(home()):
+    if not os.path.isdir(old) or os.path.normpath(old) == home():
         return
     for tree in trees.trees():
         source, target = os.path.join(old, trees.identity(tree)), folder(tree)

@@ -89,17 +89,14 @@ def _look():
     """Now and then, in the UI: finds out whether bakes went out of date."""
     scene = bpy.context.scene
     screen = bpy.context.screen
+    thing = bpy.context.view_layer.objects.active if bpy.context.view_layer else None
+    is_editing = thing is not None and thing.mode != "OBJECT"  # what is sculpted and edited changes at every stroke
     if scene is not None and not (screen and screen.is_animation_playing) and not runtime.is_sampling:
         for tree in trees.trees():
-            if tree.name_full not in runtime.signatures and tree.name_full not in _mode_blocked():
+            if signature.known(tree, scene) is None and not is_editing:
                 runtime.guarded(signature.signature)(tree, scene)
                 redraw()
     return _INTERVAL
-
-
-def _mode_blocked():
-    thing = bpy.context.view_layer.objects.active if bpy.context.view_layer else None
-    return {t.name_full for t in trees.trees()} if thing is not None and thing.mode != "OBJECT" else ()
 
 
 def redraw():

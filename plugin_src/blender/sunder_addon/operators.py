@@ -167,8 +167,8 @@ class SUNDER_OT_free_bake(_OnTree, bpy.types.Operator):
         tree = self.find(context)
         if tree is None:
             return {"CANCELLED"}
-        if tree.cache_id in runtime.jobs:
-            self.report({"ERROR"}, "it is being baked: stop that first")
+        if tree.cache_id in runtime.jobs or tree.library is not None:
+            self.report({"ERROR"}, "it is linked from another file" if tree.library else "it is being baked: stop that first")
             return {"CANCELLED"}
         try:
             removed = cache.free(tree)

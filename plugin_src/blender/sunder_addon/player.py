@@ -90,6 +90,8 @@ def _show_mesh(thing, folder, manifest, shown):
     key = f"{node} {stamp} {thing.sunder.use_exact_normals} {thing.sunder.interior_slot}"
     if mesh.get(SHOWN) == key:
         return
+    if mesh.library is not None:  # Blender drops half of what is written into it: the next draw would crash
+        raise bake_reader.BakeError(f"mesh '{mesh.name}' is linked from another file: make object and mesh local")
     frame = bake_reader.read_mesh_frame(path)
     interior = _interior_material(folder, manifest, node)
     attributes = _attributes(folder, manifest, shown, node, frame)

@@ -2,7 +2,7 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
-from . import nodes, pickers, presets, results, tree as trees
+from . import nodes, pickers, presets, results, scene_input, tree as trees
 
 
 def add_node(tree, node_type, location):
@@ -18,8 +18,13 @@ def connect(tree, source, output, target, name):
     return tree.links.new(outputs[output], inputs[name])
 
 
+def floor_height(thing):
+    """z = 0, or the object's lowest point if that lies below: what begins inside a floor bursts out of it."""
+    return min(0.0, scene_input.world_bounds(thing, bpy.context.evaluated_depsgraph_get())[0].z)
+
+
 def build(thing, preset, pieces=100, seed=0, fall_speed=0.0, has_floor=True):
-    """A tree that drops `thing` on a floor at z = 0; returns it."""
+    """A tree that drops `thing` on a floor; returns it."""
     _, _, material, steps = presets.PRESETS[preset]
     tree = bpy.data.node_groups.new(f"{thing.name} Fracture", trees.SunderTree.bl_idname)
     mesh = add_node(tree, "mesh_file", (0, 0))
@@ -37,15 +42,15 @@ def build(thing, preset, pieces=100, seed=0, fall_speed=0.0, has_floor=True):
     connect(tree, body, "body", skin, "body")
     connect(tree, solver, "state", skin, "state")
     if has_floor:
-        floor = add_node(tree, "collider", (520, 320))
-        floor.set_parameters(shape="plane")
+        floor = add_node(tree, "collider", (260, -250))
+        floor.set_parameters(shape="plane", position=(0, 0, floor_height(thing)))
         floor.name = floor.label = "Floor"
         connect(tree, floor, "collider", solver, "colliders")
     return tree
 
 
 class SUNDER_OT_quick_fracture(bpy.types.Operator):
-    """Cut the active mesh, give it a material, drop it on a floor at z = 0 and bake what happens"""
+    """Cut the active mesh, give it a material, drop it on a floor and bake what happens"""
 
     bl_idname = "sunder.quick_fracture"
     bl_label = "Quick Fracture"
@@ -58,7 +63,9 @@ class SUNDER_OT_quick_fracture(bpy.types.Operator):
         name="Fall Speed", description="Speed downwards at the first frame", min=0, max=1000, default=10,
         unit="VELOCITY",
     )
-    has_floor: BoolProperty(name="Floor at z = 0", default=True)
+    has_floor: BoolProperty(
+        name="Floor", description="At z = 0, or at the object's lowest point if that lies below", default=True
+    )
     bake: BoolProperty(name="Bake", description="Bake the scene's frame range at once", default=True)
 
     @classmethod

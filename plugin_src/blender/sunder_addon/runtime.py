@@ -8,7 +8,7 @@ import traceback
 handler_errors = []  # tracebacks of what went wrong where Blender would swallow it; tests want this empty
 node_errors = {}  # (name of the tree, graph name of the node): sentence
 node_notes = {}  # the same, of what is no error
-signatures = {}  # name of the tree: signature (signature.py); gone when something may have changed
+signatures = {}  # name of the tree: (settings, signature), as in signature.py; gone when something may have changed
 mesh_hashes = {}  # (name of an object, with modifiers): hash of its mesh, as long as nothing changed it
 wires = {}  # name of the tree: {(node, input): (node, output)} as last seen, to put back what a wrong wire pushed out
 jobs = {}  # cache id of the tree: BakeJob at work

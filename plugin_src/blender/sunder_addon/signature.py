@@ -8,7 +8,7 @@ import json
 import bpy
 import numpy as np
 
-from . import animation, descriptions, parameters, pickers, runtime, scene_input, wiring
+from . import animation, core, descriptions, parameters, pickers, runtime, scene_input, wiring
 
 
 def _mesh_hash(thing, use_modifiers):
@@ -79,6 +79,11 @@ def _objects(node):
     return described
 
 
+def _settings(tree, scene):
+    """What a bake depends on that changes without an event of Blender's."""
+    return scene.render.fps / scene.render.fps_base, tree.frames(scene)[0]
+
+
 def _compute(tree, scene):
     animated = animation.animated_attributes(tree)
     nodes = []
@@ -91,21 +96,26 @@ def _compute(tree, scene):
         wires = [[name, [(n.graph_name, output) for n, output in found]] for name, found in wiring.inputs(node)]
         own = [getattr(node, "source", ""), getattr(node, "use_modifiers", "")]
         nodes.append([node.graph_name, node.sunder_type, values, wires, own, _objects(node)])
-    rate = scene.render.fps / scene.render.fps_base
     # Paths of curves hold node names, which may change without changing anything.
     curves = [[c[1:] for c in group] if group and isinstance(group[0], list) else group
               for group in animation.describe(tree)]
-    text = json.dumps([rate, tree.frames(scene)[0], nodes, curves], default=list)
+    text = json.dumps([_settings(tree, scene), nodes, curves], default=list)
     return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
 
 
 def signature(tree, scene):
     """Of the tree as it stands; empty while it cannot be baked (nothing picked, nothing wired)."""
-    known = runtime.signatures.get(tree.name_full)
-    if known is None:
+    found = known(tree, scene)
+    if found is None:
         try:
-            known = _compute(tree, scene)
-        except scene_input.core.Refused:
-            known = ""
-        runtime.signatures[tree.name_full] = known
-    return known
+            found = _compute(tree, scene)
+        except core.Refused:
+            found = ""
+        runtime.signatures[tree.name_full] = (_settings(tree, scene), found)
+    return found
+
+
+def known(tree, scene):
+    """The same as far as it is known without work; None if something may have changed."""
+    settings, found = runtime.signatures.get(tree.name_full, (None, None))
+    return found if settings == _settings(tree, scene) else None

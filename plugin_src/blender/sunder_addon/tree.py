@@ -22,7 +22,7 @@ def is_node(node):
 
 def identity(tree):
     """The name of the tree's folder below the cache: made once, kept when the tree is renamed."""
-    if not tree.cache_id:
+    if not tree.cache_id and tree.library is None:
         renew_identity(tree)
         tree.use_fake_user = True  # a tree that no object shows is worth saving too
     return tree.cache_id
