@@ -1,6 +1,8 @@
 """Baking: blocking and in a thread, stopped and gone on with, out of date, freed; and what result objects show of it."""
 import shutil
 import threading
+import types
+import unittest.mock
 
 import bpy
 import numpy as np
@@ -164,6 +166,32 @@ class Bake(AddonCase):
         (self.folder / "sunder_cache").write_text("a file where the folder should be")
         self.assertIn("sunder_cache", self.refusal(tree))
         self.assertTrue(tree.nodes["Deformer"].error)
+
+    def test_in_the_window_esc_stops_it_and_the_tree_shows_it(self):
+        """The operator's own functions, with stand-ins for the window, which background mode has not."""
+        tree, _ = self.tree()
+        self.scene.frame_end = 500
+        bake = addon("operators").SUNDER_OT_bake
+        told, manager, space = [], unittest.mock.Mock(), unittest.mock.Mock()
+        window = types.SimpleNamespace(window_manager=manager, workspace=space, scene=self.scene, object=None,
+                                       space_data=None, window=None)
+        operator = types.SimpleNamespace(tree=tree.name, start="AUTO", report=lambda kind, text: told.append((kind, text)))
+        for name in ("find", "_begin", "_end", "_leave"):
+            setattr(operator, name, types.MethodType(getattr(bake, name), operator))
+        with unittest.mock.patch.object(bpy, "app", types.SimpleNamespace(background=False, tempdir=bpy.app.tempdir)):
+            self.assertEqual(bake.invoke(operator, window, None), {"RUNNING_MODAL"})
+        event = types.SimpleNamespace(type="TIMER")
+        while len(self.manifest(tree).numbers if self.manifest(tree) else ()) < 2:
+            self.assertEqual(bake.modal(operator, window, event), {"PASS_THROUGH"})
+        self.assertEqual(bake.modal(operator, window, types.SimpleNamespace(type="LEFTMOUSE")), {"PASS_THROUGH"})
+        self.assertIn("Esc: stop", space.status_text_set.call_args[0][0])
+        self.assertEqual(bake.modal(operator, window, types.SimpleNamespace(type="ESC")), {"RUNNING_MODAL"})
+        operator._job.wait()
+        self.assertEqual(bake.modal(operator, window, event), {"CANCELLED"})
+        self.assertEqual(told, [({"INFO"}, "Sunder: stopped; what is baked stays")])
+        manager.event_timer_remove.assert_called_once(), manager.progress_end.assert_called_once()
+        self.assertEqual([self.status(tree).state, addon("runtime").jobs], ["partial", {}])
+        self.assertLess(len(self.manifest(tree).numbers), 500)
 
     def test_turning_the_addon_off_ends_its_bakes(self):
         tree, _ = self.tree()

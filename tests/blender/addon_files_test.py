@@ -51,6 +51,17 @@ class Saved(FileCase):
         self.scene.frame_set(1), self.scene.frame_set(6)
         np.testing.assert_array_equal(positions(self.result()), there)
 
+    def test_a_file_first_saved_while_it_bakes(self):
+        tree, _ = self.tree()
+        job = addon("bake_job").BakeJob(tree, self.scene)
+        old = self.cached(tree)
+        job.start()
+        self.save()
+        self.assertEqual(self.cached(tree), old)
+        job.finish(tree)
+        self.assertEqual([job.error, self.cached(tree).parent], ["", self.folder / "sunder_cache"])
+        self.assertEqual([self.status(tree).state, self.status(tree).is_stale, old.exists()], ["complete", False, False])
+
     def test_a_stopped_bake_goes_on_after_the_file_was_opened_again(self):
         self.save()
         tree, _ = self.tree()

@@ -2,6 +2,8 @@
 import os
 import threading
 
+import bpy
+
 from . import cache, compile, core, mesh_export, runtime, signature, tree as trees
 
 AUTO, RESTART = "AUTO", "RESTART"
@@ -59,7 +61,8 @@ class BakeJob:
             cache.write_note(folder, content, compiled.description)
         except OSError as error:
             raise core.Refused(f"{error.filename or folder}: {error.strerror}") from error
-        self.folder, self._graph, self._error_type = folder, graph, sunder.Error
+        self.folder, self._home = folder, cache.home()
+        self._graph, self._error_type = graph, sunder.Error
         self.frames = compiled.description["frame_range"]
 
     def _told(self, error, tree=None):
@@ -116,6 +119,8 @@ class BakeJob:
         self.wait()
         if runtime.jobs.get(self.cache_id) is self:
             del runtime.jobs[self.cache_id]
+        if tree is not None and self._home.startswith(bpy.app.tempdir):
+            cache.move_home(self._home)  # the file may have been saved meanwhile
         if tree is not None and self.error:
             self._blame(tree, self.node, self.error)
 

@@ -11,12 +11,12 @@ import shutil
 
 import bpy
 
-from . import tree as trees
+from . import runtime, tree as trees
 
 FOLDER = "sunder_cache"
 _NOTE = "blender.json"
 _GRAPH = "graph.json"
-_manifests = {}  # folder: (stamp of the file, Manifest)
+_read_before = {}  # file: (stamp, content)
 
 
 class Manifest:
@@ -46,6 +46,9 @@ def home(library=None):
 
 def folder(tree):
     """The bake folder of a tree; it need not be there."""
+    job = runtime.jobs.get(tree.cache_id)
+    if job is not None:  # also while the file is saved somewhere else
+        return job.folder
     own = os.path.join(home(tree.library), trees.identity(tree))
     if bpy.data.filepath and tree.former_home and not os.path.isdir(own):
         former = os.path.join(tree.former_home, tree.cache_id)
@@ -54,30 +57,28 @@ def folder(tree):
     return own
 
 
-def manifest(path):
-    """What a bake folder holds now; None if there is no bake (or, for a moment, none that can be read)."""
-    name = os.path.join(path, "manifest.json")
+def _read(name, parse):
+    """What a JSON file holds, read again when it was replaced; None if it is not there or not whole."""
     try:
         status = os.stat(name)
         stamp = (status.st_mtime_ns, status.st_size, status.st_ino)
-        known = _manifests.get(path)
-        if known is None or known[0] != stamp:
+        if name not in _read_before or _read_before[name][0] != stamp:
             with open(name, encoding="utf-8") as file:
-                known = (stamp, Manifest(json.load(file)))
-            _manifests[path] = known
-        return known[1]
+                _read_before[name] = (stamp, parse(json.load(file)))
+        return _read_before[name][1]
     except (OSError, ValueError, KeyError, TypeError):
-        _manifests.pop(path, None)
+        _read_before.pop(name, None)
         return None
+
+
+def manifest(path):
+    """What a bake folder holds now; None if there is no bake."""
+    return _read(os.path.join(path, "manifest.json"), Manifest)
 
 
 def note(path):
     """What the add-on wrote beside a bake; {} if nothing."""
-    try:
-        with open(os.path.join(path, _NOTE), encoding="utf-8") as file:
-            return json.load(file)
-    except (OSError, ValueError):
-        return {}
+    return _read(os.path.join(path, _NOTE), dict) or {}
 
 
 def write_note(path, content, description):
@@ -136,7 +137,6 @@ def free(tree):
         except FileNotFoundError:
             pass
     _remove_empty(path)
-    _manifests.pop(path, None)
     return removed
 
 
@@ -157,10 +157,12 @@ def _remove_empty(path):
 
 
 def move_home(old):
-    """Brings bakes that were made before the file was saved beside it."""
+    """Brings bakes that were made before the file was saved beside it; those at work come when they have ended."""
     if not os.path.isdir(old) or os.path.normpath(old) == home():
         return
     for tree in trees.trees():
+        if tree.cache_id in runtime.jobs:
+            continue
         source, target = os.path.join(old, trees.identity(tree)), folder(tree)
         if os.path.isdir(source) and not os.path.exists(target):
             os.makedirs(os.path.dirname(target), exist_ok=True)
