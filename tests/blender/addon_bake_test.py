@@ -104,6 +104,7 @@ class Bake(AddonCase):
             "mute": lambda v: setattr(nodes["collider"], "mute", bool(v)),
             "start": lambda v: setattr(self.scene, "frame_start", 1 + int(v)),
             "rate": lambda v: setattr(self.scene.render, "fps", 24 + int(v)),
+            "motion": lambda v: setattr(nodes["body"], "use_motion", bool(v)),
             "modifiers": lambda v: thing.modifiers.new("m", "BEVEL") if v else thing.modifiers.clear(),
         }
         for name, change in changes.items():
@@ -281,6 +282,29 @@ class Shown(AddonCase):
         self.assertEqual(nodes["deformer"].note, "baked 1 to 3; frame 5 shows 3")
         self.scene.frame_set(-4)
         self.assertEqual(nodes["deformer"].note, "baked 1 to 3; frame -4 shows 1")
+
+    def test_a_result_that_is_edited_or_sculpted_is_left_alone(self):
+        tree, nodes = self.tree()
+        result, = self.results(tree)
+        self.bake(tree)
+        bpy.context.view_layer.objects.active = result
+        for mode in ("EDIT", "SCULPT", "WEIGHT_PAINT"):
+            bpy.ops.object.mode_set(mode=mode)
+            self.scene.frame_set(5)
+            self.assertRegex(nodes["deformer"].note, f"frame 5 cannot be shown: .* is in {mode.lower().replace('_', ' ')} mode")
+            bpy.ops.object.mode_set(mode="OBJECT")
+            self.scene.frame_set(4)
+            self.assertEqual(nodes["deformer"].note, "baked 1 to 6")
+
+    def test_a_scene_does_not_move_what_another_shows(self):
+        tree, _ = self.tree()
+        result, = self.results(tree)
+        self.bake(tree)
+        self.scene.frame_set(2)
+        there = positions(result)
+        other = bpy.data.scenes.new("Other")
+        other.frame_set(6)
+        np.testing.assert_array_equal(positions(result), there)
 
     def test_sub_frames_show_the_nearest_frame(self):
         tree, nodes = self.tree()

@@ -265,6 +265,44 @@ class Pins(ObjectCase):
         self.assertEqual(sorted(held), sorted(np.flatnonzero(mesh.positions[:, 2] > 0)))
 
 
+class Motion(ObjectCase):
+    def swinging(self, name):
+        """Turns 9 degrees a frame about z and moves 0.1 m a frame along x until frame 1; its solid lies beside its origin."""
+        thing = self.cube(size=0.4, location=(0, 0, 1), name=name)
+        thing.data.transform(Matrix.Translation((1, 0, 0)))
+        for frame in (-9, 1):
+            thing.location.x, thing.rotation_euler.z = 0.1 * frame, math.radians(9 * frame)
+            thing.keyframe_insert("location", frame=frame), thing.keyframe_insert("rotation_euler", frame=frame)
+        for curve in thing.animation_data.action.fcurves:
+            for key in curve.keyframe_points:
+                key.interpolation = "LINEAR"
+        return thing
+
+    # The centre of the solid is 1 m from the pivot, at 0 degrees in frame 0 and 9 degrees in frame 1.
+    VELOCITY = 24 * np.array([0.1 + math.cos(math.radians(9)) - 1, math.sin(math.radians(9)), 0])
+
+    def test_a_body_goes_on_as_its_object_moved(self):
+        tree, nodes = self.tree(self.swinging("Bat"))
+        nodes["body"].set_parameters(velocity=(5, 5, 5))
+        nodes["body"].use_motion = True
+        state = self.graph(tree).evaluate("solver.state", 1)
+        momentum = (state.mass[:, None] * state.velocity).sum(0) / state.mass.sum()
+        np.testing.assert_allclose(momentum, self.VELOCITY, atol=1e-3)
+        np.testing.assert_allclose(state.angular_velocity, np.tile([0, 0, math.radians(9) * 24], (len(state.mass), 1)), atol=1e-3)
+        self.assertEqual(self.scene.frame_current, 1)
+        nodes["body"].source = "VALUES"
+        self.assertEqual(self.graph(tree)["body"]["velocity"], [5, 5, 5])
+
+    def test_a_rigid_body_goes_on_as_its_object_moved(self):
+        tree, nodes = self.tree()
+        ball = self.node(tree, "rigid_body")
+        ball.object, ball.use_motion = self.swinging("Ball"), True
+        self.connect(ball, "rigid_body", nodes["solver"], "rigid_bodies")
+        node = self.graph(tree)["rigid_body"]
+        np.testing.assert_allclose(node["velocity"], self.VELOCITY, atol=1e-4)
+        np.testing.assert_allclose(node["angular_velocity"], [0, 0, 216], atol=1e-3)
+
+
 class Animation(ObjectCase):
     def test_keys_of_a_node_arrive_frame_by_frame(self):
         tree, nodes = self.tree()

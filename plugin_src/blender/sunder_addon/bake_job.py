@@ -16,7 +16,7 @@ class BakeJob:
     """
 
     def __init__(self, tree, scene, start=AUTO):
-        self.cache_id = trees.identity(tree)
+        self.tree_name, self.cache_id = tree.name_full, trees.identity(tree)
         self.fraction, self.text = 0.0, "preparing"
         self.report, self.error, self.node, self.is_cancelled = None, "", "", False
         self._cancel = threading.Event()

@@ -50,10 +50,10 @@ def folder(tree):
     if job is not None:  # also while the file is saved somewhere else
         return job.folder
     own = os.path.join(home(tree.library), trees.identity(tree))
-    if bpy.data.filepath and tree.former_home and not os.path.isdir(own):
-        former = os.path.join(tree.former_home, tree.cache_id)
-        if os.path.isdir(former):  # the file was saved to another folder, the bake was not
-            return former
+    if bpy.data.filepath and not os.path.isdir(own):  # the file was saved to another folder, the bake was not
+        for former in (tree.former_home, runtime.former_homes.get(tree.cache_id)):
+            if former and os.path.isdir(os.path.join(former, tree.cache_id)):
+                return os.path.join(former, tree.cache_id)
     return own
 
 
@@ -110,9 +110,7 @@ def is_elsewhere(tree):
 
 def make_own(tree):
     """Gives the tree a folder that nobody else plays; what it played stays for the others."""
-    if is_elsewhere(tree):
-        tree.former_home = ""
-    if is_shared(tree):
+    if is_elsewhere(tree) or is_shared(tree):
         trees.renew_identity(tree)
 
 

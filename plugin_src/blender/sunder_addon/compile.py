@@ -3,6 +3,7 @@
 Everything is copied here, in the main thread; the bake that follows knows nothing of Blender.
 """
 import bpy
+from mathutils import Vector
 
 from . import animation, core, descriptions, mesh_export, parameters, pickers, runtime, scene_input, wiring
 
@@ -58,6 +59,8 @@ class _Compiler:
         self.nodes = {}  # graph name: what the graph file holds of it
         self.names = {}  # graph name of a Blender node: [its names in the graph]
         self.channels = []
+        self.geometries = {}  # graph name of a mesh node: its mesh
+        self.before = {}  # name of an object: where it was in the frame before the first
         self.is_moving = False
         self.animated = animation.animated_attributes(tree)
 
@@ -68,11 +71,12 @@ class _Compiler:
         shown, sub_frame = scene.frame_current, scene.frame_subframe
         runtime.is_sampling = True
         try:
-            scene.frame_set(first)
-            depsgraph = bpy.context.evaluated_depsgraph_get()
             order = wiring.needed(self.tree)
             if not order:
                 raise core.Refused("the tree has no deformer and no bake node: there is nothing to bake")
+            self._look_back(order, first)
+            scene.frame_set(first)
+            depsgraph = bpy.context.evaluated_depsgraph_get()
             for node in order:
                 self._add(node, depsgraph)
             for node in order:
@@ -94,6 +98,23 @@ class _Compiler:
             "sunder": 1, "frame_rate": scene_input.decimal(rate), "frame_range": [first, last], "nodes": self.nodes,
         }
         return self.result
+
+    def _look_back(self, order, first):
+        """Where objects whose motion is taken over were in the frame before the first."""
+        movers = []
+        for node in order:
+            if pickers.uses_motion(node):
+                is_body = node.sunder_type == "body"
+                movers += [scene_input.placed_by(node)] if is_body else scene_input.objects_of(node)
+        if movers:
+            self.scene.frame_set(first - 1)
+            self.before = {thing.name: thing.matrix_world.copy() for thing in movers if thing is not None}
+
+    def _motion(self, node, thing, center):
+        if not pickers.uses_motion(node):
+            return {}
+        rate = self.scene.render.fps / self.scene.render.fps_base
+        return scene_input.motion(self.before[thing.name], thing.matrix_world, center, rate)
 
     def _channel(self, name, parameter, read, is_moving):
         self.channels.append(_Channel(self.nodes[name], parameter, read))
@@ -124,6 +145,7 @@ class _Compiler:
                 fields["path"] = bpy.path.abspath(fields["path"])
             return
         geometry = scene_input.mesh(node, depsgraph)
+        self.geometries[node.graph_name] = geometry
         data = mesh_export.ply_bytes(geometry)
         fields["path"] = mesh_export.path_of(node.graph_name, data)
         self.result.files[fields["path"]] = data
@@ -132,13 +154,18 @@ class _Compiler:
             fields["groups"] = groups
 
     def _add_body(self, node, _depsgraph):
-        if node.source == pickers.OBJECT:
-            self.nodes[node.graph_name].update(scene_input.body_placement(node))
+        thing = scene_input.placed_by(node)
+        if node.source == pickers.OBJECT and thing is not None:
+            fields = self.nodes[node.graph_name]
+            fields.update(scene_input.body_placement(node))
+            if pickers.uses_motion(node):
+                geometry = self.geometries[wiring.upstream(node, "mesh_file").graph_name]
+                fields.update(self._motion(node, thing, Vector(mesh_export.centroid(geometry))))
 
     def _add_rigid_body(self, node, depsgraph):
         for name, thing, center in self._shapes(node, depsgraph):
             position, rotation = scene_input.pose(thing.matrix_world, center)
-            self.nodes[name].update(position=position, rotation=rotation)
+            self.nodes[name].update(position=position, rotation=rotation, **self._motion(node, thing, center))
             self.result.rest_matrices[name] = [list(row) for row in thing.matrix_world]
 
     def _add_collider(self, node, depsgraph):

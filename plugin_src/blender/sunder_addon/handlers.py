@@ -74,7 +74,8 @@ def on_save_pre(*_):
     _before_save["home"] = cache.home()
     if bpy.data.filepath:
         for tree in trees.trees():
-            tree.former_home = os.path.dirname(cache.folder(tree))
+            former = os.path.dirname(cache.folder(tree))
+            tree.former_home = runtime.former_homes[tree.cache_id] = former
 
 
 @persistent
@@ -83,6 +84,7 @@ def on_save_post(*_):
     home = _before_save.pop("home", "")
     if home.startswith(bpy.app.tempdir):
         cache.move_home(home)
+    player.show_all(bpy.context.scene)
 
 
 def _look():

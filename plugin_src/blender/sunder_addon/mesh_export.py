@@ -142,6 +142,15 @@ def write(folder, files):
         os.replace(path + ".part", path)
 
 
+def centroid(g):
+    """Centre of the solid that the surface bounds; of its corners if it bounds none."""
+    a, b, c = (g.positions[g.corners[:, k]] for k in range(3))
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c))  # six times the signed volume towards the origin
+    if not abs(volume.sum()) > 0:
+        return g.positions.mean(0)
+    return ((a + b + c) * volume[:, None]).sum(0) / (4 * volume.sum())
+
+
 def check(g, what):
     """Refuses what the library would refuse with a less telling place."""
     if len(g.corners) == 0:

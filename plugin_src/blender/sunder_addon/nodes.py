@@ -104,6 +104,8 @@ class SunderNode:
             layout.prop(self, "collection")
         if self.sunder_type == "mesh_file" and self.source != pickers.VALUES:
             layout.prop(self, "use_modifiers")
+        if hasattr(self, "use_motion") and self.source != pickers.VALUES:
+            layout.prop(self, "use_motion")
         if self.sunder_type == "pin":
             layout.prop(self, "motion_object")
 

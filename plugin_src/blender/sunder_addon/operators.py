@@ -65,10 +65,11 @@ class SUNDER_OT_bake(_OnTree, bpy.types.Operator):
         return job
 
     def _end(self, context, job):
-        tree = next((t for t in trees.trees() if t.cache_id == job.cache_id), None)
+        # Undo may have made the tree anew, and a copy of it may play the same bake.
+        known = [t for t in trees.trees() if t.cache_id == job.cache_id]
+        tree = next((t for t in known if t.name_full == job.tree_name), known[0] if known else None)
         job.finish(tree)
-        if tree is not None:
-            player.show_all(context.scene, tree)
+        player.show_all(context.scene)
         handlers.redraw()
         if job.error:
             self.report({"ERROR"}, f"{job.node}: {job.error}" if job.node else job.error)

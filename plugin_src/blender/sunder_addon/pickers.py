@@ -41,14 +41,21 @@ def properties(node_type, changed):
                 update=changed,
             ),
         }
+    motion = BoolProperty(
+        name="Start with Its Motion", options=set(), update=changed,
+        description="Begin with the velocity that the object had in the frame before the first",
+    )
     if node_type == "body":
         return {
+            "use_motion": motion,
             "source": _source("Stands as", ("Values", "Stands as position and rotation tell"), OBJECT, False, changed),
         }
     if node_type in ("rigid_body", "collider"):
+        moving = {"use_motion": motion} if node_type == "rigid_body" else {}
         default = OBJECT if node_type == "rigid_body" else VALUES
         moves = "Place at the first frame" if node_type == "rigid_body" else "Place, with its animation,"
         return {
+            **moving,
             "source": _source("Place and size of", ("Values", "Place and size as numbers"), default, changed=changed),
             "object": thing("Object", f"{moves} and bounding box of this object, scale included"),
             "collection": things("One for each of its mesh objects"),
@@ -89,7 +96,14 @@ HIDDEN = {
 }
 
 
+def uses_motion(node):
+    """Whether a body or rigid body begins with the motion of its object."""
+    return getattr(node, "use_motion", False) and node.source != VALUES
+
+
 def is_hidden(node, parameter):
+    if uses_motion(node) and parameter in ("velocity", "angular_velocity"):
+        return True
     if node.sunder_type == "pin" and node.motion_object and parameter in ("pivot", "position", "rotation"):
         return True
     return any(

@@ -48,8 +48,8 @@ def show(thing, frame):
         runtime.node_notes[key] = "nothing baked yet"
         return
     try:
-        if thing.mode == "EDIT":
-            raise bake_reader.BakeError(f"object '{thing.name}' is in edit mode")
+        if thing.mode != "OBJECT":
+            raise bake_reader.BakeError(f"object '{thing.name}' is in {thing.mode.lower().replace('_', ' ')} mode")
         if name in manifest.graph["nodes"] and manifest.graph["nodes"][name]["type"] == "rigid_body":
             _show_rigid_body(thing, folder, manifest, shown)
         else:
@@ -148,10 +148,12 @@ def nearest_frame(scene):
 
 
 def show_all(scene, tree=None):
-    """All result objects at the scene's frame; meshes that two objects share are written once."""
+    """All result objects at the scene's frame but those of other scenes; meshes that two share are written once."""
     frame = nearest_frame(scene)
     for thing in result_objects(tree):
-        show(thing, frame)
+        scenes = thing.users_scene  # none: it is there as part of an instanced collection
+        if not scenes or scene in scenes:
+            show(thing, frame)
 
 
 classes = [SunderObject, SunderTreeUse]

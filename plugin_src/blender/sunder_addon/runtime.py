@@ -10,6 +10,7 @@ node_errors = {}  # (name of the tree, graph name of the node): sentence
 node_notes = {}  # the same, of what is no error
 signatures = {}  # name of the tree: (settings, signature), as in signature.py; gone when something may have changed
 mesh_hashes = {}  # (name of an object, with modifiers): hash of its mesh, as long as nothing changed it
+former_homes = {}  # cache id of a tree: where its bake lay when the file was saved last; the tree's own memory is undone
 wires = {}  # name of the tree: {(node, input): (node, output)} as last seen, to put back what a wrong wire pushed out
 jobs = {}  # cache id of the tree: BakeJob at work
 is_sampling = False  # frames are stepped through for a bake: nothing is to be shown meanwhile
@@ -37,5 +38,5 @@ def forget_errors(tree_name):
 
 def forget():
     """Everything about a file that is not open any more."""
-    for memory in (node_errors, node_notes, signatures, mesh_hashes, wires):
+    for memory in (node_errors, node_notes, signatures, mesh_hashes, wires, former_homes):
         memory.clear()

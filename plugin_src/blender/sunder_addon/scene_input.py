@@ -121,6 +121,18 @@ def pose(matrix, center, before=None):
     return vector(location + rotation @ center), degrees(rotation, before)
 
 
+def motion(before, now, center, rate):
+    """Velocity (m/s) of a point of the object's axes (scale in) and angular velocity (degrees/s) from one frame to the
+    next."""
+    was, was_turned, _ = placement(before)
+    at, turned, _ = placement(now)
+    velocity = (at + turned @ center - was - was_turned @ center) * rate
+    axis, angle = (turned @ was_turned.inverted()).to_axis_angle()
+    if angle > math.pi:  # the shorter way round
+        angle -= 2 * math.pi
+    return {"velocity": vector(velocity), "angular_velocity": vector(axis * math.degrees(angle) * rate)}
+
+
 def pinned_groups(tree, node):
     """Names of vertex groups that pins ask of the mesh that `node` gives."""
     return sorted({
@@ -158,10 +170,16 @@ def slot_offsets(found):
     return offsets
 
 
+def placed_by(node):
+    """The object that a body was cut from; None if that is a collection, a file or a lattice."""
+    source = wiring.upstream(node, "mesh_file")
+    return source.object if source is not None and source.source == pickers.OBJECT else None
+
+
 def body_placement(node):
     """Position and rotation of a body that stands as the object it was cut from."""
-    source = wiring.upstream(node, "mesh_file")
-    if source is None or source.source != pickers.OBJECT or source.object is None:
+    source = placed_by(node)
+    if source is None:
         return {}
-    location, rotation, _ = placement(source.object.matrix_world)
+    location, rotation, _ = placement(source.matrix_world)
     return {"position": vector(location), "rotation": degrees(rotation)}

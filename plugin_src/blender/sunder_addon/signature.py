@@ -94,7 +94,7 @@ def _compute(tree, scene):
             if p["type"] != "vertex_groups" and not pickers.is_hidden(node, p["name"])
         ]
         wires = [[name, [(n.graph_name, output) for n, output in found]] for name, found in wiring.inputs(node)]
-        own = [getattr(node, "source", ""), getattr(node, "use_modifiers", "")]
+        own = [getattr(node, "source", ""), getattr(node, "use_modifiers", ""), pickers.uses_motion(node)]
         nodes.append([node.graph_name, node.sunder_type, values, wires, own, _objects(node)])
     # Paths of curves hold node names, which may change without changing anything.
     curves = [[c[1:] for c in group] if group and isinstance(group[0], list) else group
