@@ -16,7 +16,7 @@ def volume(corners):
 
 class ObjectCase(AddonCase):
     def compiled(self, tree):
-        return addon("compile").compile_tree(tree, self.scene)
+        return addon("compiler").compile_tree(tree, self.scene)
 
     def graph(self, tree):
         """The tree as the library has it, meshes written where it looks for them."""

@@ -57,7 +57,7 @@ class Nodes(AddonCase):
     def test_a_tree_compiles_to_the_graph_that_was_meant(self):
         thing = self.cube(location=(1, 2, 3))
         tree, nodes = self.tree(thing, pieces=5)
-        compiled = addon("compile").compile_tree(tree, self.scene)
+        compiled = addon("compiler").compile_tree(tree, self.scene)
         graph = addon("core").sunder().Graph.from_dict(compiled.description)
         self.assertEqual([graph["body"]["position"], graph["body"]["toughness"]], [[1, 2, 3], 0.03])
         self.assertEqual([graph["solver"]["bodies"], graph["solver"]["colliders"]], [["@body.body"], ["@collider.collider"]])
@@ -91,13 +91,13 @@ class Wires(AddonCase):
         tree.links.remove(nodes["deformer"].inputs["Body"].links[0])
         tree.links.new(nodes["body"].outputs[0], bend.inputs[0])
         tree.links.new(bend.outputs[0], nodes["deformer"].inputs["Body"])
-        description = addon("compile").compile_tree(tree, self.scene).description
+        description = addon("compiler").compile_tree(tree, self.scene).description
         self.assertEqual(description["nodes"]["deformer"]["body"], "@body.body")
 
     def test_a_muted_node_is_not_there(self):
         tree, nodes = self.tree()
         nodes["collider"].mute = True
-        description = addon("compile").compile_tree(tree, self.scene).description
+        description = addon("compiler").compile_tree(tree, self.scene).description
         self.assertNotIn("collider", description["nodes"])
         self.assertNotIn("colliders", description["nodes"]["solver"])
 

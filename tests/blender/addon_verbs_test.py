@@ -141,7 +141,7 @@ class Verbs(AddonCase):
         np.testing.assert_array_equal(positions(thing), file.positions)
         self.assertEqual(len(thing.data.polygons), len(file.triangles))
         # The quick signature against the whole graph, mesh by mesh and frame by frame.
-        graph = sunder.Graph.from_dict(addon("compile").compile_tree(self.shot, self.scene).description)
+        graph = sunder.Graph.from_dict(addon("compiler").compile_tree(self.shot, self.scene).description)
         is_same = addon("bake_job")._is_same(manifest, graph, sunder.version())
         if is_same and self.is_keyed:
             return  # keys that change no value may mark a bake as out of date; the reverse may never be

@@ -4,7 +4,7 @@ import threading
 
 import bpy
 
-from . import cache, compile, core, mesh_export, runtime, signature, tree as trees
+from . import cache, compiler, core, mesh_export, runtime, signature, tree as trees
 
 AUTO, RESTART = "AUTO", "RESTART"
 
@@ -34,7 +34,7 @@ class BakeJob:
             raise core.Refused("this tree is linked from another file: bake it there")
         if self.cache_id in runtime.jobs:
             raise core.Refused("this tree is being baked already")
-        compiled = compile.compile_tree(tree, scene)
+        compiled = compiler.compile_tree(tree, scene)
         folder = cache.folder(tree)
         try:
             graph = sunder.Graph.from_dict(compiled.description, base_folder=folder, name=tree.name)

@@ -1,9 +1,5 @@
 """What a tree's bake is like, in a word and a sentence, and how nodes and panels show it."""
-import textwrap
-
-from . import cache, runtime, signature, tree as trees
-
-_LINE = 38
+from . import cache, drawing, player, runtime, signature
 
 
 class Status:
@@ -35,20 +31,14 @@ def status(tree, scene, compute=True):
     return Status("partial" if last < wanted else "complete", text, is_stale)
 
 
-def _sentence(layout, text, icon):
-    column = layout.column(align=True)
-    for i, line in enumerate(textwrap.wrap(text, _LINE)):
-        column.label(text=line, icon=icon if i == 0 else "BLANK1")
-
-
 def draw_bake(layout, tree, scene):
     """Progress, or what is baked and what can be done about it."""
     now = status(tree, scene, compute=False)
     if now.state == "baking":
-        _sentence(layout, now.text, "RENDER_ANIMATION")
+        drawing.sentence(layout, now.text, "RENDER_ANIMATION")
         layout.operator("sunder.cancel_bake", icon="CANCEL").tree = tree.name
         return
-    _sentence(layout, now.text, "ERROR" if now.is_stale else "CHECKMARK" if now.state == "complete" else "INFO")
+    drawing.sentence(layout, now.text, "ERROR" if now.is_stale else "CHECKMARK" if now.state == "complete" else "INFO")
     row = layout.row(align=True)
     resumes = now.state == "partial" and not now.is_stale
     row.operator("sunder.bake", text="Resume" if resumes else "Bake", icon="PHYSICS").tree = tree.name
@@ -62,18 +52,12 @@ def draw_node(context, layout, node):
         draw_bake(layout, tree, context.scene)
         return
     if node.note:
-        _sentence(layout, node.note, "INFO")
-    shows = [o.name for o in _results(tree, node)]
+        drawing.sentence(layout, node.note, "INFO")
+    shows = [o.name for o in player.result_objects(tree) if o.sunder.node == node.graph_name]
     for name in shows:
         layout.label(text=name, icon="MESH_DATA")
     add = layout.operator("sunder.add_results", text="Add Result Object" if not shows else "Add Another", icon="ADD")
     add.tree, add.node = tree.name, node.name
-
-
-def _results(tree, node):
-    from . import player
-
-    return [o for o in player.result_objects(tree) if o.sunder.node == node.graph_name]
 
 
 def draw_tree(layout, tree, scene):
@@ -87,6 +71,6 @@ def draw_tree(layout, tree, scene):
     layout.prop(tree, "threads")
     layout.operator("sunder.add_results", text="Add Result Objects", icon="ADD").tree = tree.name
     if not scene.render.use_lock_interface:
-        _sentence(layout, "Lock Interface is off: rendering may crash while results change", "ERROR")
+        drawing.sentence(layout, "Lock Interface is off: rendering may crash while results change", "ERROR")
         layout.prop(scene.render, "use_lock_interface")
-    layout.label(text=trees.identity(tree) if tree.cache_id else "", icon="FILE_FOLDER")
+    layout.label(text=tree.cache_id, icon="FILE_FOLDER")

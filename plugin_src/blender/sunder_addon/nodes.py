@@ -1,12 +1,8 @@
 """One Blender node class for each node type of the library, made from its description."""
-import textwrap
-
 import bpy
 from bpy.props import StringProperty
 
-from . import bake_status, descriptions, parameters, pickers, runtime, sockets, tree as trees
-
-_LINE = 38  # characters of a sentence that fit into a node
+from . import bake_status, descriptions, drawing, parameters, pickers, runtime, sockets, tree as trees, wiring
 
 
 def class_name(node_type):
@@ -26,13 +22,6 @@ def _fresh_name(node):
         number += 1
         name = f"{node.sunder_type}_{number}"
     return name
-
-
-def draw_sentence(layout, text, icon, alert=False):
-    column = layout.column(align=True)
-    column.alert = alert
-    for i, line in enumerate(textwrap.wrap(text, _LINE)):
-        column.label(text=line, icon=icon if i == 0 else "BLANK1")
 
 
 class SunderNode:
@@ -84,7 +73,7 @@ class SunderNode:
 
     def draw_buttons(self, context, layout):
         if self.error:
-            draw_sentence(layout, self.error, "ERROR", alert=True)
+            drawing.sentence(layout, self.error, "ERROR", alert=True)
         self._draw_pickers(layout)
         column = layout.column()
         for p in descriptions.parameters(self.sunder_type):
@@ -124,9 +113,7 @@ class SunderNode:
 
     def _mesh_object(self):
         """The object that the pin's body was cut from, for picking a vertex group."""
-        from .wiring import upstream
-
-        node = upstream(self, "mesh_file")
+        node = wiring.upstream(self, "mesh_file")
         return node.object if node and node.source == pickers.OBJECT else None
 
 

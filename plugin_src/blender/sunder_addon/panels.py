@@ -1,7 +1,7 @@
 """Where the add-on shows itself: sidebars, menus, the panel of a result object, preferences."""
 import bpy
 
-from . import bake_status, core, nodes, operators, tree as trees
+from . import bake_status, core, drawing, nodes, operators, tree as trees
 
 
 class SUNDER_PT_tree(bpy.types.Panel):
@@ -30,7 +30,7 @@ class SUNDER_PT_object(bpy.types.Panel):
         layout, thing = self.layout, context.object
         problem = core.problem()
         if problem:
-            nodes.draw_sentence(layout, problem, "ERROR", alert=True)
+            drawing.sentence(layout, problem, "ERROR", alert=True)
         layout.operator("sunder.quick_fracture", icon="MOD_EXPLODE")
         tree = operators.tree_of(context, "")
         if tree is not None:
@@ -45,7 +45,7 @@ class SUNDER_PT_object(bpy.types.Panel):
         node = trees.find_node(thing.sunder.tree, thing.sunder.node)
         box.label(text=f"Plays: {node.label or node.name if node else 'a node that is gone'}")
         if node is not None and node.note:
-            nodes.draw_sentence(box, node.note, "INFO")
+            drawing.sentence(box, node.note, "INFO")
         if thing.type == "MESH" and node is not None and node.sunder_type == "deformer":
             box.prop(thing.sunder, "interior_slot")
             box.prop(thing.sunder, "use_exact_normals")
@@ -57,7 +57,7 @@ class SunderPreferences(bpy.types.AddonPreferences):
     def draw(self, _context):
         problem = core.problem()
         if problem:
-            nodes.draw_sentence(self.layout, problem, "ERROR", alert=True)
+            drawing.sentence(self.layout, problem, "ERROR", alert=True)
         else:
             self.layout.label(text=f"Sunder's library, version {core.sunder().version()}", icon="CHECKMARK")
 

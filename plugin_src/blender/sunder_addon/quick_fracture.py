@@ -2,7 +2,7 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
-from . import nodes, pickers, presets, results, scene_input, tree as trees
+from . import drawing, nodes, pickers, presets, results, scene_input, tree as trees
 
 
 def add_node(tree, node_type, location):
@@ -81,7 +81,7 @@ class SUNDER_OT_quick_fracture(bpy.types.Operator):
         column = self.layout.column()
         column.use_property_split = True
         column.prop(self, "preset")
-        nodes.draw_sentence(self.layout, presets.PRESETS[self.preset][1], "INFO")
+        drawing.sentence(self.layout, presets.PRESETS[self.preset][1], "INFO")
         column = self.layout.column()
         column.use_property_split = True
         for name in ("pieces", "seed", "fall_speed", "has_floor", "bake"):

@@ -75,27 +75,24 @@ def placement(matrix):
     return location, rotation, rigid.inverted() @ matrix
 
 
-def bounds(thing, depsgraph):
-    """Lowest and highest corner of an object's bounding box in its own axes, scale in; empties are their size."""
-    _, _, scale = placement(thing.matrix_world)
+def _extremes(thing, depsgraph, matrix):
     if thing.type == "EMPTY":
         size = thing.empty_display_size
         corners = [Vector((x, y, z)) * size for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
     else:
         corners = [Vector(c) for c in thing.evaluated_get(depsgraph).bound_box]
-    scaled = np.array([scale @ c for c in corners])
-    return Vector(scaled.min(0)), Vector(scaled.max(0))
+    taken = np.array([matrix @ c for c in corners])
+    return Vector(taken.min(0)), Vector(taken.max(0))
+
+
+def bounds(thing, depsgraph):
+    """Lowest and highest corner of an object's bounding box in its own axes, scale in; empties are their size."""
+    return _extremes(thing, depsgraph, placement(thing.matrix_world)[2])
 
 
 def world_bounds(thing, depsgraph):
     """The same along the world's axes."""
-    if thing.type == "EMPTY":
-        size = thing.empty_display_size
-        corners = [Vector((x, y, z)) * size for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
-    else:
-        corners = [Vector(c) for c in thing.evaluated_get(depsgraph).bound_box]
-    scaled = np.array([thing.matrix_world @ c for c in corners])
-    return Vector(scaled.min(0)), Vector(scaled.max(0))
+    return _extremes(thing, depsgraph, thing.matrix_world)
 
 
 def shape(kind, thing, depsgraph, node):
