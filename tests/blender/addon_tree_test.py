@@ -1,7 +1,6 @@
 """The node tree is the library's: every node, socket, parameter and range; wires that do not fit are refused."""
 import json
 import math
-import os
 
 import bpy
 
