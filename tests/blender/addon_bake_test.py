@@ -151,6 +151,51 @@ class Bake(AddonCase):
         bpy.ops.sunder.free_bake(tree=tree.name)
         self.assertFalse(self.cached(tree).exists())
 
+    def test_bake_nodes_of_the_artist_write_too_and_are_freed_too(self):
+        tree, nodes = self.tree()
+        out = self.node(tree, "bake_mesh", path="export/clay.####.obj")
+        self.connect(nodes["deformer"], "mesh", out, "mesh")
+        self.bake(tree)
+        self.assertEqual([p.name for p in sorted((self.cached(tree) / "export").iterdir())],
+                         [f"clay.{n:04d}.obj" for n in range(1, 7)])
+        out.path = "mesh/deformer.####.ply"  # where the result's own frames lie
+        self.assertIn("writes the same file", self.refusal(tree))
+        bpy.ops.sunder.free_bake(tree=tree.name)
+        self.assertFalse(self.cached(tree).exists())
+
+    def test_a_range_of_its_own_that_begins_below_zero(self):
+        tree, nodes = self.tree()
+        tree.use_scene_range, tree.frame_start, tree.frame_end = False, -3, 2
+        result, = self.results(tree)
+        self.bake(tree)
+        self.assertEqual(self.manifest(tree).numbers, [-3, -2, -1, 0, 1, 2])
+        self.scene.frame_set(-3)
+        self.assertEqual([nodes["deformer"].note, self.status(tree).state], ["baked -3 to 2", "complete"])
+        lowest = positions(result)[:, 2].min()
+        self.scene.frame_set(-2)  # it falls 0.25 m a frame from a height of 0.3 m
+        self.assertLess(positions(result)[:, 2].min(), lowest)
+
+    def test_names_in_any_language_and_with_blanks(self):
+        self.folder = self.folder / "Ein Würfel für 山"
+        self.folder.mkdir()
+        self.save("größe 1.blend")
+        thing = self.cube(name="Würfel 'A' \\ \"B\"")
+        thing.vertex_groups.new(name="öben").add([0], 1, "REPLACE")
+        tree, nodes = self.tree(thing)
+        nodes["body"].name = 'Ton "weich" \\ 1'
+        nodes["body"].keyframe_insert("toughness", frame=2)
+        nodes["body"].toughness = 0.2
+        nodes["body"].keyframe_insert("toughness", frame=4)
+        pin = self.node(tree, "pin", region="group", group="öben")
+        self.connect(nodes["body"], "body", pin, "body"), self.connect(pin, "pin", nodes["solver"], "pins")
+        result, = self.results(tree)
+        self.bake(tree)
+        self.save("größe 1.blend")
+        self.reopen("größe 1.blend")
+        tree, = addon("tree").trees()
+        self.assertEqual([self.status(tree).state, self.status(tree).is_stale], ["complete", False])
+        self.assertEqual(len(self.manifest(tree).graph["nodes"]["body"]["toughness"]["keys"]), 3)
+
     def test_two_bakes_of_one_tree_do_not_meet(self):
         tree, _ = self.tree()
         job = addon("bake_job").BakeJob(tree, self.scene)
