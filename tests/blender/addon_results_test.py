@@ -1,0 +1,196 @@
+"""What result objects show is what the library made: geometry, normals, attributes, materials, at every frame."""
+import shutil
+import threading
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+
+from addon_case import AddonCase, addon, attribute, main, positions
+
+
+class Shown(AddonCase):
+    def test_the_result_is_the_librarys_mesh_at_every_frame(self):
+        tree, nodes = self.tree()
+        thing, = self.results(tree)
+        self.bake(tree)
+        sunder = addon("core").sunder()
+        graph = sunder.Graph.load(str(self.cached(tree) / "graph.json"))
+        counts = set()
+        for frame in (1, 4, 6, 2):
+            self.scene.frame_set(frame)
+            mesh, state = graph.evaluate("deformer.mesh", frame), graph.evaluate("solver.state", frame)
+            np.testing.assert_array_equal(positions(thing), mesh.positions)
+            corners = np.empty(len(thing.data.loops), np.int32)
+            thing.data.loops.foreach_get("vertex_index", corners)
+            np.testing.assert_array_equal(corners.reshape(-1, 3), mesh.triangles)
+            np.testing.assert_array_equal(attribute(thing, "fragment"), mesh.face_fragment)
+            np.testing.assert_allclose(attribute(thing, "strain"), state.strain[mesh.vertex_fragment], rtol=1e-6)
+            plain = mesh.positions - state.position[mesh.vertex_fragment]
+            velocity = state.velocity[mesh.vertex_fragment] + np.cross(state.angular_velocity[mesh.vertex_fragment], plain)
+            np.testing.assert_allclose(attribute(thing, "velocity"), velocity, rtol=1e-5, atol=1e-5)
+            thing.data.calc_normals_split()
+            normals = np.empty(3 * len(thing.data.loops), np.float32)
+            thing.data.loops.foreach_get("normal", normals)
+            # Blender keeps custom normals in 16 bits an angle.
+            np.testing.assert_allclose(normals.reshape(-1, 3), mesh.normals, atol=2e-3)
+            self.assertFalse(thing.data.validate())
+            counts.add(len(mesh.triangles))
+        self.assertGreater(len(counts), 1)  # it tore, or this guards nothing
+
+    def test_plastic_strain_is_that_of_a_known_stretch(self):
+        tree, _ = self.tree()
+        thing, = self.results(tree)
+        self.bake(tree)
+        reader, write = addon("bake_reader"), addon("result_mesh")
+        path = str(self.cached(tree) / "state/solver.0001.ply")
+        rows = reader.read_ply(path)["particle"].copy()
+        for i, value in enumerate((2.0, 0.5, 1.0)):  # ln: 0.693, -0.693, 0
+            rows[f"fp{i}{i}"] = value
+        frame = reader.read_mesh_frame(str(self.cached(tree) / "mesh/deformer.0001.ply"))
+        kind, strain = write.state_attributes(rows, 0, frame)["plastic_strain"]
+        np.testing.assert_allclose(strain, np.sqrt(2 / 3) * np.sqrt(2) * np.log(2), rtol=1e-6)
+
+    def test_outer_materials_stay_and_breaks_have_their_own(self):
+        thing = self.cube()
+        for name in ("Paint", "Primer", "Unused"):
+            thing.data.materials.append(bpy.data.materials.new(name))
+        thing.data.polygons[0].material_index = 1
+        tree, _ = self.tree(thing)
+        result, = self.results(tree)
+        self.assertEqual([s.name for s in result.material_slots], ["Paint", "Primer", "Unused", "Sunder Interior"])
+        self.bake(tree)
+        for frame, wanted in ((1, {0, 1}), (6, {0, 1, 3})):
+            self.scene.frame_set(frame)
+            slots = np.array([p.material_index for p in result.data.polygons])
+            self.assertEqual(set(slots), wanted)
+            np.testing.assert_array_equal(attribute(result, "interior"), slots == 3)
+        outer = result.data.uv_layers["UVMap"].data
+        known = {tuple(np.round(l.uv, 4)) for l in thing.data.uv_layers.active.data}
+        found = np.array([outer[i].uv for p in result.data.polygons if p.material_index < 3 for i in p.loop_indices])
+        for uv in known:  # the library takes UVs a little inside a triangle, so that seams do not run across it
+            self.assertLess(np.linalg.norm(found - uv, axis=1).min(), 2e-3, uv)
+        self.assertTrue(0 <= found.min() and found.max() <= 1)
+
+    def test_the_last_baked_frame_is_shown_and_the_node_says_so(self):
+        tree, nodes = self.tree()
+        result, = self.results(tree)
+        self.assertEqual(nodes["deformer"].note, "nothing baked yet")
+        self.assertGreater(len(result.data.vertices), 0)  # the source, for the time being
+        self.scene.frame_end = 3
+        self.bake(tree)
+        self.scene.frame_end = 6
+        self.scene.frame_set(3)
+        there = positions(result)
+        self.scene.frame_set(5)
+        np.testing.assert_array_equal(positions(result), there)
+        self.assertEqual(nodes["deformer"].note, "baked 1 to 3; frame 5 shows 3")
+        self.scene.frame_set(-4)
+        self.assertEqual(nodes["deformer"].note, "baked 1 to 3; frame -4 shows 1")
+
+    def test_a_result_that_is_edited_or_sculpted_is_left_alone(self):
+        tree, nodes = self.tree()
+        result, = self.results(tree)
+        self.bake(tree)
+        bpy.context.view_layer.objects.active = result
+        for mode in ("EDIT", "SCULPT", "WEIGHT_PAINT"):
+            bpy.ops.object.mode_set(mode=mode)
+            self.scene.frame_set(5)
+            self.assertRegex(nodes["deformer"].note, f"frame 5 cannot be shown: .* is in {mode.lower().replace('_', ' ')} mode")
+            bpy.ops.object.mode_set(mode="OBJECT")
+            self.scene.frame_set(4)
+            self.assertEqual(nodes["deformer"].note, "baked 1 to 6")
+
+    def test_a_scene_does_not_move_what_another_shows(self):
+        tree, _ = self.tree()
+        result, = self.results(tree)
+        self.bake(tree)
+        self.scene.frame_set(2)
+        there = positions(result)
+        other = bpy.data.scenes.new("Other")
+        other.frame_set(6)
+        np.testing.assert_array_equal(positions(result), there)
+
+    def test_sub_frames_show_the_nearest_frame(self):
+        tree, nodes = self.tree()
+        self.results(tree)
+        self.bake(tree)
+        for frame, part, shown in ((3, 0.25, 3), (3, 0.75, 4), (4, 0.0, 4)):
+            self.scene.frame_set(frame, subframe=part)
+            self.assertEqual(addon("player").nearest_frame(self.scene), shown)
+
+    def test_a_damaged_frame_is_told_and_the_others_play(self):
+        tree, nodes = self.tree()
+        result, = self.results(tree)
+        self.bake(tree)
+        path = self.cached(tree) / "mesh/deformer.0004.ply"
+        path.write_bytes(path.read_bytes()[:-1])
+        self.scene.frame_set(4)
+        self.assertRegex(nodes["deformer"].note, "frame 4 cannot be shown: .*deformer.0004.ply: ends within")
+        self.scene.frame_set(5)
+        self.assertEqual(nodes["deformer"].note, "baked 1 to 6")
+        shutil.rmtree(self.cached(tree))
+        self.scene.frame_set(6)
+        self.assertEqual(nodes["deformer"].note, "nothing baked yet")
+
+    def test_a_rigid_bodys_twin_moves_and_the_object_stays(self):
+        tree, nodes = self.tree()
+        ball = self.cube(size=0.2, location=(0.1, 0, 2), name="Ball")
+        ball.data.transform(Matrix.Translation((0, 0, 0.1)))
+        ball.scale, ball.rotation_euler = (1, 2, 1), (0.3, 0, 0)
+        bpy.context.view_layer.update()
+        node = self.node(tree, "rigid_body", shape="box", mass=5, velocity=(0, 0, -3))
+        node.object = ball
+        self.connect(node, "rigid_body", nodes["solver"], "rigid_bodies")
+        twin = next(o for o in self.results(tree) if o.sunder.node == "rigid_body")
+        self.bake(tree)
+        state = addon("core").sunder().Graph.load(str(self.cached(tree) / "graph.json")).evaluate("solver.state", 6)
+        self.scene.frame_set(1)
+        self.assertLess((twin.matrix_world.translation - ball.matrix_world.translation).length, 1e-6)
+        self.scene.frame_set(6)
+        center = twin.matrix_world @ Vector((0, 0, 0.1))
+        np.testing.assert_allclose(center, state.rigid_position[0], atol=1e-5)
+        np.testing.assert_allclose(twin.matrix_world.to_scale(), (1, 2, 1), rtol=1e-5)
+        self.assertAlmostEqual(ball.location.z, 2)
+        self.assertTrue(ball.hide_render)
+        self.assertIs(self.status(tree).is_stale, False)
+
+    def test_a_render_in_the_window_waits_until_it_may_write(self):
+        class Busy:
+            """Refuses as Blender does while its main thread draws a panel."""
+
+            left = 3
+
+            def __setitem__(self, name, value):
+                self.left -= 1
+                if self.left >= 0:
+                    raise AttributeError("Writing to ID classes in this context is not allowed")
+                self.value = value
+
+        busy = Busy()
+        thread = threading.Thread(target=addon("result_mesh").set_property, args=(busy, "sunder_shown", "x"))
+        thread.start()
+        thread.join(10)
+        self.assertEqual([busy.left, busy.value], [-1, "x"])
+        with self.assertRaisesRegex(AttributeError, "not allowed"):  # here waiting would not help
+            addon("result_mesh").set_property(Busy(), "sunder_shown", "x")
+
+    def test_a_bodys_own_attributes_are_read_where_there_are_two(self):
+        tree, nodes = self.tree(self.cube(location=(0, 0, 0.3)))
+        other, _ = self.tree(self.cube(location=(2, 0, 3), name="Second"), pieces=5)
+        mesh, cut = self.node(tree, "mesh_file"), self.node(tree, "prefracture", pieces=5)
+        mesh.object = bpy.data.objects["Second"]
+        body, skin = self.node(tree, "body", velocity=(7, 0, 0)), self.node(tree, "deformer")
+        self.connect(mesh, "mesh", cut, "mesh"), self.connect(cut, "fragments", body, "fragments")
+        self.connect(body, "body", nodes["solver"], "bodies"), self.connect(body, "body", skin, "body")
+        self.connect(nodes["solver"], "state", skin, "state")
+        first, second = self.results(tree)
+        self.bake(tree)
+        self.scene.frame_set(1)
+        self.assertAlmostEqual(attribute(second, "velocity")[:, 0].mean(), 7, places=3)
+        self.assertAlmostEqual(attribute(first, "velocity")[:, 0].mean(), 0, places=3)
+        self.assertEqual(second.name, "Second fractured")
+
+
+if __name__ == "__main__":
+    main()
