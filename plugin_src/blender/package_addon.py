@@ -22,12 +22,14 @@ def descriptions(library):
     return json.loads(function())
 
 
-def files(library, package):
+def files(library, package, platform):
     """{path below the add-on: bytes}."""
     content = {}
     for source in sorted((HERE / NAME).glob("*")):
         if source.suffix in (".py", ".toml"):
             content[source.name] = source.read_bytes()
+    manifest = content["blender_manifest.toml"].decode()
+    content["blender_manifest.toml"] = (manifest + f'platforms = ["{platform}"]\n').encode()
     content["bake_reader.py"] = (HERE / "bake_reader.py").read_bytes()
     for source in sorted(package.glob("*.py")):
         content[f"sunder/{source.name}"] = source.read_bytes()
@@ -43,7 +45,7 @@ def main():
     parser.add_argument("--package", type=Path, required=True)
     parser.add_argument("--platform", required=True)
     given = parser.parse_args()
-    content = files(given.library, given.package)
+    content = files(given.library, given.package, given.platform)
     folder = given.out / "addons" / NAME
     shutil.rmtree(folder, ignore_errors=True)
     for name, data in content.items():

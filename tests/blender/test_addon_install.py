@@ -3,7 +3,9 @@ import ast
 import re
 import shutil
 import tempfile
+import tomllib
 import unittest
+import zipfile
 from pathlib import Path
 
 from run_in_blender import ADDON_ROOT, blender
@@ -97,7 +99,13 @@ for _ in range(2):
         info, = (ast.literal_eval(s.value) for s in tree.body if isinstance(s, ast.Assign) and s.targets[0].id == "bl_info")
         version = ".".join(map(str, info["version"]))
         self.assertRegex((SOURCE / "blender_manifest.toml").read_text(), f'(?m)^version = "{re.escape(version)}"$')
-        self.assertTrue((ROOT / f"sunder_addon-{version}-linux-x64.zip").exists())
+        archive, = ROOT.glob("sunder_addon-*.zip")
+        packaged = tomllib.loads((ROOT / "addons/sunder_addon/blender_manifest.toml").read_text())
+        self.assertEqual(archive.name, f"sunder_addon-{packaged['version']}-{packaged['platforms'][0]}.zip")
+        with zipfile.ZipFile(archive) as zipped:
+            self.assertEqual({n: zipped.read(n) for n in zipped.namelist()},
+                             {f"sunder_addon/{p.relative_to(ROOT / 'addons/sunder_addon').as_posix()}": p.read_bytes()
+                              for p in (ROOT / "addons/sunder_addon").rglob("*") if p.is_file() and p.suffix != ".pyc"})
 
 
 if __name__ == "__main__":
