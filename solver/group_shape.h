@@ -28,12 +28,16 @@ struct MemberShape {
 
 /// One group. `A_qq` below weighs the ellipsoid terms by kStretchMomentWeight.
 struct GroupShape {
-    double mass = 0;                      // M, kg
-    double positions_trace = 0;           // tr of the members' part of A_qq, kg m2; 0 for a lone particle
-    StretchBasis stretch;                 // of A_qq
-    Sym3 positions = {};                  // the members' part of A_qq, kg m2
-    Mat3 volume_gradient = Mat3::Zero();  // W ~ A_qq^-1, bounded: tr(R^T A_pq W) - volume_rest measures volume strain
-    double volume_rest = 0;               // tr(A_qq W)
+    double mass = 0;             // M, kg
+    double positions_trace = 0;  // tr of the members' part of A_qq, kg m2; 0 for a lone particle
+    StretchBasis stretch;        // of A_qq
+    // Of the members' part of A_qq, sum a_i e_i e_i^T:
+    Mat3 affine_inverse = Mat3::Zero();    // pseudo-inverse: F = A_pq affine_inverse, 1/(kg m2)
+    Mat3 isotropy = Mat3::Identity();      // Q = sum (s_i / a_i) e_i e_i^T, s_i = tr / 3 bounded in thin directions
+    Mat3 stiffness_moment = Mat3::Zero();  // sum s_i e_i e_i^T, kg m2
+    double most_isotropy = 1;              // largest s_i / a_i, or 1
+    Mat3 volume_gradient = Mat3::Zero();   // W ~ A_qq^-1, bounded: tr(R^T A_pq W) - volume_rest measures volume strain
+    double volume_rest = 0;                // tr(A_qq W)
 };
 
 /// Weight of the ellipsoids in the optimal stretch (Eq. 7). Orientations do not stretch, so at full weight they hide

@@ -30,7 +30,7 @@ void NewtonStep::prepare_groups(const Input& in, size_t begin, size_t end) {
         group.R = in.goals[g].rotation.toRotationMatrix();
         group.inverse_mass = 1 / shape.mass;
         group.pressure = in.stiffness[g].volume_ratio * shape.positions_trace / 3;
-        const Mat3 A = group.R * to_matrix(shape.positions) * group.R.transpose();
+        const Mat3 A = group.R * shape.stiffness_moment * group.R.transpose();
         Mat3 K = A.trace() * Mat3::Identity() - A;
         for (uint32_t s = in.live.begin(g); s < in.live.end(g); ++s)
             K += kOrientationWeight * in.shapes.member[s].weight * in.inertia[in.live.member(s)];
@@ -75,14 +75,14 @@ void NewtonStep::fit_groups(const Input& in, size_t begin, size_t end) {
             A.noalias() += md * m.q.transpose();
             spin += m.weight * in.inertia[j] * direction_[j].turn;
         }
-        const Mat3 B = A * group.R.transpose();  // sum m d (R q)^T
+        const Mat3 A_balanced = A * shape.isotropy, B = A_balanced * group.R.transpose();
         spin = kOrientationWeight * spin + Vec3(B(2, 1) - B(1, 2), B(0, 2) - B(2, 0), B(1, 0) - B(0, 1));
         group.center_shift = group.inverse_mass * shift;
         group.turn = group.K_inverse * spin;
         Mat3 turn;
         turn << 0, -group.turn.z(), group.turn.y(), group.turn.z(), 0, -group.turn.x(), -group.turn.y(), group.turn.x(),
             0;
-        group.pull.noalias() = -turn * group.R;
+        group.pull = -turn * group.R * shape.isotropy - (A - A_balanced) * shape.affine_inverse;
         if (group.pressure > 0) {
             const Mat3 RW = group.R * shape.volume_gradient;
             group.pull += group.pressure * RW.cwiseProduct(A).sum() * RW;

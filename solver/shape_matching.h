@@ -21,7 +21,7 @@ struct MovingParticle {
 /// What a group asks of its members: member j wants to be at center + G q_j, turned by R.
 struct GroupGoal {
     Vec3 center;          // m
-    Mat3 G;               // R (I - volume pressure), -
+    Mat3 G;               // R Q + F (I - Q) - pressure, -
     Quat rotation;        // optimal rotation R; warm start of the next sweep
     double weight;        // b_g = h^2 / alpha_g, -
     double weight_bound;  // the same with the volume term: what keeps a sweep stable

@@ -242,7 +242,7 @@ void Substep::flow_and_measure() {
 
             const GroupMoments A = group_moments(work.live, work.shapes, work.moving, g);
             Quat& R = work.goals[g].rotation;
-            R = optimal_rotation(A.positions + kOrientationWeight * A.ellipsoids, R);
+            R = optimal_rotation(A.positions * work.shapes.group[g].isotropy + kOrientationWeight * A.ellipsoids, R);
             const Mat3 S = optimal_stretch(work.shapes.group[g].stretch, R.toRotationMatrix(),
                                            A.positions + kStretchMomentWeight * A.ellipsoids);
             // |log lambda| <= limit wherever |S - I| is below this: no need for the eigenvectors.

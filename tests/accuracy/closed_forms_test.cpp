@@ -1,7 +1,6 @@
 // Cases whose answer is known without any other program.
 #include "tests/accuracy/bar_cases.h"
 #include "tests/accuracy/oscillation.h"
-#include "tests/support/expected_failure.h"
 
 namespace sunder {
 namespace {
@@ -103,26 +102,18 @@ TEST(uniaxial_stretch, contracts_sideways_by_poissons_ratio) {
             const MiddleStrain e = middle_strain(bar.bar());
             std::printf("nu %.2f, %d neighbours: contracts by %.3f of its stretch\n", nu, neighbours,
                         -e.across / e.along);
-            EXPECT_NEAR(-e.across / e.along, nu, 0.02);
+            EXPECT_NEAR(-e.across / e.along, nu, 0.003);
         }
 }
 
 TEST(uniaxial_stretch, takes_the_force_of_youngs_modulus) {
     for (const int neighbours : {6, 26}) {
-        std::vector<double> ratio;
         for (const int n : {4, 8}) {
             const LoadedBar bar = drawn_bar(n, neighbours, 0);
-            const double hooke = 2 * kShearModulus * 0.04 * middle_strain(bar.bar()).along;
-            ratio.push_back(bar.reaction() / hooke);
+            const double ratio = bar.reaction() / (2 * kShearModulus * 0.04 * middle_strain(bar.bar()).along);
+            std::printf("%d neighbours, n = %d: force %.6f of Hooke's\n", neighbours, n, ratio);
+            EXPECT_NEAR(ratio, 1, 1e-3);  // exact for a homogeneous stretch; the bar is let settle to 1e-6
         }
-        std::printf("%d neighbours: force %.3f of Hooke's at n = 4, %.3f at n = 8\n", neighbours, ratio[0], ratio[1]);
-        EXPECT_LE(std::abs(ratio[1] - 1), 0.6 * std::abs(ratio[0] - 1));  // first order in the spacing
-        EXPECT_LE(std::abs(ratio[1] - 1), 0.15);
-        EXPECT_TRUE(
-            still_missed(std::abs(ratio[1] - 1) <= 0.05,
-                         "Young's modulus within 5 % at n = 8: groups on the surface have more members along it "
-                         "than across it; scaled by the trace of their moments they are too stiff along it, by "
-                         "1.24 on faces and 1.67 on edges, which gives 1.29 at n = 4 and 1.13 at n = 8"));
     }
 }
 
@@ -132,7 +123,7 @@ TEST(vibration, half_periods_approach_theory) {
         setup.mode = mode, setup.n = 6, setup.substeps = 32, setup.iterations = 1;
         const double fine = half_period(setup), theory = half_period_in_theory(mode, setup.youngs_modulus);
         std::printf("half period %.4f s, theory %.4f s: %.1f %% off\n", fine, theory, 100 * (fine / theory - 1));
-        EXPECT_NEAR(fine, theory, 0.1 * theory);
+        EXPECT_NEAR(fine, theory, 0.04 * theory);
     }
 }
 
