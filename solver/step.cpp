@@ -14,6 +14,7 @@ namespace {
 constexpr double kRunawaySpeed = 1e5;       // m/s; nothing that an artist animates is faster: numbers went bad
 constexpr int kContactPasses = 12;          // Gauss-Seidel passes over the contacts after each sweep, at most
 constexpr double kContactTolerance = 1e-3;  // of the contact margin: a change of gap below it ends the passes
+constexpr int kFracturePasses = 8;          // a substep, each after the last one's cuts let go
 constexpr size_t kGroupGrain = 128, kParticleGrain = 512;  // fewest a thread is worth waking for
 
 class Stopwatch {
@@ -50,13 +51,14 @@ struct Substep {
     void hold_pins();
     void find_contacts();
     void remember_momentum();
-    void correct();
+    void mark_held_pieces();
+    void correct(int iterations);
     void match_shapes(bool first_iteration);
     void update_velocities();
     void restore_momentum();
     void settle_contacts();
-    void flow_and_measure();
-    void break_edges();
+    void flow_and_measure(double seconds);
+    bool break_edges();
     void store();
     Status check_finite(const char* stage) const;
 };
@@ -103,6 +105,7 @@ void Substep::predict() {
         work.velocity[i] = (work.velocity[i] + h * (acceleration + wind)) / (1 + h * drag);  // implicit drag
 
     hold_pins();
+    mark_held_pieces();
     for (size_t i = 0; i < n_movables(); ++i) {
         MovingParticle& p = work.moving[i];
         if (i < n_particles() && work.held[i]) continue;
@@ -114,7 +117,6 @@ void Substep::predict() {
 
 void Substep::hold_pins() {
     std::fill(work.held.begin(), work.held.end(), uint8_t{0});
-    std::fill(work.piece_held.begin(), work.piece_held.end(), uint8_t{0});
     for (size_t k = 0; k < context.scene.pins.size(); ++k) {
         const DrivenPose& drive = context.input.pins[k];
         if (!drive.active) continue;
@@ -128,9 +130,14 @@ void Substep::hold_pins() {
             work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / h;
             work.contact_mass[i] = ContactMass();
             work.held[i] = 1;
-            work.piece_held[work.live.piece(i)] = 1;
         }
     }
+}
+
+void Substep::mark_held_pieces() {
+    work.piece_held.assign(work.live.n_pieces(), 0);
+    for (size_t i = 0; i < n_particles(); ++i)
+        if (work.held[i]) work.piece_held[work.live.piece(i)] = 1;
 }
 
 void Substep::find_contacts() {
@@ -144,6 +151,7 @@ void Substep::find_contacts() {
 }
 
 void Substep::remember_momentum() {
+    work.piece_angular.assign(work.live.n_pieces(), Vec3::Zero());
     for (size_t piece = 0; piece < work.live.n_pieces(); ++piece) {
         if (work.piece_held[piece]) continue;
         work.piece_angular[piece] = piece_momentum(rest(), work.inertia, work.live.piece_particles(piece),
@@ -153,8 +161,8 @@ void Substep::remember_momentum() {
 }
 
 // Towards the implicit Euler step, contacts after each sweep.
-void Substep::correct() {
-    for (int iteration = 0; iteration < context.settings.iterations; ++iteration) {
+void Substep::correct(int iterations) {
+    for (int iteration = 0; iteration < iterations; ++iteration) {
         {
             Stopwatch watch(report.shape_s);
             match_shapes(iteration == 0);
@@ -228,7 +236,7 @@ void Substep::settle_contacts() {
 }
 
 // Optimal stretch of every group where things came to lie; flow above the yield strain; the load towards breaking.
-void Substep::flow_and_measure() {
+void Substep::flow_and_measure(double seconds) {
     context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
         for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
             work.strains[g].load = 0;
@@ -250,7 +258,7 @@ void Substep::flow_and_measure() {
 
             const PrincipalStretch principal = principal_stretch(S);
             PlasticState plastic{state.plastic_deformation[g], state.yield[g]};
-            const FlowResult result = flow(principal, m, h, plastic);
+            const FlowResult result = flow(principal, m, seconds, plastic);
             state.strain[g] = result.elastic_log_strain.cwiseAbs().maxCoeff();
             if (principal.reliable)
                 work.strains[g] = group_strain(result.elastic_log_strain, principal.directions, R, m);
@@ -263,7 +271,7 @@ void Substep::flow_and_measure() {
     });
 }
 
-void Substep::break_edges() {
+bool Substep::break_edges() {
     const auto cuts = edges_to_cut(work.live, work.shapes, work.moving, work.strains, state.time + h);
     std::vector<uint32_t> broken;
     for (const BrokenEdge& cut : cuts) {
@@ -274,8 +282,7 @@ void Substep::break_edges() {
     report.edges_broken += cuts.size();
     for (uint32_t g : work.live.remove_edges(rest(), broken)) work.flowed[g] = 1;
     if (!cuts.empty()) {
-        work.piece_held.assign(work.live.n_pieces(), 0);
-        work.piece_angular.assign(work.live.n_pieces(), Vec3::Zero());
+        mark_held_pieces();
         work.detection.topology_changed();
     }
     // Rest shapes changed where material flowed or edges broke.
@@ -289,6 +296,7 @@ void Substep::break_edges() {
                 group_stiffness(work.shapes.group[g], work.shapes.rest_trace[g], rest().volume[g], material(g));
         }
     });
+    return !cuts.empty();
 }
 
 void Substep::store() {
@@ -347,7 +355,6 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
         w.contact_mass.resize(n_movables), w.push.resize(n_movables);
         w.inertia.resize(n), w.stiffness.resize(n), w.paper_stiffness.resize(n), w.goals.resize(n);
         w.strains.assign(n, GroupStrain()), w.flowed.assign(n, 0), w.held.assign(n, 0);
-        w.piece_held.assign(w.live.n_pieces(), 0), w.piece_angular.assign(w.live.n_pieces(), Vec3::Zero());
     }
     for (size_t g = 0; g < n; ++g) {  // materials may be animated
         const Material& material = context.input.materials[rest.body[g]];
@@ -369,27 +376,27 @@ Status substep(const StepContext& context, double h, double begin, double end, b
         Stopwatch watch(io_report.contact_s);
         s.find_contacts();
     }
+    s.correct(context.settings.iterations);
+    for (int pass = 0; pass < kFracturePasses; ++pass) {
+        {
+            Stopwatch watch(io_report.fracture_s);
+            s.flow_and_measure(pass == 0 ? h : 0);
+            if (!s.break_edges()) break;
+        }
+        s.correct(1);
+    }
     {
         Stopwatch watch(io_report.momentum_s);
         s.remember_momentum();
-    }
-    s.correct();
-    {
-        Stopwatch watch(io_report.momentum_s);
         s.update_velocities();
-        if (Status ok = s.check_finite("shape matching and contacts"); !ok) return ok;
+        if (Status ok = s.check_finite("shape matching and fracture"); !ok) return ok;
         s.restore_momentum();
     }
     {
         Stopwatch watch(io_report.contact_s);
         s.settle_contacts();
     }
-    {
-        Stopwatch watch(io_report.fracture_s);
-        s.flow_and_measure();
-        s.break_edges();
-    }
-    if (Status ok = s.check_finite("flow and fracture"); !ok) return ok;
+    if (Status ok = s.check_finite("contacts"); !ok) return ok;
     s.store();
     io_report.n_components = io_work.live.n_pieces();
     return {};

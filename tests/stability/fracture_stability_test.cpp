@@ -41,10 +41,11 @@ Pull pull(Bar& bar, int steps_a_second) {
     return result;
 }
 
-TEST(fracture_and_step, cuts_times_and_pieces_agree_from_192_to_480_steps_a_second) {
+TEST(fracture_and_step, cuts_times_and_pieces_agree_from_120_to_480_steps_a_second) {
     for (int neighbours : {6, 26}) {
         std::vector<Pull> results;
-        for (int hz : {192, 240, 480}) {  // from the default rate up
+        for (int hz : {120, 192, 240, 480}) {
+            if (hz == 120 && neighbours == 26) continue;  // cuts its weak edges twice as often: docs/theory.md
             Bar bar(4, neighbours);
             results.push_back(pull(bar, hz));
             std::printf("%d neighbours, %d Hz: %zu cuts, first at %.3f s, %zu pieces, %zu crumbs\n", neighbours, hz,
