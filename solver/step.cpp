@@ -5,15 +5,17 @@
 
 #include "solver/gauss_seidel.h"
 #include "solver/motion.h"
+#include "solver/piece_motion.h"
 #include "solver/plasticity.h"
 #include "solver/polar_decomposition.h"
+#include "solver/step_limit.h"
 
 namespace sunder {
 namespace {
 
 constexpr double kRunawaySpeed = 1e5;       // m/s; nothing that an artist animates is faster: numbers went bad
 constexpr int kContactPasses = 12;          // Gauss-Seidel passes over the contacts after each sweep, at most
-constexpr double kContactTolerance = 1e-3;  // of the contact margin: a change of gap below it ends the passes
+constexpr double kContactTolerance = 1e-4;  // of the contact margin: a change of gap below it ends the passes
 constexpr size_t kGroupGrain = 128, kParticleGrain = 512;  // fewest a thread is worth waking for
 
 class Stopwatch {
@@ -40,17 +42,15 @@ struct Substep {
     const SimulationMesh& rest() const { return context.scene.rest; }
     size_t n_particles() const { return rest().n_particles(); }
     size_t n_movables() const { return n_particles() + state.rigid_bodies.size(); }
-    ContactBodies bodies() const {
-        return {work.contact_mass, work.start_position, work.start_rotation, work.moving, work.push};
-    }
+    ContactBodies bodies() const { return bodies_of(work); }
     const Material& material(size_t particle) const { return context.input.materials[rest().body[particle]]; }
 
     void load();
     void predict();
     void hold_pins();
     void find_contacts();
-    void remember_momentum();
     void correct();
+    void push_apart(bool last);
     void match_shapes(bool first_iteration);
     void update_velocities();
     void restore_momentum();
@@ -71,8 +71,8 @@ void Substep::load() {
         p.D = p.d.toRotationMatrix();
         const Mat3 M = to_matrix(work.shapes.particle_moment[i]);
         work.inertia[i] = p.D * (M.trace() * Mat3::Identity() - M) * p.D.transpose();
-        work.contact_mass[i] = {1.0 / rest().mass[i],
-                                work.live.count(i) > 1 ? Mat3(Mat3::Zero()) : Mat3(work.inertia[i].inverse())};
+        work.inverse_mass[i] = 1.0 / rest().mass[i];
+        work.piece[i] = work.live.piece(i);
         work.velocity[i] = state.velocity[i];
         work.angular_velocity[i] = state.angular_velocity[i];
     }
@@ -81,9 +81,8 @@ void Substep::load() {
         const RigidBodyState& body = state.rigid_bodies[r];
         MovingParticle& p = work.moving[i];
         p.x = body.position, p.d = body.orientation, p.D = p.d.toRotationMatrix();
-        const Vec3 moments = rigid_body_inertia(scene.rigid_bodies[r]);
-        work.contact_mass[i] = {1.0 / scene.rigid_bodies[r].mass,
-                                p.D * moments.cwiseInverse().asDiagonal() * p.D.transpose()};
+        work.inverse_mass[i] = 1.0 / scene.rigid_bodies[r].mass;
+        work.piece[i] = static_cast<uint32_t>(work.live.n_pieces() + r);
         work.velocity[i] = body.velocity;
         work.angular_velocity[i] = body.angular_velocity;
     }
@@ -126,7 +125,7 @@ void Substep::hold_pins() {
             p.D = p.d.toRotationMatrix();
             work.velocity[i] = (p.x - work.start_position[i]) / h;
             work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / h;
-            work.contact_mass[i] = ContactMass();
+            work.inverse_mass[i] = 0;
             work.held[i] = 1;
             work.piece_held[work.live.piece(i)] = 1;
         }
@@ -140,30 +139,32 @@ void Substep::find_contacts() {
     report.contacts = std::max(report.contacts, work.contacts.size());
     prepare_contacts(bodies(), work.velocity, work.angular_velocity, h, context.settings.depenetration_speed,
                      work.contacts);
+    divide_pushes(context, h, false, work);
     warm_start(bodies(), state.contacts, h, work.contacts);
+    move_pieces(context, work);
 }
 
-void Substep::remember_momentum() {
-    for (size_t piece = 0; piece < work.live.n_pieces(); ++piece) {
-        if (work.piece_held[piece]) continue;
-        work.piece_angular[piece] = piece_momentum(rest(), work.inertia, work.live.piece_particles(piece),
-                                                   work.start_position, work.velocity, work.angular_velocity)
-                                        .angular;
-    }
-}
-
-// Towards the implicit Euler step, contacts after each sweep.
+// Towards the implicit Euler step, contacts after each sweep; and before it where it is the only one.
 void Substep::correct() {
-    for (int iteration = 0; iteration < context.settings.iterations; ++iteration) {
+    const int sweeps = context.settings.iterations;
+    if (sweeps == 1) push_apart(false);
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
         {
             Stopwatch watch(report.shape_s);
-            match_shapes(iteration == 0);
+            match_shapes(sweep == 0);
         }
-        Stopwatch watch(report.contact_s);
-        const double enough = kContactTolerance * work.detection.margin();
-        for (int pass = 0; pass < kContactPasses; ++pass)
-            if (solve_contacts(bodies(), work.contacts) < enough) break;
+        push_apart(sweep + 1 == sweeps);
     }
+}
+
+// A round over the contacts; `last`: no shape matching follows.
+void Substep::push_apart(bool last) {
+    Stopwatch watch(report.contact_s);
+    divide_pushes(context, h, last, work);
+    const double enough = kContactTolerance * work.detection.margin();
+    for (int pass = 0; pass < kContactPasses; ++pass)
+        if (solve_contacts(bodies(), work.contacts) < enough) break;
+    move_pieces(context, work);
 }
 
 void Substep::match_shapes(bool first_iteration) {
@@ -175,9 +176,11 @@ void Substep::match_shapes(bool first_iteration) {
         match_groups(work.live, work.shapes, work.stiffness, h, work.moving, first, last, work.goals);
     });
     if (settings.method == Method::projective) {
+        work.before_newton = work.moving;
         work.newton.apply(first_iteration,
                           {rest(), work.live, work.shapes, work.stiffness, work.goals, work.inertia, work.held},
                           context.workers, work.moving);
+        limit_step(work.live, work.before_newton, 0, work.live.n_pieces(), work.moving);
     } else {
         // A single over-relaxed sweep overshoots the implicit step.
         const double omega = settings.iterations > 1 ? settings.over_relaxation : 1.0;
@@ -192,7 +195,8 @@ void Substep::update_velocities() {
     for (size_t i = 0; i < n_movables(); ++i) {
         const MovingParticle& p = work.moving[i];
         work.velocity[i] = (p.x - work.start_position[i]) / h;
-        work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / h;
+        if (!work.pieces[work.piece[i]].rigid)
+            work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / h;
     }
 }
 
@@ -206,15 +210,14 @@ void Substep::restore_momentum() {
         }
     });
     for (size_t piece = 0; piece < work.live.n_pieces(); ++piece) {
-        if (work.piece_held[piece]) continue;
+        if (work.piece_held[piece] || work.pieces[piece].rigid) continue;
         const auto particles = work.live.piece_particles(piece);
-        Vec3 center = Vec3::Zero(), gained = Vec3::Zero();
-        double mass = 0;
-        const Vec3& origin = state.position[particles.front()];
-        for (uint32_t j : particles) mass += rest().mass[j], center += rest().mass[j] * (state.position[j] - origin);
-        center = origin + center / mass;
+        // Levers of the start, as the contacts were solved with: the large pushes on a pinched piece cancel there,
+        // while a millimetre more or less of lever would spin it.
+        Vec3 gained = Vec3::Zero();
         for (uint32_t j : particles)
-            gained += rest().mass[j] * (state.position[j] - center).cross(work.push[j].shift) + work.push[j].torque;
+            gained += rest().mass[j] * (work.start_position[j] - work.pieces[piece].center).cross(work.push[j].shift) +
+                      work.push[j].torque;
         set_angular_momentum(rest(), work.inertia, particles, work.piece_angular[piece] + gained / h, state.position,
                              work.velocity, work.angular_velocity);
     }
@@ -223,7 +226,8 @@ void Substep::restore_momentum() {
 void Substep::settle_contacts() {
     const double threshold =
         2 * h * context.input.gravity.norm();  // a resting contact closes at h g: it must not bounce
-    settle_velocities(work.contact_mass, h, threshold, work.contacts, work.velocity, work.angular_velocity);
+    settle_velocities(bodies(), h, threshold, work.contacts, work.angular_velocity, work.velocity, work.piece_change);
+    change_velocities(context, work);
     remember(bodies(), work.contacts, h, state.contacts);
 }
 
@@ -276,6 +280,8 @@ void Substep::break_edges() {
     if (!cuts.empty()) {
         work.piece_held.assign(work.live.n_pieces(), 0);
         work.piece_angular.assign(work.live.n_pieces(), Vec3::Zero());
+        work.pieces.resize(work.live.n_pieces() + state.rigid_bodies.size());
+        work.piece_change.resize(work.pieces.size());
         work.detection.topology_changed();
     }
     // Rest shapes changed where material flowed or edges broke.
@@ -344,7 +350,10 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
         w.synced_plastic = state.plastic_deformation;
         w.moving.resize(n_movables), w.start_position.resize(n_movables), w.start_rotation.resize(n_movables);
         w.velocity.resize(n_movables), w.angular_velocity.resize(n_movables);
-        w.contact_mass.resize(n_movables), w.push.resize(n_movables);
+        w.inverse_mass.resize(n_movables), w.own_share.resize(n_movables), w.piece.resize(n_movables);
+        w.push.resize(n_movables);
+        w.pieces.resize(w.live.n_pieces() + context.scene.rigid_bodies.size());
+        w.piece_change.resize(w.pieces.size());
         w.inertia.resize(n), w.stiffness.resize(n), w.paper_stiffness.resize(n), w.goals.resize(n);
         w.strains.assign(n, GroupStrain()), w.flowed.assign(n, 0), w.held.assign(n, 0);
         w.piece_held.assign(w.live.n_pieces(), 0), w.piece_angular.assign(w.live.n_pieces(), Vec3::Zero());
@@ -366,16 +375,17 @@ Status substep(const StepContext& context, double h, double begin, double end, b
         s.predict();
     }
     {
-        Stopwatch watch(io_report.contact_s);
-        s.find_contacts();
+        Stopwatch watch(io_report.momentum_s);
+        remember_pieces(context, h, io_work);
     }
     {
-        Stopwatch watch(io_report.momentum_s);
-        s.remember_momentum();
+        Stopwatch watch(io_report.contact_s);
+        s.find_contacts();
     }
     s.correct();
     {
         Stopwatch watch(io_report.momentum_s);
+        turn_rigid_things(context, h, io_work);
         s.update_velocities();
         if (Status ok = s.check_finite("shape matching and contacts"); !ok) return ok;
         s.restore_momentum();
