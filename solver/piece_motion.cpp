@@ -8,8 +8,9 @@
 namespace sunder {
 namespace {
 
-// What a particle gives, over what it would between neighbours that are held: 1.5 inside a lattice, about 3 at a face.
-constexpr double kGive = 3;
+// What a particle gives, over what it would between neighbours that are held: 1.5 inside a lattice, about 3 at a face,
+// more at edges and corners.
+constexpr double kGive = 4;
 
 Vec3 ellipsoid_inertia(const SimulationMesh& rest, uint32_t i) {
     const Vec3 squared = rest.radii[i].cwiseProduct(rest.radii[i]);
