@@ -92,9 +92,9 @@ TEST(stack, ten_boxes_stand_for_ten_seconds) {
     EXPECT_LE(r.drift, 0.05);  // a quarter of a box: it stands
     EXPECT_LE(r.jitter, kFlicker);
     EXPECT_LE(r.rise, 1e-3);
-    SUNDER_EXPECT_KNOWN_FAILURE(r.drift <= kPixel,
-                                "forces of the last substep are taken over by half, friction with them: "
-                                "a tall stack creeps");
+    EXPECT_TRUE(test::still_missed(r.drift <= kPixel,
+                                   "forces of the last substep are taken over by half, friction with them: "
+                                   "a tall stack creeps"));
 }
 
 // Every other one a body of irregular ellipsoids: three or four of them carry the box above.
@@ -113,9 +113,8 @@ TEST(stack, ten_of_boxes_and_fragments_stand_for_ten_seconds) {
         }
     }
     const StackResult r = stand(g);
-    EXPECT_LE(r.drift, 0.2);  // two storeys lean: it stands
-    SUNDER_EXPECT_KNOWN_FAILURE(r.drift <= kPixel && r.jitter <= kFlicker && r.rise <= 1e-3,
-                                "12 Gauss-Seidel passes carry the weight of ten storeys only in part");
+    EXPECT_TRUE(test::still_missed(r.drift <= kPixel && r.jitter <= kFlicker && r.rise <= 1e-3,
+                                   "12 Gauss-Seidel passes carry the weight of ten storeys only in part"));
 }
 
 TEST(pile, a_body_torn_to_bits_comes_to_rest) {
@@ -157,8 +156,8 @@ TEST(overlap, two_bodies_in_one_another_part_at_the_depenetration_speed) {
         }
         std::printf("overlap at %.1f m/s: fastest %.3f m/s\n", speed, fastest);
         // Each is pushed by no more than the whole; a cell squeezed between two may swing back with as much again.
-        SUNDER_EXPECT_KNOWN_FAILURE(fastest <= 2 * speed,
-                                    "contradictory pushes on locked bodies squeeze them, and the strain comes back");
+        EXPECT_TRUE(test::still_missed(
+            fastest <= 2 * speed, "contradictory pushes on locked bodies squeeze them, and the strain comes back"));
         EXPECT_LE(fastest, 15);  // sqrt(E / rho) / 2: the strain of what was squeezed stays below a half
     }
 }
@@ -193,9 +192,9 @@ TEST(tunnelling, ten_times_a_fast_shot_does_not_cross_a_thin_plate) {
         if (speed < 50)
             EXPECT_GT(lowest, 0);  // on the side they came from
         else
-            SUNDER_EXPECT_KNOWN_FAILURE(lowest > 0,
-                                        "the fragment that is hit is driven out of the plate before its "
-                                        "neighbours feel it, and the shot follows");
+            EXPECT_TRUE(test::still_missed(lowest > 0,
+                                           "the fragment that is hit is driven out of the plate before its "
+                                           "neighbours feel it, and the shot follows"));
     }
 }
 
@@ -216,8 +215,8 @@ TEST(mass_ratio, a_thousandfold_weight_rests_on_a_light_piece) {
                 g.fastest());
     EXPECT_LE(highest - 0.2, 1e-3);
     EXPECT_LE(g.fastest(), kFlicker);
-    SUNDER_EXPECT_KNOWN_FAILURE(0.2 - deepest <= 0.01,  // a tenth of the piece under it
-                                "Gauss-Seidel passes pass on a thousandth of the force each");
+    EXPECT_TRUE(test::still_missed(0.2 - deepest <= 0.01,  // a tenth of the piece under it
+                                   "Gauss-Seidel passes pass on a thousandth of the force each"));
 }
 
 TEST(slope, bodies_stick_below_the_angle_of_friction_and_slide_at_the_right_pace_above) {
