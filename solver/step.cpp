@@ -1,19 +1,22 @@
 #include "solver/step.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
 #include "solver/gauss_seidel.h"
 #include "solver/motion.h"
+#include "solver/piece_motion.h"
 #include "solver/plasticity.h"
 #include "solver/polar_decomposition.h"
+#include "solver/step_limit.h"
 
 namespace sunder {
 namespace {
 
 constexpr double kRunawaySpeed = 1e5;       // m/s; nothing that an artist animates is faster: numbers went bad
 constexpr int kContactPasses = 12;          // Gauss-Seidel passes over the contacts after each sweep, at most
-constexpr double kContactTolerance = 1e-3;  // of the contact margin: a change of gap below it ends the passes
+constexpr double kContactTolerance = 1e-4;  // of the contact margin: a change of gap below it ends the passes
 constexpr int kFracturePasses = 8;          // a substep, each after the last one's cuts let go
 constexpr size_t kGroupGrain = 128, kParticleGrain = 512;  // fewest a thread is worth waking for
 
@@ -41,24 +44,25 @@ struct Substep {
     const SimulationMesh& rest() const { return context.scene.rest; }
     size_t n_particles() const { return rest().n_particles(); }
     size_t n_movables() const { return n_particles() + state.rigid_bodies.size(); }
-    ContactBodies bodies() const {
-        return {work.contact_mass, work.start_position, work.start_rotation, work.moving, work.push};
-    }
+    ContactBodies bodies() const { return bodies_of(work); }
     const Material& material(size_t particle) const { return context.input.materials[rest().body[particle]]; }
 
     void load();
     void predict();
     void hold_pins();
     void find_contacts();
-    void remember_momentum();
     void mark_held_pieces();
+    void take_up_pieces();
     void correct(int iterations);
+    void push_apart(bool last);
     void match_shapes(bool first_iteration);
     void update_velocities();
     void restore_momentum();
     void settle_contacts();
     void flow_and_measure(double seconds);
     bool break_edges();
+    bool contacts_push() const;
+    void run_cracks();
     void store();
     Status check_finite(const char* stage) const;
 };
@@ -73,8 +77,7 @@ void Substep::load() {
         p.D = p.d.toRotationMatrix();
         const Mat3 M = to_matrix(work.shapes.particle_moment[i]);
         work.inertia[i] = p.D * (M.trace() * Mat3::Identity() - M) * p.D.transpose();
-        work.contact_mass[i] = {1.0 / rest().mass[i],
-                                work.live.count(i) > 1 ? Mat3(Mat3::Zero()) : Mat3(work.inertia[i].inverse())};
+        work.inverse_mass[i] = 1.0 / rest().mass[i];
         work.velocity[i] = state.velocity[i];
         work.angular_velocity[i] = state.angular_velocity[i];
     }
@@ -83,9 +86,7 @@ void Substep::load() {
         const RigidBodyState& body = state.rigid_bodies[r];
         MovingParticle& p = work.moving[i];
         p.x = body.position, p.d = body.orientation, p.D = p.d.toRotationMatrix();
-        const Vec3 moments = rigid_body_inertia(scene.rigid_bodies[r]);
-        work.contact_mass[i] = {1.0 / scene.rigid_bodies[r].mass,
-                                p.D * moments.cwiseInverse().asDiagonal() * p.D.transpose()};
+        work.inverse_mass[i] = 1.0 / scene.rigid_bodies[r].mass;
         work.velocity[i] = body.velocity;
         work.angular_velocity[i] = body.angular_velocity;
     }
@@ -128,7 +129,7 @@ void Substep::hold_pins() {
             p.D = p.d.toRotationMatrix();
             work.velocity[i] = (p.x - work.start_position[i]) / h;
             work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / h;
-            work.contact_mass[i] = ContactMass();
+            work.inverse_mass[i] = 0;
             work.held[i] = 1;
         }
     }
@@ -140,38 +141,50 @@ void Substep::mark_held_pieces() {
         if (work.held[i]) work.piece_held[work.live.piece(i)] = 1;
 }
 
+// Pieces as contacts see them, from the start of the substep; anew when edges broke.
+void Substep::take_up_pieces() {
+    for (size_t i = 0; i < n_movables(); ++i)
+        work.piece[i] =
+            static_cast<uint32_t>(i < n_particles() ? work.live.piece(i) : work.live.n_pieces() + (i - n_particles()));
+    work.pieces.resize(work.live.n_pieces() + state.rigid_bodies.size());
+    work.piece_change.resize(work.pieces.size());
+    work.piece_angular.assign(work.live.n_pieces(), Vec3::Zero());
+    remember_pieces(context, h, work);
+    prepare_contacts(bodies(), work.velocity, work.angular_velocity, h, context.settings.depenetration_speed,
+                     work.contacts);
+}
+
 void Substep::find_contacts() {
     work.detection.find(context.scene, context.input, context.settings.self_collision, work.live, work.held,
                         {work.start_position, work.start_rotation, work.velocity, work.angular_velocity},
                         {h, begin, end}, work.contacts);
     report.contacts = std::max(report.contacts, work.contacts.size());
-    prepare_contacts(bodies(), work.velocity, work.angular_velocity, h, context.settings.depenetration_speed,
-                     work.contacts);
+    take_up_pieces();
+    divide_pushes(context, h, false, work);
     warm_start(bodies(), state.contacts, h, work.contacts);
+    move_pieces(context, work);
 }
 
-void Substep::remember_momentum() {
-    work.piece_angular.assign(work.live.n_pieces(), Vec3::Zero());
-    for (size_t piece = 0; piece < work.live.n_pieces(); ++piece) {
-        if (work.piece_held[piece]) continue;
-        work.piece_angular[piece] = piece_momentum(rest(), work.inertia, work.live.piece_particles(piece),
-                                                   work.start_position, work.velocity, work.angular_velocity)
-                                        .angular;
-    }
-}
-
-// Towards the implicit Euler step, contacts after each sweep.
+// Towards the implicit Euler step, contacts after each sweep; and before it where it is the only one.
 void Substep::correct(int iterations) {
-    for (int iteration = 0; iteration < iterations; ++iteration) {
+    if (iterations == 1) push_apart(false);
+    for (int sweep = 0; sweep < iterations; ++sweep) {
         {
             Stopwatch watch(report.shape_s);
-            match_shapes(iteration == 0);
+            match_shapes(sweep == 0);
         }
-        Stopwatch watch(report.contact_s);
-        const double enough = kContactTolerance * work.detection.margin();
-        for (int pass = 0; pass < kContactPasses; ++pass)
-            if (solve_contacts(bodies(), work.contacts) < enough) break;
+        push_apart(sweep + 1 == iterations);
     }
+}
+
+// A round over the contacts; `last`: no shape matching follows.
+void Substep::push_apart(bool last) {
+    Stopwatch watch(report.contact_s);
+    divide_pushes(context, h, last, work);
+    const double enough = kContactTolerance * work.detection.margin();
+    for (int pass = 0; pass < kContactPasses; ++pass)
+        if (solve_contacts(bodies(), work.contacts) < enough) break;
+    move_pieces(context, work);
 }
 
 void Substep::match_shapes(bool first_iteration) {
@@ -183,9 +196,11 @@ void Substep::match_shapes(bool first_iteration) {
         match_groups(work.live, work.shapes, work.stiffness, h, work.moving, first, last, work.goals);
     });
     if (settings.method == Method::projective) {
+        work.before_newton = work.moving;
         work.newton.apply(first_iteration,
                           {rest(), work.live, work.shapes, work.stiffness, work.goals, work.inertia, work.held},
                           context.workers, work.moving);
+        limit_step(work.live, work.before_newton, 0, work.live.n_pieces(), work.moving);
     } else {
         // A single over-relaxed sweep overshoots the implicit step.
         const double omega = settings.iterations > 1 ? settings.over_relaxation : 1.0;
@@ -200,7 +215,8 @@ void Substep::update_velocities() {
     for (size_t i = 0; i < n_movables(); ++i) {
         const MovingParticle& p = work.moving[i];
         work.velocity[i] = (p.x - work.start_position[i]) / h;
-        work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / h;
+        if (!work.pieces[work.piece[i]].rigid)
+            work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / h;
     }
 }
 
@@ -214,15 +230,14 @@ void Substep::restore_momentum() {
         }
     });
     for (size_t piece = 0; piece < work.live.n_pieces(); ++piece) {
-        if (work.piece_held[piece]) continue;
+        if (work.piece_held[piece] || work.pieces[piece].rigid) continue;
         const auto particles = work.live.piece_particles(piece);
-        Vec3 center = Vec3::Zero(), gained = Vec3::Zero();
-        double mass = 0;
-        const Vec3& origin = state.position[particles.front()];
-        for (uint32_t j : particles) mass += rest().mass[j], center += rest().mass[j] * (state.position[j] - origin);
-        center = origin + center / mass;
+        // Levers of the start, as the contacts were solved with: the large pushes on a pinched piece cancel there,
+        // while a millimetre more or less of lever would spin it.
+        Vec3 gained = Vec3::Zero();
         for (uint32_t j : particles)
-            gained += rest().mass[j] * (state.position[j] - center).cross(work.push[j].shift) + work.push[j].torque;
+            gained += rest().mass[j] * (work.start_position[j] - work.pieces[piece].center).cross(work.push[j].shift) +
+                      work.push[j].torque;
         set_angular_momentum(rest(), work.inertia, particles, work.piece_angular[piece] + gained / h, state.position,
                              work.velocity, work.angular_velocity);
     }
@@ -231,7 +246,8 @@ void Substep::restore_momentum() {
 void Substep::settle_contacts() {
     const double threshold =
         2 * h * context.input.gravity.norm();  // a resting contact closes at h g: it must not bounce
-    settle_velocities(work.contact_mass, h, threshold, work.contacts, work.velocity, work.angular_velocity);
+    settle_velocities(bodies(), h, threshold, work.contacts, work.angular_velocity, work.velocity, work.piece_change);
+    change_velocities(context, work);
     remember(bodies(), work.contacts, h, state.contacts);
 }
 
@@ -299,6 +315,30 @@ bool Substep::break_edges() {
     return !cuts.empty();
 }
 
+bool Substep::contacts_push() const {
+    return std::any_of(work.contacts.begin(), work.contacts.end(),
+                       [](const ActiveContact& c) { return c.normal_impulse > 0; });
+}
+
+// Cuts and starts the correction over until nothing breaks: a crack runs as far as the load that it releases lets it, and not one ring a
+// substep. Only while nothing pushes: what contacts did was divided by the pieces as they were, so that a hit breaks
+// one pass a substep, after the momentum books are closed.
+void Substep::run_cracks() {
+    for (int pass = 0; pass < kFracturePasses; ++pass) {
+        {
+            Stopwatch watch(report.fracture_s);
+            flow_and_measure(pass == 0 ? h : 0);
+            if (!break_edges()) return;
+        }
+        take_up_pieces();
+        for (size_t i = 0; i < n_particles(); ++i) {
+            MovingParticle& p = work.moving[i];
+            p.x = p.x_inertial, p.d = p.d_inertial, p.D = p.d.toRotationMatrix();
+        }
+        correct(context.settings.iterations);
+    }
+}
+
 void Substep::store() {
     const double keep = std::exp(-context.settings.damping * h);
     for (size_t i = 0; i < n_particles(); ++i) {
@@ -352,7 +392,8 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
         w.synced_plastic = state.plastic_deformation;
         w.moving.resize(n_movables), w.start_position.resize(n_movables), w.start_rotation.resize(n_movables);
         w.velocity.resize(n_movables), w.angular_velocity.resize(n_movables);
-        w.contact_mass.resize(n_movables), w.push.resize(n_movables);
+        w.inverse_mass.resize(n_movables), w.own_share.resize(n_movables), w.piece.resize(n_movables);
+        w.push.resize(n_movables);
         w.inertia.resize(n), w.stiffness.resize(n), w.paper_stiffness.resize(n), w.goals.resize(n);
         w.strains.assign(n, GroupStrain()), w.flowed.assign(n, 0), w.held.assign(n, 0);
     }
@@ -377,17 +418,11 @@ Status substep(const StepContext& context, double h, double begin, double end, b
         s.find_contacts();
     }
     s.correct(context.settings.iterations);
-    for (int pass = 0; pass < kFracturePasses; ++pass) {
-        {
-            Stopwatch watch(io_report.fracture_s);
-            s.flow_and_measure(pass == 0 ? h : 0);
-            if (!s.break_edges()) break;
-        }
-        s.correct(1);
-    }
+    const bool pushed = s.contacts_push();
+    if (!pushed) s.run_cracks();
     {
         Stopwatch watch(io_report.momentum_s);
-        s.remember_momentum();
+        turn_rigid_things(context, h, io_work);
         s.update_velocities();
         if (Status ok = s.check_finite("shape matching and fracture"); !ok) return ok;
         s.restore_momentum();
@@ -395,6 +430,11 @@ Status substep(const StepContext& context, double h, double begin, double end, b
     {
         Stopwatch watch(io_report.contact_s);
         s.settle_contacts();
+    }
+    if (pushed) {
+        Stopwatch watch(io_report.fracture_s);
+        s.flow_and_measure(h);
+        s.break_edges();
     }
     if (Status ok = s.check_finite("contacts"); !ok) return ok;
     s.store();

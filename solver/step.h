@@ -25,21 +25,31 @@ struct Workspace {
     std::vector<Vec3> start_position;              // (n_movables)
     std::vector<Quat> start_rotation;              // (n_movables), since rest
     std::vector<Vec3> velocity, angular_velocity;  // (n_movables)
-    std::vector<ContactMass> contact_mass;         // (n_movables)
+    std::vector<double> inverse_mass;              // held: 0 (n_movables)
+    std::vector<double> own_share;                 // of a push, of what is touched (n_movables)
+    std::vector<uint32_t> piece;                   // of `pieces` (n_movables)
     std::vector<ContactPush> push;                 // (n_movables)
+    std::vector<ContactPiece> pieces;              // pieces, then rigid bodies (n_pieces + n_rigid_bodies)
+    std::vector<PieceVelocity> piece_change;       // what settling contacts gave them (as pieces)
     std::vector<Mat3> inertia;                     // of particles, world (n_particles)
     std::vector<GroupStiffness> stiffness;         // (n_particles)
     std::vector<double> paper_stiffness;           // k in [0, 1]  (n_particles)
     std::vector<GroupGoal> goals;                  // (n_particles)
     NewtonStep newton;
-    std::vector<GroupStrain> strains;  // (n_particles)
-    std::vector<uint8_t> flowed;       // (n_particles)
-    std::vector<uint8_t> held;         // by an active pin (n_particles)
-    std::vector<uint8_t> piece_held;   // (n_pieces)
-    std::vector<Vec3> piece_angular;   // L the piece must have (n_pieces)
+    std::vector<MovingParticle> before_newton;  // (n_movables)
+    std::vector<GroupStrain> strains;           // (n_particles)
+    std::vector<uint8_t> flowed;                // (n_particles)
+    std::vector<uint8_t> held;                  // by an active pin (n_particles)
+    std::vector<uint8_t> piece_held;            // (n_pieces)
+    std::vector<Vec3> piece_angular;            // L the piece must have (n_pieces)
     std::vector<ActiveContact> contacts;
     SceneContacts detection;
 };
+
+/// The movable things of a step, as contacts see them.
+inline ContactBodies bodies_of(Workspace& w) {
+    return {w.inverse_mass, w.own_share, w.piece, w.start_position, w.start_rotation, w.moving, w.push, w.pieces};
+}
 
 struct StepContext {
     const Scene& scene;

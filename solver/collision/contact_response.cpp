@@ -13,50 +13,78 @@ constexpr double kWarmStart = 0.5;
 
 bool has_movable_b(const Contact& c) { return !(c.b & Contact::kStatic); }
 
-// Rotation vector from the start of the substep, to second order; exact enough below a radian a substep.
+// Rotation vector of a bound particle from the start of the substep, to second order; exact enough below a radian a
+// substep.
 Vec3 turned(const Quat& now, const Quat& start) {
     const Quat dq = now * start.conjugate();
     return dq.vec() * (dq.w() < 0 ? -2.0 : 2.0);
 }
 
-// Displacement of a's touching point less that of b's since the start of the substep, m.
-Vec3 relative_motion(const ContactBodies& b, const ActiveContact& c) {
-    const uint32_t i = c.contact.a;
-    Vec3 motion = b.moving[i].x - b.start_position[i] + turned(b.moving[i].d, b.start_rotation[i]).cross(c.arm_a);
-    if (!has_movable_b(c.contact)) return motion - c.collider_motion;
-    const uint32_t j = c.contact.b;
-    return motion - (b.moving[j].x - b.start_position[j] + turned(b.moving[j].d, b.start_rotation[j]).cross(c.arm_b));
+Vec3 turned(const ContactBodies& b, uint32_t i) {
+    const ContactPiece& p = b.pieces[b.piece[i]];
+    return p.rigid ? p.turn : Vec3(turned(b.moving[i].d, b.start_rotation[i]) + p.turn);
 }
 
-double inverse_mass_along(const ContactMass& m, const Vec3& arm, const Vec3& direction) {
-    const Vec3 lever = arm.cross(direction);
-    return m.inverse_mass + lever.dot(m.inverse_inertia * lever);
+// Displacement of i's touching point since the start of the substep, m.
+Vec3 motion_of(const ContactBodies& b, uint32_t i, const Vec3& arm, const Vec3& lever) {
+    const Vec3 shift = b.moving[i].x - b.start_position[i];
+    const ContactPiece& p = b.pieces[b.piece[i]];
+    if (p.rigid) return shift + p.turn.cross(arm);
+    return shift + turned(b.moving[i].d, b.start_rotation[i]).cross(arm) + p.shift + p.turn.cross(lever);
+}
+
+// Displacement of a's touching point less that of b's since the start of the substep, m.
+Vec3 relative_motion(const ContactBodies& b, const ActiveContact& c) {
+    const Vec3 motion = motion_of(b, c.contact.a, c.arm_a, c.lever_a);
+    if (!has_movable_b(c.contact)) return motion - c.collider_motion;
+    return motion - motion_of(b, c.contact.b, c.arm_b, c.lever_b);
+}
+
+// How a push at a touching point divides. A share s moves the particle alone, the rest its whole piece, as if rigid;
+// the torque about the particle's own centre always turns the piece. Momentum comes out right for any s: soft bodies
+// give where they are touched (s = 1), stiff ones go as a whole (s = 0), and shape matching finds the rest.
+struct Response {
+    Vec3 own, shift, turn, couple_turn;
+};
+Response response(const ContactBodies& b, uint32_t i, const Vec3& impulse, const Vec3& couple) {
+    const ContactPiece& p = b.pieces[b.piece[i]];
+    if (p.rigid) return {b.inverse_mass[i] * impulse, Vec3::Zero(), p.inverse_inertia * couple, Vec3::Zero()};
+    const double s = b.own_share[i];
+    const Vec3 couple_turn = p.inverse_inertia * couple;
+    const Vec3 center = b.start_position[i] - p.center;
+    return {s * b.inverse_mass[i] * impulse, (1 - s) * p.inverse_mass * impulse,
+            couple_turn + p.inverse_inertia * ((1 - s) * center.cross(impulse)), couple_turn};
+}
+
+// What a unit impulse at the touching point moves it by, 1/kg. Where the turn of the piece takes back what the particle
+// gives, a half of that is kept, so that no step overshoots by more than twice.
+double inverse_mass_along(const ContactBodies& b, uint32_t i, const Vec3& arm, const Vec3& lever,
+                          const Vec3& direction) {
+    if (b.inverse_mass[i] == 0) return 0;
+    const Response r = response(b, i, direction, arm.cross(direction));
+    const double straight = direction.dot(r.own + r.shift);
+    return straight + std::max(lever.cross(direction).dot(r.turn), -0.5 * straight);
 }
 
 double inverse_mass_along(const ContactBodies& b, const ActiveContact& c, const Vec3& direction) {
-    double w = inverse_mass_along(b.mass[c.contact.a], c.arm_a, direction);
-    if (has_movable_b(c.contact)) w += inverse_mass_along(b.mass[c.contact.b], c.arm_b, direction);
+    double w = inverse_mass_along(b, c.contact.a, c.arm_a, c.lever_a, direction);
+    if (has_movable_b(c.contact)) w += inverse_mass_along(b, c.contact.b, c.arm_b, c.lever_b, direction);
     return w;
-}
-
-void turn_by(MovingParticle& p, const Vec3& turn) {
-    const Quat half(1.0, 0.5 * turn.x(), 0.5 * turn.y(), 0.5 * turn.z());
-    p.d = (half * p.d).normalized();
-    p.d_inertial = (half * p.d_inertial).normalized();
-    p.D = p.d.toRotationMatrix();
 }
 
 // Applies an impulse (mass times displacement) and an angular impulse to one side.
 void push_one(const ContactBodies& b, uint32_t i, const Vec3& impulse, const Vec3& angular_impulse) {
-    const ContactMass& m = b.mass[i];
-    if (m.inverse_mass == 0) return;
-    const Vec3 shift = m.inverse_mass * impulse, turn = m.inverse_inertia * angular_impulse;
-    MovingParticle& p = b.moving[i];
-    p.x += shift;
-    p.x_inertial += shift;
-    if (!turn.isZero(0)) turn_by(p, turn);
+    if (b.inverse_mass[i] == 0) return;
+    const Response r = response(b, i, impulse, angular_impulse);
+    const Vec3 shift = b.inverse_mass[i] * impulse;
+    b.moving[i].x += r.own;
+    b.moving[i].x_inertial += shift;
     b.push[i].shift += shift;
     b.push[i].torque += angular_impulse;
+    ContactPiece& p = b.pieces[b.piece[i]];
+    p.shift += r.shift;
+    p.turn += r.turn;
+    p.couple_turn += r.couple_turn;
 }
 
 void push_both(const ContactBodies& b, const ActiveContact& c, const Vec3& impulse) {
@@ -89,12 +117,12 @@ void resist_rolling(const ContactBodies& b, ActiveContact& c) {
     if (c.rolling_arm <= 0) return;
     const uint32_t i = c.contact.a, j = c.contact.b;
     const bool movable = has_movable_b(c.contact);
-    Vec3 rolled = turned(b.moving[i].d, b.start_rotation[i]);
-    if (movable) rolled -= turned(b.moving[j].d, b.start_rotation[j]);
+    Vec3 rolled = turned(b, i);
+    if (movable) rolled -= turned(b, j);
     const double length = rolled.norm();
     const Vec3 axis = length > kTiny ? Vec3(rolled / length) : Vec3::Zero();
-    double w = axis.dot(b.mass[i].inverse_inertia * axis);
-    if (movable) w += axis.dot(b.mass[j].inverse_inertia * axis);
+    double w = axis.dot(b.pieces[b.piece[i]].inverse_inertia * axis);
+    if (movable) w += axis.dot(b.pieces[b.piece[j]].inverse_inertia * axis);
     const Vec3 wanted = w > 0 ? Vec3(-rolled / w) : Vec3::Zero();
     const Vec3 change = change_within(c.rolling_impulse, wanted, c.rolling_arm * c.normal_impulse);
     push_one(b, i, Vec3::Zero(), change);
@@ -108,21 +136,26 @@ void prepare_contacts(const ContactBodies& b, std::span<const Vec3> velocity, st
     for (ActiveContact& c : io_contacts) {
         const uint32_t i = c.contact.a;
         c.arm_a = c.contact.point_a - b.start_position[i];
+        c.lever_a = c.contact.point_a - b.pieces[b.piece[i]].center;
         Vec3 approach = velocity[i] + angular_velocity[i].cross(c.arm_a);
         if (has_movable_b(c.contact)) {
             const uint32_t j = c.contact.b;
             c.arm_b = c.contact.point_b - b.start_position[j];
+            c.lever_b = c.contact.point_b - b.pieces[b.piece[j]].center;
             approach -= velocity[j] + angular_velocity[j].cross(c.arm_b);
         } else {
-            c.arm_b = Vec3::Zero();
+            c.arm_b = c.lever_b = Vec3::Zero();
             approach -= c.collider_motion / h;
         }
         c.approach_speed = -c.contact.normal.dot(approach);
-        c.inverse_mass_normal = inverse_mass_along(b, c, c.contact.normal);
         const double overlap = c.allowed_gap - c.contact.gap;
         c.recovery = c.separate_pieces && overlap > 0 ? std::min(0.2 * overlap, recovery_speed * h) : 0.0;
         c.wanted_gap = std::min(c.allowed_gap, c.contact.gap + c.recovery);
     }
+}
+
+void weigh_contacts(const ContactBodies& b, std::span<ActiveContact> io_contacts) {
+    for (ActiveContact& c : io_contacts) c.inverse_mass_normal = inverse_mass_along(b, c, c.contact.normal);
 }
 
 void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, double h,
@@ -173,28 +206,35 @@ double solve_contacts(const ContactBodies& b, std::span<ActiveContact> io_contac
     return largest;
 }
 
-void settle_velocities(std::span<const ContactMass> mass, double h, double threshold,
-                       std::span<const ActiveContact> contacts, std::span<Vec3> io_velocity,
-                       std::span<Vec3> io_angular_velocity) {
+void settle_velocities(const ContactBodies& b, double h, double threshold, std::span<const ActiveContact> contacts,
+                       std::span<const Vec3> angular_velocity, std::span<Vec3> io_velocity,
+                       std::span<PieceVelocity> o_change) {
+    std::fill(o_change.begin(), o_change.end(), PieceVelocity());
+    const auto velocity_at = [&](uint32_t i, const Vec3& arm, const Vec3& lever) -> Vec3 {
+        const PieceVelocity& whole = o_change[b.piece[i]];
+        return io_velocity[i] + angular_velocity[i].cross(arm) + whole.velocity + whole.spin.cross(lever);
+    };
+    const auto push = [&](uint32_t i, const Vec3& arm, const Vec3& impulse) {
+        if (b.inverse_mass[i] == 0) return;
+        const Response r = response(b, i, impulse, arm.cross(impulse));
+        io_velocity[i] += r.own;
+        o_change[b.piece[i]].velocity += r.shift;
+        o_change[b.piece[i]].spin += r.turn;
+    };
     for (const ActiveContact& c : contacts) {
-        if (c.normal_impulse <= 0) continue;
+        if (c.normal_impulse <= 0 || !(c.inverse_mass_normal > 0)) continue;
         const Vec3& n = c.contact.normal;
         const uint32_t i = c.contact.a, j = c.contact.b;
         const bool movable = has_movable_b(c.contact);
-        Vec3 relative = io_velocity[i] + io_angular_velocity[i].cross(c.arm_a);
-        relative -=
-            movable ? Vec3(io_velocity[j] + io_angular_velocity[j].cross(c.arm_b)) : Vec3(c.collider_motion / h);
-        const double speed = n.dot(relative);
+        const Vec3 other = movable ? velocity_at(j, c.arm_b, c.lever_b) : Vec3(c.collider_motion / h);
+        const double speed = n.dot(velocity_at(i, c.arm_a, c.lever_a) - other);
         const double bounce = c.approach_speed > threshold ? c.restitution * c.approach_speed : 0.0;
         double change = bounce > 0 ? std::max(bounce - speed, 0.0) : 0.0;
         if (speed > bounce) change = -std::min(speed - bounce, c.recovery / h);
         if (change == 0) continue;
         const Vec3 impulse = change / c.inverse_mass_normal * n;
-        io_velocity[i] += mass[i].inverse_mass * impulse;
-        io_angular_velocity[i] += mass[i].inverse_inertia * c.arm_a.cross(impulse);
-        if (!movable) continue;
-        io_velocity[j] -= mass[j].inverse_mass * impulse;
-        io_angular_velocity[j] -= mass[j].inverse_inertia * c.arm_b.cross(impulse);
+        push(i, c.arm_a, impulse);
+        if (movable) push(j, c.arm_b, -impulse);
     }
 }
 

@@ -37,9 +37,8 @@ double rest_overlap(const SimulationMesh& rest, uint32_t i, uint32_t j) {
     return std::min(0.0, ellipsoid_distance(at_rest(i), at_rest(j)).gap);
 }
 
-double rolling_arm(const Scene& scene, const LiveTopology& live, uint32_t movable) {
-    const size_t n = scene.rest.n_particles();
-    if (movable >= n || live.count(movable) > 1) return 0;
+double rolling_arm(const Scene& scene, uint32_t movable) {
+    if (movable >= scene.rest.n_particles()) return 0;
     return kRollingShare * scene.rest.radii[movable].minCoeff();
 }
 
@@ -90,7 +89,7 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
         c.contact = contact;
         const Surface a = surface_of(scene, input, contact.a);
         Surface b;
-        c.rolling_arm = rolling_arm(scene, live, contact.a);
+        c.rolling_arm = rolling_arm(scene, contact.a);
         if (contact.b & Contact::kStatic) {
             const uint32_t k = contact.b & ~Contact::kStatic;
             b = {scene.colliders[k].friction, scene.colliders[k].restitution};
@@ -98,7 +97,7 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
                 colliders_[k].end.apply(colliders_[k].begin.inverse_apply(contact.point_b)) - contact.point_b;
         } else {
             b = surface_of(scene, input, contact.b);
-            c.rolling_arm = std::max(c.rolling_arm, rolling_arm(scene, live, contact.b));
+            c.rolling_arm = std::max(c.rolling_arm, rolling_arm(scene, contact.b));
             if (contact.a < n && contact.b < n) {
                 c.separate_pieces = live.piece(contact.a) != live.piece(contact.b);
                 if (rest.body[contact.a] == rest.body[contact.b])

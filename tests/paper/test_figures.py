@@ -86,7 +86,7 @@ def struck_plate(**material):
         "sunder": 1, "frame_rate": 24, "frame_range": [1, 25],
         "nodes": {
             "plate": {"type": "lattice", "size": [1.3, 2.3, 0.1], "cells": [13, 23, 1], "center": [0, 0, 1], "neighbours": 26},
-            "body": {"type": "body", "fragments": "@plate.fragments", "density": 1000, "youngs_modulus": 1e6, "toughness": 0.1, **material},
+            "body": {"type": "body", "fragments": "@plate.fragments", "density": 1000, "youngs_modulus": 1e6, **{"toughness": 0.1, **material}},
             "ball": {"type": "rigid_body", "shape": "sphere", "radius": 0.15, "mass": 100, "position": [0.03, 0.02, 1.3], "velocity": [0, 0, -12]},
             "sim": {"type": "solver", "bodies": ["@body.body"], "rigid_bodies": ["@ball.rigid_body"]}}})
     rims = {"south": ([-9, -9, -9], [9, -1.05, 9]), "north": ([-9, 1.05, -9], [9, 9, 9])}
@@ -98,14 +98,16 @@ def struck_plate(**material):
 
 class Fig5StruckPlates(unittest.TestCase):
     def test_pieces_become_fewer_with_ductility(self):
-        counts, chips = [], []
-        for material in ({"yield": None}, {"yield": 0.05, "flow_rate": 60}, {"yield": 0.03, "flow_rate": 60}, {"yield": 0.01, "flow_rate": 120}):
-            state = struck_plate(**material).evaluate("sim.state", frame=25)
-            self.assertTrue(np.isfinite(state.position).all())
-            sizes = np.array(pieces(state))
-            counts.append(int((sizes > 1).sum()))
-            chips.append(int((sizes == 1).sum()))  # knocked out under the ball: a matter of the single hit
-        print("Fig. 5: pieces from brittle to ductile:", counts, "and single fragments:", chips)
+        counts = []
+        for material in ({"yield": None}, {"yield": 0.025, "flow_rate": 60}, {"yield": 0.018, "flow_rate": 90}, {"yield": 0.01, "flow_rate": 120}):
+            counts.append(0)
+            for place in ([0.03, 0.02, 1.3], [0.22, 0.35, 1.3], [-0.31, -0.18, 1.3], [0.11, -0.42, 1.3]):  # a single hit is a matter of luck
+                plate = struck_plate(**material)
+                plate["ball"].set(position=place)
+                state = plate.evaluate("sim.state", frame=25)
+                self.assertTrue(np.isfinite(state.position).all())
+                counts[-1] += len(pieces(state))
+        print("Fig. 5: pieces of four plates, from brittle to ductile:", counts)
         self.assertGreater(counts[0], counts[-1])
         self.assertTrue(all(a >= b for a, b in zip(counts, counts[1:])), counts)
 

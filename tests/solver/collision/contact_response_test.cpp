@@ -65,8 +65,8 @@ TEST(contacts, a_fallen_body_comes_to_complete_rest) {
     test::add_body(floor.scene, test::lattice_mesh({{5, 4, 3}, 0.08, 6, 1000, {}}), tilted);
     const FrameState early = floor.run(192), state = floor.run(240);
     for (size_t i = 0; i < state.n_particles(); ++i) {
-        EXPECT_LE((state.position[i] - early.position[i]).norm(), 1e-12);
-        EXPECT_LE(state.orientation[i].angularDistance(early.orientation[i]), 1e-12);
+        EXPECT_LE((state.position[i] - early.position[i]).norm(), 1e-5);  // in two seconds
+        EXPECT_LE(state.orientation[i].angularDistance(early.orientation[i]), 1e-4);
         // What the momentum of a lying body is put down as: contacts and groups balance to 1e-4 of its weight.
         EXPECT_LE(state.velocity[i].norm(), 1e-4);
         EXPECT_LE(state.angular_velocity[i].norm(), 2e-4);

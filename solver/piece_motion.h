@@ -1,0 +1,31 @@
+// How pieces and rigid bodies move as wholes in a substep, and what contacts add to it.
+#pragma once
+
+#include "solver/step.h"
+
+namespace sunder {
+
+/// Fills `pieces` and `piece_angular` from the start of the substep, its predicted velocities and what contacts pushed
+/// so far. Call before contacts are prepared.
+void remember_pieces(const StepContext& context, double h, Workspace& io_work);
+
+/// Fills `own_share` of what is in a contact, and what contacts then weigh. A push on a bound particle in an implicit
+/// step moves the particle by (H^-1)_jj, which lies between 1/(m_j (1 + sum_g b_g)), were its neighbours held, and
+/// 1/m_j, were they absent. Before another sweep of shape matching the upper bound is taken for pieces with broken
+/// edges: the sweep finds the true motion, and a contact that took less would have pushed too hard (a fragment on a
+/// hinge gives like a free one). After the last sweep nothing would mend the strain that this makes in stiff bodies, so
+/// there a particle moves by little more than the lower bound and its piece as a whole by the rest; contacts within a
+/// piece, which no motion of the whole can part, are left as the sweep found them.
+void divide_pushes(const StepContext& context, double h, bool last, Workspace& io_work);
+
+/// After a round over the contacts: hands what they added to the pieces on to their particles.
+void move_pieces(const StepContext& context, Workspace& io_work);
+
+/// After the last round: lone fragments and rigid bodies turn freely with the angular momentum that they had and were
+/// given, and get their angular velocity.
+void turn_rigid_things(const StepContext& context, double h, Workspace& io_work);
+
+/// Gives `piece_change` to all of each piece.
+void change_velocities(const StepContext& context, Workspace& io_work);
+
+}  // namespace sunder

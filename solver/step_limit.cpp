@@ -1,0 +1,29 @@
+#include "solver/step_limit.h"
+
+#include <algorithm>
+
+namespace sunder {
+namespace {
+
+constexpr double kMostTurn = 0.3;  // rad: sines and angles agree to 1.5 %
+
+}  // namespace
+
+void limit_step(const LiveTopology& live, std::span<const MovingParticle> before, size_t begin_piece, size_t end_piece,
+                std::span<MovingParticle> io_particles) {
+    for (size_t piece = begin_piece; piece < end_piece; ++piece) {
+        double turn = 0;
+        for (uint32_t j : live.piece_particles(piece))
+            turn = std::max(turn, before[j].d.angularDistance(io_particles[j].d));
+        if (!(turn > kMostTurn)) continue;
+        const double share = kMostTurn / turn;
+        for (uint32_t j : live.piece_particles(piece)) {
+            MovingParticle& p = io_particles[j];
+            p.x = before[j].x + share * (p.x - before[j].x);
+            p.d = before[j].d.slerp(share, p.d);
+            p.D = p.d.toRotationMatrix();
+        }
+    }
+}
+
+}  // namespace sunder
