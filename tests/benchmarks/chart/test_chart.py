@@ -1,0 +1,77 @@
+"""The short chart: the csv is whole, what it claims holds loosely, and it can be drawn."""
+import csv
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+CASES = {"held_twist": {40, 320}, "release_period": {320}, "residual_twist": {40, 320}, "tear_time": {320}}
+METHODS = {"projective", "jacobi", "gauss_seidel", "plain", "plain_corrected"}
+
+
+class Chart(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.folder.cleanup)
+        cls.csv = Path(cls.folder.name) / "chart.csv"
+        subprocess.run([os.environ["SUNDER_CHART"], cls.csv, "--short"], check=True)
+        with open(cls.csv, newline="") as file:
+            cls.rows = list(csv.DictReader(file))
+        for row in cls.rows:
+            row["setting"] = int(row["substeps"]), int(row["iterations"])
+            for name in ("cpu_s_per_s", "error"):
+                row[name] = float(row[name])
+
+    def errors(self, case, method, particles=320):
+        """Error by (substeps, iterations)."""
+        return {r["setting"]: r["error"] for r in self.rows
+                if r["case"] == case and r["method"] == method and int(r["particles"]) == particles}
+
+    def test_is_whole(self):
+        for case, meshes in CASES.items():
+            for method in METHODS:
+                for particles in meshes:
+                    settings = self.errors(case, method, particles)
+                    self.assertGreaterEqual(set(settings), {(1, 1), (1, 2), (2, 1), (8, 1)}, (case, method, particles))
+        self.assertEqual(len(self.rows), len({(r["case"], r["method"], r["particles"], r["setting"]) for r in self.rows}))
+        for row in self.rows:
+            self.assertGreater(row["cpu_s_per_s"], 0)
+            self.assertGreaterEqual(row["error"], 0)  # infinite where there is no answer, never NaN
+
+    def test_more_substeps_bring_the_solver_nearer(self):
+        for case, settings in {"release_period": [(2, 1), (8, 1), (32, 1)], "tear_time": [(2, 1), (32, 1)]}.items():
+            errors = [self.errors(case, "projective")[s] for s in settings]
+            for coarse, fine in zip(errors, errors[1:]):
+                self.assertLess(fine, 0.5 * coarse, (case, errors))
+
+    def test_the_solver_beats_the_plain_method_where_order_biases_it(self):
+        ours, plain = self.errors("held_twist", "projective"), self.errors("held_twist", "plain")
+        for setting in ours.keys() & plain.keys():
+            self.assertLess(ours[setting], 0.5 * plain[setting], setting)
+
+    def test_finer_meshes_come_nearer_to_the_continuum(self):
+        for case in ("held_twist", "residual_twist"):
+            coarse, fine = self.errors(case, "projective", 40), self.errors(case, "projective", 320)
+            for setting in coarse.keys() & fine.keys():
+                self.assertLess(fine[setting], coarse[setting], (case, setting))
+
+    def test_the_plain_methods_sweep_is_that_of_the_solver(self):
+        # Two implementations of one sweep: without flow and fracture they find the same bar.
+        for particles in (40, 320):
+            ours, plain = (self.errors("held_twist", m, particles) for m in ("gauss_seidel", "plain"))
+            for setting in ours.keys() & plain.keys():
+                self.assertAlmostEqual(ours[setting], plain[setting], delta=1e-4 * plain[setting])
+
+    def test_is_drawn(self):
+        stem = Path(self.folder.name) / "picture"
+        subprocess.run([sys.executable, HERE / "draw_chart.py", self.csv, stem], check=True)
+        self.assertIn("<svg", stem.with_suffix(".svg").read_text()[:1000])
+        self.assertEqual(stem.with_suffix(".png").read_bytes()[:8], b"\x89PNG\r\n\x1a\n")
+
+
+if __name__ == "__main__":
+    unittest.main()
