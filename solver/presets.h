@@ -13,7 +13,7 @@ struct Preset {
 
 /// Of method projective, which the front is made of (jacobi is faster only for soft or resting bodies); from the
 /// fastest to the most accurate; the middle one is what SolverSettings starts with.
-inline constexpr std::array kPresets = {Preset{"preview", 2, 1}, Preset{"default", 8, 2}, Preset{"final", 32, 2}};
+inline constexpr std::array kPresets = {Preset{"preview", 4, 1}, Preset{"default", 8, 2}, Preset{"final", 32, 1}};
 
 /// The preset of that name, or null.
 constexpr const Preset* find_preset(std::string_view name) {

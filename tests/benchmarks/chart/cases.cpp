@@ -11,8 +11,8 @@ namespace sunder::chart {
 
 Outcome outcome(const MovedBar& bar, double value, double reference) {
     const double error = std::abs(value / reference - 1);
-    return {value, reference, std::isfinite(error) ? error : std::numeric_limits<double>::infinity(), bar.simulated_s,
-            bar.frame_cpu};
+    return {value,           reference,     std::isfinite(error) ? error : std::numeric_limits<double>::infinity(),
+            bar.simulated_s, bar.frame_cpu, bar.total_substeps};
 }
 
 std::vector<std::vector<double>> reference_rows(const std::string& file) {

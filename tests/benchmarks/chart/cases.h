@@ -10,6 +10,7 @@ struct Outcome {
     double error = 0;                 // relative; infinite where there is no answer
     double simulated_s = 0;
     std::vector<double> frame_cpu;  // s a frame
+    double substeps = 0;            // taken in all
 };
 
 struct Case {

@@ -35,9 +35,9 @@ def read(path):
     with open(path, newline="") as file:
         rows = list(csv.DictReader(file))
     for row in rows:
-        for name in ("particles", "substeps", "iterations"):
+        for name in ("particles", "iterations"):
             row[name] = int(row[name])
-        for name in ("cpu_s_per_s", "error"):
+        for name in ("substeps", "error_budget", "cpu_s_per_s", "error"):
             row[name] = float(row[name])
     return rows
 
@@ -75,7 +75,7 @@ def staircase(rows, right):
     return x, y + y[-1:]
 
 
-def draw_panel(axes, rows):
+def draw_panel(axes, rows, budgeted):
     whole = [r for r in front(rows) if math.isfinite(r["trusted"])]
     if whole:
         x, y = staircase(whole, max(r["cpu_s_per_s"] for r in rows))
@@ -92,6 +92,13 @@ def draw_panel(axes, rows):
         if kept:
             x, y = staircase(kept, max(r["cpu_s_per_s"] for r in own))
             axes.step(x, y, where="post", color=colour, linestyle=line, linewidth=2, zorder=3)
+    budgeted = sorted(budgeted, key=lambda r: r["cpu_s_per_s"])
+    axes.plot([r["cpu_s_per_s"] for r in budgeted], [shown(r["error"]) for r in budgeted], color=INK, linewidth=0.9,
+              linestyle=":", marker="D", markersize=5, markerfacecolor="#9ecae9", markeredgewidth=0.9, zorder=4)
+    by_steps = "limit" in CASES[rows[0]["case"]][1]  # elsewhere the mesh's error hides that of the steps
+    for row in (budgeted[:1] + budgeted[-1:]) * by_steps:
+        axes.annotate(percent(row["error_budget"], None), (row["cpu_s_per_s"], shown(row["error"])), xytext=(-6, -11),
+                      textcoords="offset points", ha="right", fontsize=8, color=INK, zorder=6)
     for row in rows:
         if row["preset"]:
             x, y = row["cpu_s_per_s"], shown(row["error"])
@@ -132,7 +139,8 @@ def draw(rows, stem):
     left, right = min(times) * 0.8, max(times) * 1.25
     for axes, (case, (title, subtitle)) in zip(panels.flat, CASES.items()):
         style(axes, title, subtitle)
-        draw_panel(axes, [r for r in rows if r["case"] == case])
+        own = [r for r in rows if r["case"] == case]
+        draw_panel(axes, [r for r in own if not r["error_budget"]], [r for r in own if r["error_budget"]])
         axes.set_xlim(left, right)
     for axes in panels[1]:
         axes.set_xlabel("processor time for a simulated second, s", fontsize=10, color=INK)
@@ -143,6 +151,8 @@ def draw(rows, stem):
     handles += [
         Line2D([], [], color="#f2c94c", alpha=0.45, linewidth=9, label="Pareto front of all"),
         Line2D([], [], marker="*", markersize=13, color="white", markeredgecolor=INK, linestyle="", label="presets, 320 particles"),
+        Line2D([], [], marker="D", markersize=5, color=INK, linewidth=0.9, linestyle=":", markerfacecolor="#9ecae9",
+               label="projective within an error budget"),
         Line2D([], [], marker="o", markersize=4, color=MUTED, alpha=0.5, linestyle="", label="one run"),
         Line2D([], [], marker="x", markersize=5, color=MUTED, linestyle="", label="no answer, or lost"),
     ]
@@ -162,7 +172,7 @@ def main():
     if len(sys.argv) != 3:
         sys.exit("usage: draw_chart.py CHART.csv OUTPUT_STEM")
     rows = read(sys.argv[1])
-    trusted_errors(rows)
+    trusted_errors([r for r in rows if not r["error_budget"]])
     draw(rows, sys.argv[2])
 
 

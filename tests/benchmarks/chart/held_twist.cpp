@@ -52,7 +52,7 @@ Outcome held_twist(const Setting& setting) {
         displacement += (x - X).squaredNorm();
     }
     const double error = sound ? std::sqrt(difference / displacement) : std::numeric_limits<double>::infinity();
-    return {error, 0, error, bar.simulated_s, bar.frame_cpu};
+    return {error, 0, error, bar.simulated_s, bar.frame_cpu, bar.total_substeps};
 }
 
 }  // namespace sunder::chart

@@ -87,14 +87,19 @@ bool MovedBar::frame(double duration, const Pose& begin, const Pose& end, bool h
         s.flow_per_step = -std::expm1(-material_.flow_rate / kPlainTunedRate);
         s.max_speed = 1e5;  // where the solver, too, gives up
         sound = plain_->advance(input, s, state);
+        last_substeps = s.substeps;
     } else {
         SolverSettings s;
         s.method = method_of(setting.mover);
         s.substeps = setting.substeps, s.iterations = setting.iterations, s.damping = damping;
-        sound = bool(solver_->advance(input, s, state));
+        s.error_budget = setting.error_budget;
+        const auto report = solver_->advance(input, s, state);
+        sound = bool(report);
+        last_substeps = sound ? report->substeps : s.substeps;
     }
     frame_cpu.push_back(thread_seconds() - start);
     simulated_s += duration;
+    total_substeps += last_substeps;
     return sound;
 }
 

@@ -20,6 +20,7 @@ struct Setting {
     Mover mover = Mover::projective;
     int cells = 4;  // across the bar; cells x cells x 5 cells particles
     int substeps = 8, iterations = 2;
+    double error_budget = 0;  // above 0 the solver chooses substeps and iterations
 
     int particles() const { return 5 * cells * cells * cells; }
 };
@@ -49,6 +50,8 @@ public:
     Setting setting;
     double simulated_s = 0;         // by frames so far
     std::vector<double> frame_cpu;  // processor time of this thread for each frame, s
+    int last_substeps = 0;          // of the last frame
+    double total_substeps = 0;
 
 private:
     Scene scene_;

@@ -25,22 +25,54 @@ const FrameState& held(int cells) {
     return states[cells] = state;
 }
 
+// Looks at the twist after every step for its first zero.
+class FirstZero {
+public:
+    explicit FirstZero(const MovedBar& bar) : bar_(bar), last_(bar.twist()) {}
+    /// After a step of h.
+    void look(double h) {
+        const double now = bar_.twist();
+        if (std::isnan(time) && now <= 0) time = elapsed_ + h * last_ / (last_ - now);
+        elapsed_ += h, last_ = now;
+    }
+    double time = std::numeric_limits<double>::quiet_NaN();  // s; NaN: none yet
+
+private:
+    const MovedBar& bar_;
+    double last_, elapsed_ = 0;
+};
+
 // Twice the time from letting go to the first crossing of zero, s; NaN when there is none in `seconds`.
 double half_period(MovedBar& io_bar, double seconds, bool to_the_end) {
     io_bar.state = held(io_bar.setting.cells);
+    FirstZero zero(io_bar);
     const double h = 1.0 / 24 / io_bar.setting.substeps;
     io_bar.setting.substeps = 1;  // every step is looked at
     const int steps = static_cast<int>(std::lround(seconds / h));
-    double last = io_bar.twist(), found = std::numeric_limits<double>::quiet_NaN();
-    for (int k = 0; k < steps; ++k) {
+    for (int k = 0; k < steps && (to_the_end || std::isnan(zero.time)); ++k) {
         if (!io_bar.frame(h, {}, {}, false)) return std::numeric_limits<double>::quiet_NaN();
-        if (!std::isnan(found)) continue;
-        const double now = io_bar.twist();
-        if (now <= 0) found = 2 * h * (k + last / (last - now));
-        if (now <= 0 && !to_the_end) break;
-        last = now;
+        zero.look(h);
     }
-    return found;
+    return 2 * zero.time;
+}
+
+// The same where the solver chooses the steps of whole frames: each frame is then taken again step by step to look.
+double half_period_within_budget(MovedBar& io_bar, double seconds) {
+    io_bar.state = held(io_bar.setting.cells);
+    Setting step = io_bar.setting;
+    step.error_budget = 0, step.substeps = 1;
+    MovedBar looked_at(step, soft());
+    looked_at.state = io_bar.state;
+    FirstZero zero(looked_at);
+    for (int f = 0; f < std::lround(24 * seconds); ++f) {
+        looked_at.state = io_bar.state;
+        if (!io_bar.frame(1.0 / 24, {}, {}, false)) return std::numeric_limits<double>::quiet_NaN();
+        for (int k = 0; k < io_bar.last_substeps; ++k) {
+            looked_at.frame(1.0 / 24 / io_bar.last_substeps, {}, {}, false);
+            zero.look(1.0 / 24 / io_bar.last_substeps);
+        }
+    }
+    return 2 * zero.time;
 }
 
 double limit(int cells) {
@@ -54,7 +86,7 @@ double limit(int cells) {
 
 Outcome release_period(const Setting& setting) {
     MovedBar bar(setting, soft());
-    const double found = half_period(bar, 0.25, true);
+    const double found = setting.error_budget > 0 ? half_period_within_budget(bar, 0.25) : half_period(bar, 0.25, true);
     return outcome(bar, found, limit(setting.cells));
 }
 
