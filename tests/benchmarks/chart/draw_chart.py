@@ -92,21 +92,31 @@ def draw_panel(axes, rows, budgeted):
         if kept:
             x, y = staircase(kept, max(r["cpu_s_per_s"] for r in own))
             axes.step(x, y, where="post", color=colour, linestyle=line, linewidth=2, zorder=3)
-    budgeted = sorted(budgeted, key=lambda r: r["cpu_s_per_s"])
-    axes.plot([r["cpu_s_per_s"] for r in budgeted], [shown(r["error"]) for r in budgeted], color=INK, linewidth=0.9,
-              linestyle=":", marker="D", markersize=5, markerfacecolor="#9ecae9", markeredgewidth=0.9, zorder=4)
-    by_steps = "limit" in CASES[rows[0]["case"]][1]  # elsewhere the mesh's error hides that of the steps
-    for row in (budgeted[:1] + budgeted[-1:]) * by_steps:
-        axes.annotate(percent(row["error_budget"], None), (row["cpu_s_per_s"], shown(row["error"])), xytext=(-6, -11),
-                      textcoords="offset points", ha="right", fontsize=8, color=INK, zorder=6)
+    by_steps = "limit" in CASES[rows[0]["case"]][1]
+    draw_budgets(axes, budgeted if by_steps else [])  # elsewhere the mesh's error hides that of the steps
     for row in rows:
         if row["preset"]:
-            x, y = row["cpu_s_per_s"], shown(row["error"])
-            axes.scatter([x], [y], marker="*" if row["preset"] == "default" else "o",
-                         s=190 if row["preset"] == "default" else 52, color="white", edgecolors=INK, linewidths=1.4, zorder=5)
-            axes.annotate(row["preset"], (x, y), xytext=(0, 10), textcoords="offset points", ha="center", fontsize=9,
-                          color=INK, weight="bold" if row["preset"] == "default" else "normal", zorder=6,
-                          bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.75})
+            draw_preset(axes, row)
+
+
+def draw_budgets(axes, rows):
+    rows = sorted(rows, key=lambda r: r["cpu_s_per_s"])
+    axes.plot([r["cpu_s_per_s"] for r in rows], [shown(r["error"]) for r in rows], color=INK, linewidth=0.9,
+              linestyle=":", marker="D", markersize=5, markerfacecolor="#9ecae9", markeredgewidth=0.9, zorder=4)
+    for row in rows[:1] + rows[-1:]:
+        axes.annotate(percent(row["error_budget"], None), (row["cpu_s_per_s"], shown(row["error"])), xytext=(-6, -11),
+                      textcoords="offset points", ha="right", fontsize=8, color=INK, zorder=6)
+
+
+def draw_preset(axes, row):
+    place = (row["cpu_s_per_s"], shown(row["error"]))
+    star = row["preset"] == "default"
+    axes.scatter(*place, marker="*" if star else "o", s=190 if star else 52, color="white", edgecolors=INK, linewidths=1.4,
+                 zorder=5)
+    offset, align = {"preview": ((-2, 9), "right"), "default": ((0, 11), "center"), "final": ((8, -3), "left")}[row["preset"]]
+    axes.annotate(row["preset"], place, xytext=offset, textcoords="offset points", ha=align, fontsize=9, color=INK,
+                  weight="bold" if star else "normal", zorder=6,
+                  bbox={"boxstyle": "round,pad=0.12", "fc": "white", "ec": "none", "alpha": 0.7})
 
 
 def percent(value, _position):
