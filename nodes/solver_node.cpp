@@ -2,6 +2,7 @@
 #include "nodes/node_list.h"
 #include "nodes/solver_scene.h"
 #include "nodes/state_cache.h"
+#include "solver/presets.h"
 #include "solver/solver.h"
 
 namespace sunder {
@@ -192,6 +193,21 @@ std::vector<SocketDescription> inputs() {
              .sentence = "Acceleration fields and winds, added up"}};
 }
 
+std::vector<Json> preset_names() {
+    std::vector<Json> names;
+    for (const Preset& preset : kPresets) names.push_back(preset.name);
+    return names;
+}
+
+// "preview: 4 substeps of 1 iteration, ..."
+std::string preset_texts() {
+    std::string text;
+    for (const Preset& preset : kPresets)
+        text += (text.empty() ? "" : ", ") + std::string(preset.name) + ": " + std::to_string(preset.substeps) +
+                " substeps of " + std::to_string(preset.iterations);
+    return text;
+}
+
 std::vector<ParameterDescription> parameters() {
     return {{.name = "method",
              .label = "Method",
@@ -201,20 +217,38 @@ std::vector<ParameterDescription> parameters() {
                          "stiff bodies too soft; "
                          "gauss_seidel: the paper's, for comparison, with the bodies' `stiffness` as a share per sweep",
              .choices = {"projective", "jacobi", "gauss_seidel"}},
+            {.name = "preset",
+             .label = "Preset",
+             .type = ParameterType::choice,
+             .default_value = "default",
+             .sentence = "Speed against accuracy, as docs/images/chart.svg shows it: " + preset_texts() +
+                         "; what substeps or iterations say goes before",
+             .choices = preset_names()},
             {.name = "substeps",
              .label = "Substeps",
              .type = ParameterType::integer,
              .min = 1,
              .max = 1000,
-             .default_value = 8,
-             .sentence = "Steps per frame: more for stiff materials and fast impacts"},
+             .default_value = nullptr,
+             .sentence = "Steps per frame: more for stiff materials and fast impacts; null: the preset's",
+             .nullable = true},
             {.name = "iterations",
              .label = "Iterations",
              .type = ParameterType::integer,
              .min = 1,
              .max = 1000,
-             .default_value = 2,
-             .sentence = "Sweeps per substep: more carry a push further through a body"},
+             .default_value = nullptr,
+             .sentence = "Sweeps per substep: more carry a push further through a body; null: the preset's",
+             .nullable = true},
+            {.name = "error_budget",
+             .label = "Error Budget",
+             .min = 0,
+             .max = 1,
+             .default_value = 0.0,
+             .sentence =
+                 "Above 0, the solver chooses substeps (1 to 64) and iterations frame by frame, so that oscillations "
+                 "and the time of breaking are wrong by about this share at most (0.02: 2 %) and quiet frames "
+                 "cost little; 0: as preset, substeps and iterations say"},
             {.name = "over_relaxation",
              .label = "Over-Relaxation",
              .min = 0.1,

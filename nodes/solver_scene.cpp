@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "solver/presets.h"
+
 namespace sunder {
 namespace {
 
@@ -112,8 +114,10 @@ SolverSettings settings_of(const Parameters& p) {
     s.method = method == "gauss_seidel" ? Method::gauss_seidel
                : method == "jacobi"     ? Method::jacobi
                                         : Method::projective;
-    s.substeps = p.integer("substeps");
-    s.iterations = p.integer("iterations");
+    const Preset& preset = *find_preset(p.text("preset"));
+    s.substeps = p.is_null("substeps") ? preset.substeps : p.integer("substeps");
+    s.iterations = p.is_null("iterations") ? preset.iterations : p.integer("iterations");
+    s.error_budget = p.number("error_budget");
     s.over_relaxation = p.number("over_relaxation");
     s.damping = p.number("damping");
     s.depenetration_speed = p.number("depenetration_speed");
@@ -151,7 +155,12 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
 
 ContentKey key_of(const FrameInput& input, const SolverSettings& s) {
     KeyHasher hasher;
-    hasher.add(static_cast<int>(s.method)).add(s.substeps).add(s.iterations).add(s.over_relaxation).add(s.damping);
+    hasher.add(static_cast<int>(s.method))
+        .add(s.substeps)
+        .add(s.iterations)
+        .add(s.over_relaxation)
+        .add(s.damping)
+        .add(s.error_budget);
     hasher.add(s.depenetration_speed)
         .add(s.self_collision)
         .add(input.duration)

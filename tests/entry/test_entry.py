@@ -56,6 +56,12 @@ class Entry(unittest.TestCase):
         lines = [line for line in done.stdout.splitlines() if re.fullmatch(r"\d+ passed, \d+ failed", line)]
         return done.returncode, lines
 
+    def test_chart_tells_what_it_takes(self):
+        for wrong in (["--fast"], ["-o"]):
+            done = self.run_entry("chart", *wrong)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("error", done.stderr)
+
     def test_hands_arguments_on_from_any_folder(self):
         elsewhere = self.home / "some where"
         elsewhere.mkdir()

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "nodes/graph.h"
+#include "solver/presets.h"
 
 namespace sunder {
 namespace {
@@ -145,6 +146,9 @@ TEST(SolverNode, every_input_that_matters_simulates_again) {
                                                                            {"floor", "position", {0, 0, -0.1}},
                                                                            {"floor", "friction", 0.1},
                                                                            {"sim", "substeps", 4},
+                                                                           {"sim", "iterations", 3},
+                                                                           {"sim", "preset", "preview"},
+                                                                           {"sim", "error_budget", 0.05},
                                                                            {"sim", "gravity", {0, 0, -5}},
                                                                            {"sim", "damping", 2.0},
                                                                            {"sim", "self_collision", false},
@@ -161,6 +165,30 @@ TEST(SolverNode, every_input_that_matters_simulates_again) {
     ASSERT_TRUE(rate.graph().set_frame_rate(30));
     rate.state(3);
     EXPECT_EQ(rate.simulated, (Frames{2, 3}));
+}
+
+TEST(SolverNode, a_preset_gives_the_steps_that_are_not_given) {
+    for (const Preset& preset : kPresets) {
+        Shot by_name, by_numbers, mixed, mixed_numbers;
+        by_name.set("sim", "preset", std::string(preset.name));
+        by_numbers.set("sim", "substeps", preset.substeps);
+        by_numbers.set("sim", "iterations", preset.iterations);
+        EXPECT_EQ(by_name.hash(10), by_numbers.hash(10)) << preset.name;
+        mixed.set("sim", "preset", std::string(preset.name));
+        mixed.set("sim", "substeps", 5);
+        mixed_numbers.set("sim", "substeps", 5);
+        mixed_numbers.set("sim", "iterations", preset.iterations);
+        EXPECT_EQ(mixed.hash(10), mixed_numbers.hash(10)) << preset.name;
+    }
+}
+
+TEST(SolverNode, an_error_budget_chooses_the_steps) {
+    Shot shot;
+    shot.set("sim", "error_budget", 0.02);
+    EXPECT_EQ(shot.state(3)->report.substeps, 1);  // falling
+    int most = 0;
+    for (int frame = 4; frame <= 20; ++frame) most = std::max(most, shot.state(frame)->report.substeps);
+    EXPECT_GT(most, 8);  // the floor
 }
 
 TEST(SolverNode, threads_change_nothing) {

@@ -1,9 +1,12 @@
-// The square bar of the reference study, 0.2 x 0.2 x 1 m: clamped below 0.1 and above 0.9, n x n x 5n particles.
+// The square bar of the reference study, 0.2 x 0.2 x 1 m: clamped below 0.1 and above 0.9, n x n x 5n particles. Moved
+// by Sunder's solver, or by the paper's plain method to see where that fails.
 #pragma once
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+#include <optional>
 
 #include "tests/support/lattice_scene.h"
+#include "tests/support/plain_method.h"
 
 namespace sunder::test {
 
@@ -13,6 +16,8 @@ struct Bar {
     SolverSettings settings;
     std::unique_ptr<Solver> solver;
     FrameState state;
+    std::optional<PlainSettings> plain;  // set: the plain method moves the bar, with the damping of `settings`
+    bool sound = true;                   // false once the plain method is lost; then nothing moves any more
 
     explicit Bar(int n = 4, int neighbours = 6) : scene(lattice_scene({{n, n, 5 * n}, 0.2 / n, neighbours, 1000, {}})) {
         add_pin(scene, [](const Vec3& x) { return x.z() < 0.1; });
@@ -22,12 +27,18 @@ struct Bar {
     void start() {
         solver = make_solver(scene);
         state = solver->initial_state({material});
+        if (plain) plain_method = std::make_unique<PlainMethod>(scene);
     }
     /// One frame with the head going from one pose to another; `held` false lets the head go.
     StepReport frame(double duration, const Pose& begin, const Pose& end, bool held = true) {
         FrameInput in = quiet_input(scene, material, duration);
-        in.pins[1] = {begin, end, held};
-        return advance(*solver, in, settings, state);
+        if (in.pins.size() > 1) in.pins[1] = {begin, end, held};
+        if (!plain) return advance(*solver, in, settings, state);
+        plain->damping = settings.damping;
+        sound = sound && plain_method->advance(in, *plain, state);
+        StepReport report;
+        report.edges_broken = state.broken.size();
+        return report;
     }
     /// Turns the head about z from one angle to another (rad) in `seconds`, at 24 frames a second.
     void turn(double from, double to, double seconds) {
@@ -72,11 +83,14 @@ struct Bar {
     double plastic_ratio() const {
         double ratio = 1;
         for (const Mat3& F : state.plastic_deformation) {
-            const Vec3 p = Eigen::SelfAdjointEigenSolver<Mat3>(F).eigenvalues();
-            ratio = std::max(ratio, p(2) / p(0));
+            const Vec3 p = Eigen::JacobiSVD<Mat3>(F).singularValues();
+            ratio = std::max(ratio, p(0) / p(2));
         }
         return ratio;
     }
+
+private:
+    std::unique_ptr<PlainMethod> plain_method;
 };
 
 constexpr double kDegree = M_PI / 180;

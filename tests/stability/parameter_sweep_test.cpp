@@ -39,6 +39,7 @@ std::function<void(Values&, double)> setter(const std::string& name) {
         {"restitution", member([](Values& s) -> double& { return s.material.restitution; })},
         {"substeps", member([](Values& s) -> int& { return s.settings.substeps; })},
         {"iterations", member([](Values& s) -> int& { return s.settings.iterations; })},
+        {"error_budget", member([](Values& s) -> double& { return s.settings.error_budget; })},
         {"over_relaxation", member([](Values& s) -> double& { return s.settings.over_relaxation; })},
         {"damping", member([](Values& s) -> double& { return s.settings.damping; })},
         {"depenetration_speed", member([](Values& s) -> double& { return s.settings.depenetration_speed; })},

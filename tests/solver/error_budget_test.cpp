@@ -1,0 +1,114 @@
+#include "solver/error_budget.h"
+
+#include <gtest/gtest.h>
+
+#include "solver/presets.h"
+#include "tests/support/lattice_scene.h"
+
+namespace sunder {
+namespace {
+
+// A block above the floor, and how many substeps each of its frames took.
+struct Block {
+    Scene scene;
+    Material material;
+    SolverSettings settings;
+    std::unique_ptr<Solver> solver;
+    FrameState state;
+
+    explicit Block(double height = 0, int threads = 1, const Vec3& velocity = Vec3::Zero()) {
+        test::add_body(scene, test::lattice_mesh({{4, 4, 4}, 0.1, 6, 1000, {}}), {Vec3(0, 0, height), Quat::Identity()},
+                       velocity);
+        scene.colliders.push_back({"floor", {ShapeKind::plane}});
+        material.youngs_modulus = 1e6;
+        settings.error_budget = 0.02;
+        settings.damping = 1;
+        solver = test::make_solver(scene, threads);
+        state = solver->initial_state({material});
+    }
+    int frame(const Vec3& gravity = Vec3(0, 0, -9.81)) {
+        FrameInput in = test::quiet_input(scene, material);
+        in.gravity = gravity;
+        return test::advance(*solver, in, settings, state).substeps;
+    }
+};
+
+TEST(error_budget, a_resting_body_takes_one_substep_and_what_contacts_need_where_it_lies) {
+    Block floating(1);
+    for (int f = 0; f < 5; ++f) EXPECT_EQ(floating.frame(Vec3::Zero()), 1);
+    Block lying;
+    int substeps = 0;
+    for (int f = 0; f < 24; ++f) substeps = lying.frame();
+    EXPECT_EQ(substeps, kContactSubsteps);
+}
+
+TEST(error_budget, a_falling_body_takes_one_substep_and_many_when_it_hits) {
+    Block block(0.75, 1, Vec3(0, 0, -3));
+    int at_impact = 0;
+    for (int f = 0; f < 16; ++f) {
+        const int substeps = block.frame();
+        if (f < 4) {
+            EXPECT_EQ(substeps, 1);
+        }
+        at_impact = std::max(at_impact, substeps);
+    }
+    EXPECT_GE(at_impact, 32);
+    EXPECT_LE(at_impact, kMostBudgetSubsteps);
+}
+
+TEST(error_budget, a_tumbling_body_takes_few) {
+    Block block(1);
+    const Vec3 spin(3, 1, 0), center(0, 0, 1.2);
+    for (size_t i = 0; i < block.state.n_particles(); ++i) {
+        block.state.velocity[i] = spin.cross(block.state.position[i] - center);
+        block.state.angular_velocity[i] = spin;
+    }
+    int most = 0;
+    for (int f = 0; f < 24; ++f) {
+        const int substeps = block.frame(Vec3::Zero());
+        if (f >= 6) most = std::max(most, substeps);  // by then the start's centrifugal stretch has come
+    }
+    EXPECT_LE(most, 10);
+}
+
+TEST(error_budget, a_smaller_budget_takes_more_substeps) {
+    int last = 0;
+    for (const double budget : {0.2, 0.05, 0.01}) {
+        Block block(1);
+        for (Vec3& x : block.state.position) x.z() = 1.2 + 1.1 * (x.z() - 1.2);
+        block.settings.error_budget = budget;
+        const int substeps = block.frame(Vec3::Zero());
+        EXPECT_GT(substeps, last);
+        last = substeps;
+    }
+}
+
+TEST(error_budget, a_resumed_fall_takes_the_same_steps_to_the_same_bits) {
+    Block whole(0.1, 1, Vec3(0, 0, -2));
+    whole.material.yield = 0.03, whole.material.toughness = 0.1;
+    whole.state = whole.solver->initial_state({whole.material});
+    FrameState saved;
+    std::vector<int> taken;
+    for (int f = 0; f < 12; ++f) {
+        if (f == 4) saved = whole.state;
+        taken.push_back(whole.frame());
+    }
+    for (const int threads : {1, 4}) {
+        Block resumed(0.1, threads, Vec3(0, 0, -2));
+        resumed.material = whole.material;
+        resumed.state = saved;
+        for (size_t f = 4; f < taken.size(); ++f) EXPECT_EQ(resumed.frame(), taken[f]);
+        EXPECT_EQ(state_hash(resumed.state), state_hash(whole.state));
+    }
+}
+
+TEST(presets, are_found_by_name_and_the_default_is_where_settings_start) {
+    const Preset* preset = find_preset("default");
+    ASSERT_NE(preset, nullptr);
+    EXPECT_EQ(preset->substeps, SolverSettings().substeps);
+    EXPECT_EQ(preset->iterations, SolverSettings().iterations);
+    EXPECT_EQ(find_preset("fastest"), nullptr);
+}
+
+}  // namespace
+}  // namespace sunder
