@@ -12,6 +12,8 @@
 #include "fracture_tools/mesh_repair.h"
 #include "fracture_tools/sharp_edges.h"
 #include "fracture_tools/tetrahedralize.h"
+#include "fracture_tools/voronoi/cell_parts.h"
+#include "fracture_tools/voronoi/voronoi_cutter.h"
 
 namespace sunder {
 namespace {
@@ -104,6 +106,49 @@ Result<TetMesh> fill(const TriMesh& mesh, const PrefractureSettings& settings, c
     }
 }
 
+/// A complex whose cells have labels 0 .. n_labels - 1, one for each fragment.
+struct LabelledCells {
+    CellComplex complex;
+    std::vector<uint32_t> label;
+    uint32_t n_labels = 0;
+};
+
+Result<LabelledCells> cut_by_kmeans(const TriMesh& solid, const PrefractureSettings& settings, const std::string& where,
+                                    std::vector<std::string>& io_warnings, const Progress& progress) {
+    Result<TetMesh> tets = fill(solid, settings, where, io_warnings, progress.part(0, 0.7));
+    if (!tets) return tets.error();
+    const double mean_piece = volume_of(*tets) / settings.pieces;
+    if (const size_t n = drop_crumbs(*tets, kCrumb * mean_piece); n > 0)
+        io_warnings.push_back(where + ": " + std::to_string(n) +
+                              " separate parts much smaller than a piece were left out");
+    LabelledCells cut{make_cell_complex(*tets), {}, 0};
+    find_source_triangles(solid, cut.complex);
+    Result<std::vector<uint32_t>> label = kmeans_clusters(cut.complex.cell_centroid, cut.complex.cell_volume,
+                                                          settings.pieces, settings.seed, progress.part(0.7, 0.9));
+    if (!label) return label.error();
+    if (!progress.report(0.9, "joining cells")) return cancelled();
+    cut.label = label.take();
+    cut.n_labels = repair_labels(cut.complex, settings.pieces, cut.label).n_labels;
+    return cut;
+}
+
+Result<LabelledCells> cut_by_voronoi(const TriMesh& solid, const PrefractureSettings& settings,
+                                     const std::string& where, std::vector<std::string>& io_warnings,
+                                     const Progress& progress) {
+    SiteSettings site_settings = settings.sites;
+    site_settings.count = settings.pieces;
+    site_settings.seed = settings.seed;
+    const Result<std::vector<Vec3>> sites = choose_sites(solid, site_settings, where, progress.part(0, 0.4));
+    if (!sites) return sites.error();
+    Result<CellComplex> complex =
+        cut_by_sites(solid, *sites, settings.seed, settings.threads, where, io_warnings, progress.part(0.4, 0.9));
+    if (!complex) return complex.error();
+    if (!progress.report(0.9, "joining cells")) return cancelled();
+    LabelledCells cut{complex.take(), {}, 0};
+    cut.n_labels = merge_small_cells(cut.complex, settings.least_piece, cut.label);
+    return cut;
+}
+
 }  // namespace
 
 Status PrefractureSettings::check(const std::string& where) const {
@@ -114,6 +159,8 @@ Status PrefractureSettings::check(const std::string& where) const {
     };
     if (pieces < 1 || pieces > 100'000)
         return refuse("pieces", "pieces must be 1 to 100000, not " + std::to_string(pieces));
+    if (threads < 0) return refuse("threads", "threads must be 0 or more");
+    if (!(least_piece >= 0 && least_piece <= 1)) return refuse("least_piece", "the least piece must be 0 to 1");
     if (!(cells_per_piece >= 4 && cells_per_piece <= 1000))
         return refuse("cells_per_piece", "cells per piece must be 4 to 1000");
     if (!(sharp_angle >= 0 && sharp_angle <= 180))
@@ -129,26 +176,16 @@ Result<FragmentSet> prefracture(const TriMesh& mesh, const PrefractureSettings& 
     Result<TriMesh> solid = make_solid(mesh, settings, where, warnings);
     if (!solid) return solid.error();
 
-    Result<TetMesh> tets = fill(*solid, settings, where, warnings, progress.part(0.1, 0.6));
-    if (!tets) return tets.error();
-    const double mean_piece = volume_of(*tets) / settings.pieces;
-    if (const size_t n = drop_crumbs(*tets, kCrumb * mean_piece); n > 0)
-        warnings.push_back(where + ": " + std::to_string(n) +
-                           " separate parts much smaller than a piece were left out");
-    CellComplex complex = make_cell_complex(*tets);
-    find_source_triangles(*solid, complex);
-
-    Result<std::vector<uint32_t>> label = kmeans_clusters(complex.cell_centroid, complex.cell_volume, settings.pieces,
-                                                          settings.seed, progress.part(0.6, 0.8));
-    if (!label) return label.error();
-    if (!progress.report(0.8, "joining cells")) return cancelled();
-    const LabelRepair labels = repair_labels(complex, settings.pieces, *label);
-    if (labels.n_labels != uint32_t(settings.pieces))
-        warnings.push_back(where + ": " + std::to_string(labels.n_labels) + " pieces were made instead of " +
+    const auto cut_by = settings.method == CutMethod::voronoi ? cut_by_voronoi : cut_by_kmeans;
+    const Result<LabelledCells> cut = cut_by(*solid, settings, where, warnings, progress.part(0.1, 0.9));
+    if (!cut) return cut.error();
+    const bool counts_pieces = settings.method == CutMethod::kmeans;
+    if (counts_pieces && cut->n_labels != uint32_t(settings.pieces))
+        warnings.push_back(where + ": " + std::to_string(cut->n_labels) + " pieces were made instead of " +
                            std::to_string(settings.pieces) + ": the mesh has separate parts");
 
     if (!progress.report(0.9, "making fragments")) return cancelled();
-    FragmentSet set = make_fragments(complex, *label, labels.n_labels, *solid);
+    FragmentSet set = make_fragments(cut->complex, cut->label, cut->n_labels, *solid);
     set.warnings = std::move(warnings);
     if (Status s = check_fragments(set); !s) return s.error();
     if (!progress.report(1, "fragments are ready")) return cancelled();
