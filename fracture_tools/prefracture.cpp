@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 
 #include "fracture_tools/cell_complex.h"
 #include "fracture_tools/fragments.h"
@@ -10,6 +11,7 @@
 #include "fracture_tools/label_repair.h"
 #include "fracture_tools/mesh_checks.h"
 #include "fracture_tools/mesh_repair.h"
+#include "fracture_tools/point_grid.h"
 #include "fracture_tools/sharp_edges.h"
 #include "fracture_tools/tetrahedralize.h"
 #include "fracture_tools/voronoi/cell_parts.h"
@@ -132,20 +134,50 @@ Result<LabelledCells> cut_by_kmeans(const TriMesh& solid, const PrefractureSetti
     return cut;
 }
 
+/// Cells of the site nearest to their middle, in one part each.
+void gather_around(const std::vector<Vec3>& sites, LabelledCells& io_cut) {
+    const PointGrid grid(sites);
+    std::vector<uint32_t> number(sites.size(), 0);
+    for (const Vec3& middle : io_cut.complex.cell_centroid) {
+        io_cut.label.push_back(grid.nearest(middle));
+        number[io_cut.label.back()] = 1;
+    }
+    std::exclusive_scan(number.begin(), number.end(), number.begin(), 0u);
+    for (uint32_t& l : io_cut.label) l = number[l];
+    const uint32_t wanted = *std::max_element(io_cut.label.begin(), io_cut.label.end()) + 1;
+    io_cut.n_labels = repair_labels(io_cut.complex, wanted, io_cut.label).n_labels;
+}
+
+/// Flat break surfaces: a cell a piece. Rough ones: several times as many cells, and a piece is what is near its site.
 Result<LabelledCells> cut_by_voronoi(const TriMesh& solid, const PrefractureSettings& settings,
                                      const std::string& where, std::vector<std::string>& io_warnings,
                                      const Progress& progress) {
     SiteSettings site_settings = settings.sites;
     site_settings.count = settings.pieces;
     site_settings.seed = settings.seed;
-    const Result<std::vector<Vec3>> sites = choose_sites(solid, site_settings, where, progress.part(0, 0.4));
+    const Result<std::vector<Vec3>> sites = choose_sites(solid, site_settings, where, progress.part(0, 0.3));
     if (!sites) return sites.error();
+    std::vector<Vec3> cell_sites = *sites;
+    if (settings.roughness > 1) {
+        // As dense as the pieces, where their kind tells it; else like sizes, as cheaply as may be.
+        const SiteKind kind = site_settings.kind;
+        if (kind == SiteKind::points || kind == SiteKind::grid || kind == SiteKind::kmeans)
+            site_settings.kind = SiteKind::poisson;
+        site_settings.count = settings.roughness * static_cast<int>(sites->size());
+        site_settings.seed = ~settings.seed;
+        Result<std::vector<Vec3>> fine = choose_sites(solid, site_settings, where, progress.part(0.3, 0.4));
+        if (!fine) return fine.error();
+        cell_sites = fine.take();
+    }
     Result<CellComplex> complex =
-        cut_by_sites(solid, *sites, settings.seed, settings.threads, where, io_warnings, progress.part(0.4, 0.9));
+        cut_by_sites(solid, cell_sites, settings.seed, settings.threads, where, io_warnings, progress.part(0.4, 0.9));
     if (!complex) return complex.error();
     if (!progress.report(0.9, "joining cells")) return cancelled();
     LabelledCells cut{complex.take(), {}, 0};
-    cut.n_labels = merge_small_cells(cut.complex, settings.least_piece, cut.label);
+    if (settings.roughness > 1)
+        gather_around(*sites, cut);
+    else
+        cut.n_labels = merge_small_cells(cut.complex, settings.least_piece, cut.label);
     return cut;
 }
 
@@ -160,6 +192,7 @@ Status PrefractureSettings::check(const std::string& where) const {
     if (pieces < 1 || pieces > 100'000)
         return refuse("pieces", "pieces must be 1 to 100000, not " + std::to_string(pieces));
     if (threads < 0) return refuse("threads", "threads must be 0 or more");
+    if (roughness < 1 || roughness > 64) return refuse("roughness", "roughness must be 1 to 64");
     if (!(least_piece >= 0 && least_piece <= 1)) return refuse("least_piece", "the least piece must be 0 to 1");
     if (!(cells_per_piece >= 4 && cells_per_piece <= 1000))
         return refuse("cells_per_piece", "cells per piece must be 4 to 1000");

@@ -22,6 +22,7 @@ struct PrefractureSettings {
     uint32_t seed = 0;            // of everything that is drawn at random
     int threads = 0;              // 0: all cores; any number gives the same bits
     SiteSettings sites;           // voronoi: where the pieces are; `count` and `seed` are taken from above
+    int roughness = 1;            // voronoi: cells per piece, 1 .. 64; 1: flat break surfaces
     double least_piece = 0.05;    // voronoi: share of its neighbours' volume below which a piece joins one, 0 .. 1
     double cells_per_piece = 30;  // kmeans: tetrahedra per fragment aimed at, 4 .. 1000
     double sharp_angle = 0;       // kmeans: degrees; edges sharper than this are kept as features; 0: automatic

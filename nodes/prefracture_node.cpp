@@ -43,6 +43,7 @@ PrefractureSettings settings_of(const Parameters& p) {
     settings.sites.grid_jitter = p.number("grid_jitter");
     settings.sites.density_group = p.text("density_group");
     settings.sites.density_factor = p.number("density_factor");
+    settings.roughness = p.integer("roughness");
     settings.least_piece = p.number("least_piece");
     settings.cells_per_piece = p.number("cells_per_piece");
     settings.sharp_angle = p.number("sharp_angle");
@@ -120,6 +121,14 @@ std::vector<ParameterDescription> site_parameters() {
          .max = 1000,
          .default_value = 8.0,
          .sentence = "How many times more pieces a volume has at the density group than away from it"},
+        {.name = "roughness",
+         .label = "Roughness",
+         .type = ParameterType::integer,
+         .min = 1,
+         .max = 64,
+         .default_value = 1,
+         .sentence = "Voronoi cells that a piece is made of: 1 has flat break surfaces, 8 rough ones, with several "
+                     "times as many triangles"},
         {.name = "least_piece",
          .label = "Least Piece",
          .min = 0,

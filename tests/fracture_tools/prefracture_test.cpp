@@ -215,6 +215,25 @@ TEST(Prefracture, pieces_have_like_sizes) {
     }
 }
 
+TEST(Prefracture, rough_breaks_are_made_of_many_planes_and_fit_as_well) {
+    for (const TriMesh& mesh : {bunny(), torus(), plate()})
+        for (SiteKind kind : {SiteKind::kmeans, SiteKind::impact, SiteKind::grid}) {
+            PrefractureSettings settings;
+            settings.pieces = 60;
+            settings.sites.kind = kind;
+            settings.sites.points = {Vec3(0.4, 0.3, 0.01)};
+            const Result<FragmentSet> flat = prefracture(mesh, settings, "mesh");
+            settings.roughness = 8;
+            const Result<FragmentSet> rough = prefracture(mesh, settings, "mesh");
+            ASSERT_TRUE(flat && rough) << (rough ? "" : rough.error().text());
+            EXPECT_NEAR(double(rough->fragments.size()), double(flat->fragments.size()), 12);
+            EXPECT_GT(rough->interface_triangles.size(), 2 * flat->interface_triangles.size());
+            EXPECT_NEAR(volume_sum(*rough), mesh_volume(mesh), 1e-10 * mesh_volume(mesh));
+            EXPECT_TRUE(check_fragments(*rough));
+            EXPECT_EQ(rough->outer_corner_normals.size(), 3 * rough->outer_triangles.size());
+        }
+}
+
 TEST(Prefracture, one_piece_is_the_whole_without_interfaces) {
     for (CutMethod method : kMethods) {
         const FragmentSet set = cut(cube(), 1, 0, method);
@@ -358,6 +377,7 @@ TEST(Prefracture, refuses_settings_out_of_range_by_name) {
     EXPECT_EQ(parameter([](auto& s) { s.cells_per_piece = std::nan(""); }), "cells_per_piece");
     EXPECT_EQ(parameter([](auto& s) { s.sharp_angle = 200; }), "sharp_angle");
     EXPECT_EQ(parameter([](auto& s) { s.threads = -1; }), "threads");
+    EXPECT_EQ(parameter([](auto& s) { s.roughness = 0; }), "roughness");
     EXPECT_EQ(parameter([](auto& s) { s.least_piece = 1.5; }), "least_piece");
     EXPECT_EQ(parameter([](auto& s) { s.sites.grid_jitter = -1; }), "grid_jitter");
 }
