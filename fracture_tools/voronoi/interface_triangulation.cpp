@@ -145,6 +145,38 @@ bool has_border(const std::vector<Triangle>& triangles, Loops loops) {
     return sides == opposite && std::adjacent_find(sides.begin(), sides.end()) == sides.end();
 }
 
+/// Cuts off one ear after the other: of those that turn the right way and hold no other vertex the smallest, or else
+/// the smallest of all. Closed whatever the loop is like. Around a hole, which is clockwise, triangles are turned over:
+/// they take away what the loop around it has too much.
+void clip_ears(std::span<const Vec3> points, std::span<const uint32_t> loop, const Vec3& normal,
+               std::vector<Triangle>& out) {
+    const Projection project(normal);
+    auto area = [&](uint32_t a, uint32_t b, uint32_t c) {  // twice, counter-clockwise above 0
+        const Kernel::Point_2 p = project(points[a]), q = project(points[b]), r = project(points[c]);
+        return (q.x() - p.x()) * (r.y() - p.y()) - (q.y() - p.y()) * (r.x() - p.x());
+    };
+    std::vector<uint32_t> left(loop.begin(), loop.end());
+    double all = 0;
+    for (size_t k = 2; k < left.size(); ++k) all += area(left[0], left[k - 1], left[k]);
+    const double turn = all < 0 ? -1 : 1;
+    while (left.size() > 2) {
+        const size_t n = left.size();
+        size_t best = 0;
+        std::pair<bool, double> least = {true, HUGE_VAL};  // is no ear, area
+        for (size_t k = 0; k < n; ++k) {
+            const uint32_t a = left[(k + n - 1) % n], b = left[k], c = left[(k + 1) % n];
+            const double own = turn * area(a, b, c);
+            bool is_none = own < 0;
+            for (size_t m = 0; m < n && !is_none; ++m)
+                is_none = left[m] != a && left[m] != b && left[m] != c && turn * area(a, b, left[m]) > 0 &&
+                          turn * area(b, c, left[m]) > 0 && turn * area(c, a, left[m]) > 0;
+            if (const std::pair found(is_none, std::abs(own)); found < least) least = found, best = k;
+        }
+        out.push_back({left[(best + n - 1) % n], left[best], left[(best + 1) % n]});
+        left.erase(left.begin() + static_cast<std::ptrdiff_t>(best));
+    }
+}
+
 }  // namespace
 
 FilledOutline fill_outline(std::span<const Vec3> points, Loops loops, const Vec3& normal) {
@@ -163,8 +195,8 @@ FilledOutline fill_outline(std::span<const Vec3> points, Loops loops, const Vec3
             out.triangles.insert(out.triangles.end(), alone->begin(), alone->end());
             continue;
         }
-        out.is_fan = true;  // of a hole, too: clockwise, it takes away what the loop around it has too much
-        for (size_t k = 2; k < loop.size(); ++k) out.triangles.push_back({loop[0], loop[k - 1], loop[k]});
+        out.may_overlap = true;
+        clip_ears(points, loop, normal, out.triangles);
     }
     return out;
 }

@@ -77,7 +77,7 @@ void add_outer_faces(const TriMesh& mesh, const ClippedSurface& surface, const S
     }
 }
 
-/// Gives the number of fans; kCancelled when that is what happened.
+/// Gives the number of interfaces with overlapping triangles; kCancelled when that is what happened.
 constexpr size_t kCancelled = ~size_t{0};
 size_t add_inner_faces(const InterfaceOutlines& outlines, std::span<const Vec3> unit_points,
                        std::span<const Vec3> sites, int threads, const Progress& progress, CellComplex& io_complex) {
@@ -95,13 +95,13 @@ size_t add_inner_faces(const InterfaceOutlines& outlines, std::span<const Vec3> 
                                       }
                                   });
     if (!whole) return kCancelled;
-    size_t fans = 0;
+    size_t overlapping = 0;
     for (size_t k = 0; k < filled.size(); ++k) {
         const InterfaceOutline& face = outlines.interfaces[k];
         for (const Triangle& t : filled[k].triangles) io_complex.faces.push_back({t, face.a, face.b});
-        fans += filled[k].is_fan;
+        overlapping += filled[k].may_overlap;
     }
-    return fans;
+    return overlapping;
 }
 
 /// Vertices of the surface, then those within.
@@ -150,8 +150,8 @@ Result<RestrictedVoronoi> restrict_voronoi(const TriMesh& mesh, std::span<const 
     for (const Vec3& p : inner) out.complex.vertices.push_back(unit.to_world(p));
     out.complex.cell_site.assign(sites.begin(), sites.end());
     add_outer_faces(mesh, *surface, vertices, out.complex);
-    out.fans = add_inner_faces(outlines, filled_points, all_sites, threads, progress.part(0.6, 1), out.complex);
-    if (out.fans == kCancelled) return cancelled();
+    out.overlapping = add_inner_faces(outlines, filled_points, all_sites, threads, progress.part(0.6, 1), out.complex);
+    if (out.overlapping == kCancelled) return cancelled();
     return out;
 }
 

@@ -25,9 +25,9 @@ struct RestrictedVoronoi {
     /// come first, ascending by source triangle, and have their weights.
     CellComplex complex;
     PredicateCount predicates;
-    size_t mismatches = 0;  // contradictions about what is inside: the surface is not closed, or crosses itself
-    size_t overlaps = 0;    // Voronoi vertices in several solids at once
-    size_t fans = 0;        // interfaces that could only be filled by fans
+    size_t mismatches = 0;   // contradictions about what is inside: the surface is not closed, or crosses itself
+    size_t overlaps = 0;     // Voronoi vertices in several solids at once
+    size_t overlapping = 0;  // interfaces that could only be filled with triangles that lie over one another
 
     /// No symbol has two meanings. Else sites must be moved a little, and the complex is empty.
     bool is_generic() const { return predicates.zeros == 0; }

@@ -35,8 +35,8 @@ Result<CellComplex> cut_by_sites(const TriMesh& solid, std::span<const Vec3> sit
                              cut->overlaps > 0 ? "parts of the solid overlap"
                                                : "the surface crosses itself, so that its inside is not determined",
                              "unite overlapping parts, or use method kmeans");
-        if (cut->fans > 0)
-            io_warnings.push_back(where + ": " + std::to_string(cut->fans) +
+        if (cut->overlapping > 0)
+            io_warnings.push_back(where + ": " + std::to_string(cut->overlapping) +
                                   " break surfaces have overlapping triangles, where the surface crosses itself");
         split_into_parts(cut->complex);
         return std::move(cut->complex);

@@ -55,7 +55,7 @@ TEST(FillOutline, a_ring_is_filled_between_its_loops_whichever_way_it_lies) {
         add_polygon(normal, 1, 24, points, loops[1]);
         std::reverse(loops[1].begin(), loops[1].end());
         const FilledOutline filled = fill(points, loops, normal);
-        EXPECT_FALSE(filled.is_fan);
+        EXPECT_FALSE(filled.may_overlap);
         EXPECT_EQ(filled.triangles.size(), 48u);
         EXPECT_TRUE(closes(filled.triangles, loops));
         EXPECT_NEAR(area(points, filled.triangles, normal), 12 * std::sin(std::numbers::pi / 12) * 3, 1e-12);
@@ -71,7 +71,7 @@ TEST(FillOutline, parts_that_lie_apart_or_touch_are_filled_each) {
     for (double gap : {0.0, 0.5}) {
         for (int k = 4; k < 8; ++k) points[k].x() += gap;
         const FilledOutline filled = fill(points, loops, normal);
-        EXPECT_FALSE(filled.is_fan);
+        EXPECT_FALSE(filled.may_overlap);
         EXPECT_TRUE(closes(filled.triangles, loops));
         EXPECT_NEAR(area(points, filled.triangles, normal), 2, 1e-15);
     }
@@ -83,7 +83,7 @@ TEST(FillOutline, vertices_in_one_place_stay_in_the_border) {
                                       Vec3(1, 1, 0), Vec3(1, 1, 0), Vec3(0, 1, 0), Vec3(0, 0, 0)};
     const std::vector<Loop> loops = {{0, 1, 2, 3, 4, 5, 6, 7}};
     const FilledOutline filled = fill(points, loops, normal);
-    EXPECT_FALSE(filled.is_fan);
+    EXPECT_FALSE(filled.may_overlap);
     EXPECT_TRUE(closes(filled.triangles, loops));
     EXPECT_EQ(filled.triangles.size(), 6u);
     EXPECT_NEAR(area(points, filled.triangles, normal), 1, 1e-15);
@@ -96,7 +96,7 @@ TEST(FillOutline, points_in_a_row_make_no_degenerate_triangles) {
     for (int k = 0; k <= 10; ++k) loop.push_back(uint32_t(points.size())), points.push_back(Vec3(0, 0, 0.1 * k));
     points.push_back(Vec3(1, 0, 0.3)), loop.push_back(11);
     const FilledOutline filled = fill(points, {loop}, normal);
-    EXPECT_FALSE(filled.is_fan);
+    EXPECT_FALSE(filled.may_overlap);
     for (const Triangle& t : filled.triangles) EXPECT_GT(area(points, {t}, normal), 0.01);
 }
 
@@ -105,7 +105,7 @@ TEST(FillOutline, an_outline_that_crosses_itself_is_still_closed) {
     const std::vector<Vec3> points = {Vec3(0, 0, 0), Vec3(1, 1, 0), Vec3(1, 0, 0), Vec3(0, 1.5, 0)};
     const std::vector<Loop> loops = {{0, 1, 2, 3}};
     const FilledOutline filled = fill(points, loops, normal);
-    EXPECT_TRUE(filled.is_fan);
+    EXPECT_TRUE(filled.may_overlap);
     EXPECT_TRUE(closes(filled.triangles, loops));
 }
 
