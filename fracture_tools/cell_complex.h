@@ -22,9 +22,15 @@ struct CellFace {
 /// Cells share vertices and faces by index, hence any union of cells is closed.
 struct CellComplex {
     std::vector<Vec3> vertices;       // (n_vertices x 3), m
-    std::vector<CellFace> faces;      // (n_faces), ascending by cell
+    std::vector<CellFace> faces;      // (n_faces)
     std::vector<double> cell_volume;  // (n_cells), m3, > 0
     std::vector<Vec3> cell_centroid;  // (n_cells x 3), m
+
+    /// Weights of the source triangle's corners at the corners of each outer face, where outer faces lie on the source:
+    /// they then are the first ones of `faces` (n_outer). Empty: the surface was meshed anew.
+    std::vector<std::array<Vec3, 3>> source_weights;
+    /// Inner faces lie in the bisector plane of their cells' sites (n_cells x 3). Empty: there is no such plane.
+    std::vector<Vec3> cell_site;
 
     size_t n_cells() const { return cell_volume.size(); }
     double face_area(const CellFace& face) const {

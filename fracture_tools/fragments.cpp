@@ -4,6 +4,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "fracture_tools/corner_normals.h"
 #include "fracture_tools/interfaces.h"
 #include "fracture_tools/mesh_checks.h"
 #include "fracture_tools/prefracture.h"
@@ -14,8 +15,13 @@ namespace {
 
 Triangle reversed(const Triangle& t) { return {t[0], t[2], t[1]}; }
 
-/// Puts the faces that bound fragments into the set, in the set's order. Gives the face of each outer triangle.
-std::vector<uint32_t> gather_faces(const CellComplex& complex, std::span<const uint32_t> label, FragmentSet& io_set) {
+/// The complex's face that each triangle of the set comes from.
+struct SetFaces {
+    std::vector<uint32_t> outer, interface;
+};
+
+/// Puts the faces that bound fragments into the set, in the set's order.
+SetFaces gather_faces(const CellComplex& complex, std::span<const uint32_t> label, FragmentSet& io_set) {
     struct Entry {
         uint32_t a, b, face;
     };  // b: kOutside for outer faces
@@ -34,7 +40,8 @@ std::vector<uint32_t> gather_faces(const CellComplex& complex, std::span<const u
     std::sort(outer.begin(), outer.end(), before);
     std::sort(cut.begin(), cut.end(), before);
 
-    std::vector<uint32_t> outer_face;
+    SetFaces from;
+    std::vector<uint32_t>& outer_face = from.outer;
     size_t next = 0;
     for (uint32_t i = 0; i < io_set.fragments.size(); ++i) {
         io_set.fragments[i].outer_begin = static_cast<uint32_t>(outer_face.size());
@@ -56,8 +63,9 @@ std::vector<uint32_t> gather_faces(const CellComplex& complex, std::span<const u
         const CellFace& f = complex.faces[e.face];
         io_set.interface_triangles.push_back(label[f.cell] == e.a ? f.vertices : reversed(f.vertices));
         io_set.interfaces.back().triangle_end = static_cast<uint32_t>(io_set.interface_triangles.size());
+        from.interface.push_back(e.face);
     }
-    return outer_face;
+    return from;
 }
 
 /// Keeps the vertices that some triangle uses, in their order.
@@ -113,6 +121,29 @@ private:
     SurfaceLookup lookup_;
 };
 
+/// On the source's own surface: each corner has what the source has there. Where it has no normals, what they would be:
+/// from the finer triangles others would follow, and show where it will break.
+void blend_corners(const CellComplex& complex, const std::vector<uint32_t>& outer_face, const TriMesh& source,
+                   FragmentSet& io_set) {
+    const std::vector<Vec3f> own_normals =
+        source.corner_normals.empty() ? smooth_corner_normals(source) : std::vector<Vec3f>();
+    const std::vector<Vec3f>& normals = source.corner_normals.empty() ? own_normals : source.corner_normals;
+    for (uint32_t f : outer_face) {
+        const uint32_t t = complex.faces[f].source_triangle;
+        for (const Vec3& w : complex.source_weights[f]) {
+            if (!source.corner_uvs.empty()) {
+                Eigen::Vector2d uv = Eigen::Vector2d::Zero();
+                for (int m = 0; m < 3; ++m) uv += w[m] * source.corner_uvs[3 * t + m].cast<double>();
+                io_set.outer_corner_uvs.push_back(uv.cast<float>());
+            }
+            Vec3 n = Vec3::Zero();
+            for (int m = 0; m < 3; ++m) n += w[m] * normals[3 * t + m].cast<double>();
+            const bool at_corner = w.maxCoeff() == 1;  // as the artist has it, to the last bit
+            io_set.outer_corner_normals.push_back(at_corner ? n.cast<float>() : n.normalized().cast<float>());
+        }
+    }
+}
+
 void carry_attributes(const CellComplex& complex, const std::vector<uint32_t>& outer_face, const TriMesh& source,
                       FragmentSet& io_set) {
     const bool has_materials = !source.triangle_material.empty();
@@ -122,6 +153,7 @@ void carry_attributes(const CellComplex& complex, const std::vector<uint32_t>& o
     io_set.interior_material = std::max<int32_t>(1, static_cast<int32_t>(source.material_names.size()));
     for (int32_t m : source.triangle_material) io_set.interior_material = std::max(io_set.interior_material, m + 1);
 
+    if (!complex.source_weights.empty()) return blend_corners(complex, outer_face, source, io_set);
     if (source.corner_uvs.empty()) return;
     const SourceUvs uvs(source);
     for (uint32_t f : outer_face) {
@@ -148,6 +180,26 @@ void carry_groups(const TriMesh& source, FragmentSet& io_set) {
     }
 }
 
+/// Flat interfaces have the normal of their plane, also where triangles are too thin to tell it.
+void take_normals_from_sites(const CellComplex& complex, const std::vector<uint32_t>& interface_face,
+                             std::span<const uint32_t> label, FragmentSet& io_set) {
+    for (Interface& i : io_set.interfaces) {
+        Vec3 sum = Vec3::Zero(), only = Vec3::Zero();
+        for (uint32_t t = i.triangle_begin; t < i.triangle_end; ++t) {
+            const CellFace& f = complex.faces[interface_face[t]];
+            Vec3 n = (complex.cell_site[f.neighbour] - complex.cell_site[f.cell]).normalized();
+            if (label[f.cell] != i.a.value) n = -n;
+            if (t == i.triangle_begin) only = n;
+            if (n != only) only.setZero();
+            sum += complex.face_area(f) * n;
+        }
+        if (!only.isZero(0))
+            i.normal = only;
+        else if (sum.norm() > 1e-9 * i.area)
+            i.normal = sum.normalized();
+    }
+}
+
 }  // namespace
 
 void find_source_triangles(const TriMesh& source, CellComplex& io_complex) {
@@ -164,13 +216,14 @@ FragmentSet make_fragments(const CellComplex& complex, std::span<const uint32_t>
                            const TriMesh& source) {
     FragmentSet set;
     set.fragments.resize(n_labels);
-    const std::vector<uint32_t> outer_face = gather_faces(complex, label, set);
+    const SetFaces faces = gather_faces(complex, label, set);
     gather_vertices(complex, set);
-    carry_attributes(complex, outer_face, source, set);
+    carry_attributes(complex, faces.outer, source, set);
     carry_groups(source, set);
     set.source_volume = mesh_volume(source);
     set.source_area = mesh_area(source);
     measure_fragments(set);
+    if (!complex.cell_site.empty()) take_normals_from_sites(complex, faces.interface, label, set);
     assign_interface_uvs(set);
     return set;
 }

@@ -14,9 +14,10 @@ namespace sunder {
 void find_source_triangles(const TriMesh& source, CellComplex& io_complex);
 
 /// Gathers the cells of each label (0 .. n_labels - 1) into a fragment. Outer faces need a source triangle, which gives
-/// them material and UVs; where a corner lies beyond it on the same chart the chart's UVs are used. Measured
-/// (measure_fragments), with interface UVs and the vertex groups of `source`. Corner normals are not carried over: they
-/// belong to a surface that is no longer there.
+/// them their material. With source weights, UVs and normals are the source's own at each corner. Without, the surface
+/// is a new one: where a corner lies beyond its triangle on the same chart the chart's UVs are used, and corner normals
+/// are not carried over, since they belong to a surface that is no longer there. Measured (measure_fragments), with
+/// interface UVs and the vertex groups of `source`.
 FragmentSet make_fragments(const CellComplex& complex, std::span<const uint32_t> label, uint32_t n_labels,
                            const TriMesh& source);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 
 #include "fracture_tools/cell_complex.h"
 #include "fracture_tools/fragments.h"
@@ -10,8 +11,11 @@
 #include "fracture_tools/label_repair.h"
 #include "fracture_tools/mesh_checks.h"
 #include "fracture_tools/mesh_repair.h"
+#include "fracture_tools/point_grid.h"
 #include "fracture_tools/sharp_edges.h"
 #include "fracture_tools/tetrahedralize.h"
+#include "fracture_tools/voronoi/cell_parts.h"
+#include "fracture_tools/voronoi/voronoi_cutter.h"
 
 namespace sunder {
 namespace {
@@ -104,6 +108,79 @@ Result<TetMesh> fill(const TriMesh& mesh, const PrefractureSettings& settings, c
     }
 }
 
+/// A complex whose cells have labels 0 .. n_labels - 1, one for each fragment.
+struct LabelledCells {
+    CellComplex complex;
+    std::vector<uint32_t> label;
+    uint32_t n_labels = 0;
+};
+
+Result<LabelledCells> cut_by_kmeans(const TriMesh& solid, const PrefractureSettings& settings, const std::string& where,
+                                    std::vector<std::string>& io_warnings, const Progress& progress) {
+    Result<TetMesh> tets = fill(solid, settings, where, io_warnings, progress.part(0, 0.7));
+    if (!tets) return tets.error();
+    const double mean_piece = volume_of(*tets) / settings.pieces;
+    if (const size_t n = drop_crumbs(*tets, kCrumb * mean_piece); n > 0)
+        io_warnings.push_back(where + ": " + std::to_string(n) +
+                              " separate parts much smaller than a piece were left out");
+    LabelledCells cut{make_cell_complex(*tets), {}, 0};
+    find_source_triangles(solid, cut.complex);
+    Result<std::vector<uint32_t>> label = kmeans_clusters(cut.complex.cell_centroid, cut.complex.cell_volume,
+                                                          settings.pieces, settings.seed, progress.part(0.7, 0.9));
+    if (!label) return label.error();
+    if (!progress.report(0.9, "joining cells")) return cancelled();
+    cut.label = label.take();
+    cut.n_labels = repair_labels(cut.complex, settings.pieces, cut.label).n_labels;
+    return cut;
+}
+
+/// Cells of the site nearest to their middle, in one part each.
+void gather_around(const std::vector<Vec3>& sites, LabelledCells& io_cut) {
+    const PointGrid grid(sites);
+    std::vector<uint32_t> number(sites.size(), 0);
+    for (const Vec3& middle : io_cut.complex.cell_centroid) {
+        io_cut.label.push_back(grid.nearest(middle));
+        number[io_cut.label.back()] = 1;
+    }
+    std::exclusive_scan(number.begin(), number.end(), number.begin(), 0u);
+    for (uint32_t& l : io_cut.label) l = number[l];
+    const uint32_t wanted = *std::max_element(io_cut.label.begin(), io_cut.label.end()) + 1;
+    io_cut.n_labels = repair_labels(io_cut.complex, wanted, io_cut.label).n_labels;
+}
+
+/// Flat break surfaces: a cell a piece. Rough ones: several times as many cells, and a piece is what is near its site.
+Result<LabelledCells> cut_by_voronoi(const TriMesh& solid, const PrefractureSettings& settings,
+                                     const std::string& where, std::vector<std::string>& io_warnings,
+                                     const Progress& progress) {
+    SiteSettings site_settings = settings.sites;
+    site_settings.count = settings.pieces;
+    site_settings.seed = settings.seed;
+    const Result<std::vector<Vec3>> sites = choose_sites(solid, site_settings, where, progress.part(0, 0.3));
+    if (!sites) return sites.error();
+    std::vector<Vec3> cell_sites = *sites;
+    if (settings.roughness > 1) {
+        // As dense as the pieces, where their kind tells it; else like sizes, as cheaply as may be.
+        const SiteKind kind = site_settings.kind;
+        if (kind == SiteKind::points || kind == SiteKind::grid || kind == SiteKind::kmeans)
+            site_settings.kind = SiteKind::poisson;
+        site_settings.count = settings.roughness * static_cast<int>(sites->size());
+        site_settings.seed = ~settings.seed;
+        Result<std::vector<Vec3>> fine = choose_sites(solid, site_settings, where, progress.part(0.3, 0.4));
+        if (!fine) return fine.error();
+        cell_sites = fine.take();
+    }
+    Result<CellComplex> complex =
+        cut_by_sites(solid, cell_sites, settings.seed, settings.threads, where, io_warnings, progress.part(0.4, 0.9));
+    if (!complex) return complex.error();
+    if (!progress.report(0.9, "joining cells")) return cancelled();
+    LabelledCells cut{complex.take(), {}, 0};
+    if (settings.roughness > 1)
+        gather_around(*sites, cut);
+    else
+        cut.n_labels = merge_small_cells(cut.complex, settings.least_piece, cut.label);
+    return cut;
+}
+
 }  // namespace
 
 Status PrefractureSettings::check(const std::string& where) const {
@@ -114,6 +191,9 @@ Status PrefractureSettings::check(const std::string& where) const {
     };
     if (pieces < 1 || pieces > 100'000)
         return refuse("pieces", "pieces must be 1 to 100000, not " + std::to_string(pieces));
+    if (threads < 0) return refuse("threads", "threads must be 0 or more");
+    if (roughness < 1 || roughness > 64) return refuse("roughness", "roughness must be 1 to 64");
+    if (!(least_piece >= 0 && least_piece <= 1)) return refuse("least_piece", "the least piece must be 0 to 1");
     if (!(cells_per_piece >= 4 && cells_per_piece <= 1000))
         return refuse("cells_per_piece", "cells per piece must be 4 to 1000");
     if (!(sharp_angle >= 0 && sharp_angle <= 180))
@@ -129,26 +209,16 @@ Result<FragmentSet> prefracture(const TriMesh& mesh, const PrefractureSettings& 
     Result<TriMesh> solid = make_solid(mesh, settings, where, warnings);
     if (!solid) return solid.error();
 
-    Result<TetMesh> tets = fill(*solid, settings, where, warnings, progress.part(0.1, 0.6));
-    if (!tets) return tets.error();
-    const double mean_piece = volume_of(*tets) / settings.pieces;
-    if (const size_t n = drop_crumbs(*tets, kCrumb * mean_piece); n > 0)
-        warnings.push_back(where + ": " + std::to_string(n) +
-                           " separate parts much smaller than a piece were left out");
-    CellComplex complex = make_cell_complex(*tets);
-    find_source_triangles(*solid, complex);
-
-    Result<std::vector<uint32_t>> label = kmeans_clusters(complex.cell_centroid, complex.cell_volume, settings.pieces,
-                                                          settings.seed, progress.part(0.6, 0.8));
-    if (!label) return label.error();
-    if (!progress.report(0.8, "joining cells")) return cancelled();
-    const LabelRepair labels = repair_labels(complex, settings.pieces, *label);
-    if (labels.n_labels != uint32_t(settings.pieces))
-        warnings.push_back(where + ": " + std::to_string(labels.n_labels) + " pieces were made instead of " +
+    const auto cut_by = settings.method == CutMethod::voronoi ? cut_by_voronoi : cut_by_kmeans;
+    const Result<LabelledCells> cut = cut_by(*solid, settings, where, warnings, progress.part(0.1, 0.9));
+    if (!cut) return cut.error();
+    const bool counts_pieces = settings.method == CutMethod::kmeans;
+    if (counts_pieces && cut->n_labels != uint32_t(settings.pieces))
+        warnings.push_back(where + ": " + std::to_string(cut->n_labels) + " pieces were made instead of " +
                            std::to_string(settings.pieces) + ": the mesh has separate parts");
 
     if (!progress.report(0.9, "making fragments")) return cancelled();
-    FragmentSet set = make_fragments(complex, *label, labels.n_labels, *solid);
+    FragmentSet set = make_fragments(cut->complex, cut->label, cut->n_labels, *solid);
     set.warnings = std::move(warnings);
     if (Status s = check_fragments(set); !s) return s.error();
     if (!progress.report(1, "fragments are ready")) return cancelled();

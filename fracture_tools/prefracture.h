@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "fracture_tools/voronoi/sites.h"
 #include "solver/data/fragment_set.h"
 #include "solver/data/progress.h"
 #include "solver/data/result.h"
@@ -10,14 +11,21 @@
 
 namespace sunder {
 
-enum class CutMethod { kmeans };  // voronoi: the restricted-Voronoi cutter fits in here, behind the same cell complex
+enum class CutMethod {
+    voronoi,  // along Voronoi cells of sites: flat break surfaces, the artist's own surface kept
+    kmeans,   // tetrahedra gathered into pieces of like size: rough break surfaces, the surface meshed anew
+};
 
 struct PrefractureSettings {
-    CutMethod method = CutMethod::kmeans;
+    CutMethod method = CutMethod::voronoi;
     int pieces = 300;             // wanted number of fragments, 1 .. 100000
-    uint32_t seed = 0;            // of the k-means++ seeding
-    double cells_per_piece = 30;  // tetrahedra per fragment aimed at, 4 .. 1000
-    double sharp_angle = 0;       // degrees; edges sharper than this are kept as features; 0: automatic
+    uint32_t seed = 0;            // of everything that is drawn at random
+    int threads = 0;              // 0: all cores; any number gives the same bits
+    SiteSettings sites;           // voronoi: where the pieces are; `count` and `seed` are taken from above
+    int roughness = 1;            // voronoi: cells per piece, 1 .. 64; 1: flat break surfaces
+    double least_piece = 0.05;    // voronoi: share of its neighbours' volume below which a piece joins one, 0 .. 1
+    double cells_per_piece = 30;  // kmeans: tetrahedra per fragment aimed at, 4 .. 1000
+    double sharp_angle = 0;       // kmeans: degrees; edges sharper than this are kept as features; 0: automatic
     bool repair = true;           // weld, orient and close small holes of the input first (warned about)
 
     Status check(const std::string& where) const;  // ranges

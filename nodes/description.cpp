@@ -29,8 +29,8 @@ std::string_view name_of(SocketType type) {
 }
 
 std::string_view name_of(ParameterType type) {
-    constexpr std::array names = {"boolean", "integer",     "number",  "text",     "choice",
-                                  "path",    "output_path", "vector3", "integer3", "vertex_groups"};
+    constexpr std::array names = {"boolean",     "integer", "number",   "text",          "choice", "path",
+                                  "output_path", "vector3", "integer3", "vertex_groups", "points"};
     return names[static_cast<size_t>(type)];
 }
 

@@ -36,6 +36,7 @@ enum class ParameterType {
     vector3,        // [x, y, z]
     integer3,       // [i, j, k]
     vertex_groups,  // {"name": [vertex, ...], ...}
+    points,         // [[x, y, z], ...]
 };
 
 struct ParameterDescription {

@@ -17,6 +17,12 @@ std::array<int, 3> Parameters::integer3(std::string_view name) const {
     return {v[0].get<int>(), v[1].get<int>(), v[2].get<int>()};
 }
 
+std::vector<Vec3> Parameters::points(std::string_view name) const {
+    std::vector<Vec3> points;
+    for (const Json& p : value(name)) points.emplace_back(p[0].get<double>(), p[1].get<double>(), p[2].get<double>());
+    return points;
+}
+
 Error CookContext::error(const std::string& parameter, std::string what, std::string mend) const {
     return node_error(node(), parameter, std::move(what), std::move(mend));
 }

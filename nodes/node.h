@@ -35,6 +35,7 @@ public:
     std::string text(std::string_view name) const { return value(name).get<std::string>(); }
     Vec3 vector3(std::string_view name) const;
     std::array<int, 3> integer3(std::string_view name) const;
+    std::vector<Vec3> points(std::string_view name) const;
 };
 
 /// What a node keeps between evaluations (a solver's frames, a deformer's topology). Lives as long as the node; whoever

@@ -33,6 +33,8 @@ std::string_view expected_text(ParameterType type) {
             return "three whole numbers [i, j, k]";
         case ParameterType::vertex_groups:
             return "an object {\"name\": [vertex, ...]}";
+        case ParameterType::points:
+            return "a list of points [[x, y, z], ...]";
     }
     return "";
 }
@@ -80,6 +82,8 @@ public:
                 return triple(value, &Checker::integer);
             case ParameterType::vertex_groups:
                 return vertex_groups(value);
+            case ParameterType::points:
+                return points(value);
             default:
                 return text(value);
         }
@@ -124,6 +128,17 @@ private:
         Json result = Json::array();
         for (const Json& c : value) {
             Result<Json> checked = (this->*component)(c, value);
+            if (!checked) return checked;
+            result.push_back(checked.take());
+        }
+        return result;
+    }
+
+    Result<Json> points(const Json& value) const {
+        if (!value.is_array()) return wrong_type(value);
+        Json result = Json::array();
+        for (const Json& point : value) {
+            Result<Json> checked = triple(point, &Checker::number);
             if (!checked) return checked;
             result.push_back(checked.take());
         }

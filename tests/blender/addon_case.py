@@ -46,7 +46,7 @@ class AddonCase(unittest.TestCase):
         tree = addon("quick_fracture").build(thing, "CLAY", pieces, fall_speed=fall_speed)
         nodes = {n.sunder_type: n for n in tree.nodes}
         nodes["solver"].set_parameters(substeps=4)
-        nodes["body"].set_parameters(**(material or {"toughness": 0.03}))
+        nodes["body"].set_parameters(**(material or {"toughness": 0.01}))
         return tree, nodes
 
     def results(self, tree):

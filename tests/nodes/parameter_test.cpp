@@ -61,6 +61,21 @@ TEST(Parameter, refuses_numbers_that_are_not_finite) {
     EXPECT_TRUE(contains(fault("count", std::nan("")), "whole number"));
 }
 
+TEST(Parameter, points_are_lists_of_three_numbers_in_range) {
+    const ParameterDescription& points = *standard_registry().find("prefracture")->description.find_parameter("points");
+    const Result<ParameterValue> two = ParameterValue::check(points, {{1, 2, 3}, {0.5, 0, -1}}, "n");
+    ASSERT_TRUE(two);
+    EXPECT_EQ(two->to_json().dump(), "[[1.0,2.0,3.0],[0.5,0.0,-1.0]]");
+    EXPECT_TRUE(ParameterValue::check(points, Json::array(), "n"));
+    for (const Json& bad : {Json(1), Json("[[1,2,3]]"), Json::array({1, 2, 3}), Json::array({Json::array({1, 2})}),
+                            Json::array({Json::array({1, 2, "x"})}), Json::array({Json::array({1, 2, NAN})}),
+                            Json::array({Json::array({1, 2, 1e7})}), Json(nullptr)}) {
+        const Result<ParameterValue> value = ParameterValue::check(points, bad, "n");
+        ASSERT_FALSE(value) << bad;
+        EXPECT_EQ(value.error().parameter, "points");
+    }
+}
+
 TEST(Parameter, takes_one_and_one_point_zero_as_the_same) {
     EXPECT_EQ(value("value", 1).to_json().dump(), value("value", 1.0).to_json().dump());
     EXPECT_EQ(value("count", 4.0).to_json().dump(), "4");

@@ -101,3 +101,51 @@ def test_the_package_cuts_the_same_pieces(cut, tmp_path):
     assert np.array_equal(mesh.positions, positions) and np.array_equal(mesh.triangles, triangles)
     fragments.save(tmp_path / "saved")
     assert contents(tmp_path / "saved")["pieces/piece.0004.ply"] == (cut / "pieces" / "piece.0004.ply").read_bytes()
+
+
+@pytest.mark.parametrize("method", ["voronoi", "kmeans"])
+def test_both_methods_cut_closed_pieces(sunder, tmp_path, method):
+    (tmp_path / "cube.obj").write_text(obj_text())
+    assert sunder("fracture", "cube.obj", "-o", "cut", "--pieces", "9", "--method", method).status == 0
+    checks = json.loads((tmp_path / "cut" / "fragments.json").read_text())["checks"]
+    assert checks["closed"] and checks["fragments"] == 9
+    assert abs(checks["volume_error"]) < (1e-12 if method == "voronoi" else 1e-6)
+
+
+def test_an_impact_makes_small_pieces_where_it_hits(sunder, tmp_path):
+    (tmp_path / "cube.obj").write_text(obj_text())
+    run = sunder("fracture", "cube.obj", "-o", "cut", "--pieces", "60", "--sites", "impact", "--points", "[[0, 0, 1]]",
+                 "--impact-radius", "0.05")
+    assert run.status == 0, run.err
+    fragments = json.loads((tmp_path / "cut" / "fragments.json").read_text())["fragments"]
+    distance = np.linalg.norm(np.array([f["centroid"] for f in fragments]) - [0, 0, 1], axis=1)
+    volume = np.array([f["volume"] for f in fragments])
+    assert volume[distance < 0.2].mean() < 0.05 * volume[distance > 0.7].mean()
+
+
+def test_points_are_pieces(sunder, tmp_path):
+    (tmp_path / "cube.obj").write_text(obj_text())
+    run = sunder("fracture", "cube.obj", "-o", "cut", "--sites", "points", "--points", "[[0.1,0.5,0.5],[0.5,0.5,0.5]]")
+    assert run.status == 0, run.err
+    fragments = json.loads((tmp_path / "cut" / "fragments.json").read_text())["fragments"]
+    assert [f["volume"] for f in fragments] == pytest.approx([0.3, 0.7], rel=1e-4)  # sites are jittered by 1e-6
+
+
+@pytest.mark.parametrize(
+    "arguments, needle",
+    [
+        (["--sites", "impact"], "points"),
+        (["--sites", "points"], "points"),
+        (["--sites", "density"], "density_group"),
+        (["--sites", "density", "--density-group", "hat"], "hat"),
+        (["--sites", "circles"], "poisson"),
+        (["--sites", "points", "--points", "[[1, 2]]"], "points"),
+        (["--grid-jitter", "2"], "grid_jitter"),
+        (["--least-piece", "2"], "least_piece"),
+    ],
+)
+def test_sites_that_cannot_be_chosen_are_refused(sunder, tmp_path, arguments, needle):
+    (tmp_path / "cube.obj").write_text(obj_text())
+    run = sunder("fracture", "cube.obj", "-o", "cut", *arguments)
+    assert run.status == 3 and needle in run.err
+    assert not (tmp_path / "cut").exists()

@@ -126,7 +126,7 @@ class _Compiler:
         self.names[name] = [name]
         animated = self.animated.get(node.name, ())
         for p in descriptions.parameters(node.sunder_type):
-            if p["type"] == "vertex_groups" or pickers.is_hidden(node, p["name"]):
+            if p["type"] in parameters.NO_FIELD or pickers.is_hidden(node, p["name"]):
                 continue
             if parameters.attribute(p["name"]) in animated:
                 self._channel(name, p["name"], lambda _, p=p: parameters.value(p, node), True)

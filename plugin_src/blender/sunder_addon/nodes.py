@@ -77,7 +77,7 @@ class SunderNode:
         self._draw_pickers(layout)
         column = layout.column()
         for p in descriptions.parameters(self.sunder_type):
-            if p["type"] != "vertex_groups" and not pickers.is_hidden(self, p["name"]):
+            if p["type"] not in parameters.NO_FIELD and not pickers.is_hidden(self, p["name"]):
                 self._draw_parameter(column, p)
         if self.sunder_type in ("solver", "deformer"):
             bake_status.draw_node(context, layout, self)

@@ -18,6 +18,8 @@ from bpy.props import (
 _UNITS = {"m": "LENGTH", "kg": "MASS", "m/s": "VELOCITY", "m/s2": "ACCELERATION", "degrees": "ROTATION"}
 _INT_LIMIT = 2**31 - 1
 _JUST_ABOVE = 1e-6  # the least value where the range excludes its bound
+# Types without a field on the node: vertex groups come from objects (scene_input.py), lists of points from scripts.
+NO_FIELD = ("vertex_groups", "points")
 _IF_USED = 0.1  # what a parameter that is null by default holds when it is switched on
 
 
@@ -100,7 +102,7 @@ def properties(p, changed):
         made[attribute(p["name"])] = StringProperty(default=p["default"], **common)
     elif kind == "path":
         made[attribute(p["name"])] = StringProperty(default=p["default"], subtype="FILE_PATH", **common)
-    elif kind != "vertex_groups":  # those come from objects (scene_input.py)
+    elif kind not in NO_FIELD:
         raise ValueError(f"parameter type '{kind}' is not known to this add-on")
     if p["nullable"]:
         made[switch(p["name"])] = BoolProperty(

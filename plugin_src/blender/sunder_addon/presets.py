@@ -21,7 +21,7 @@ PRESETS = {
         "Clay",
         "Squashes, stays so and tears into lumps. Lumps do not stick together again",
         {"density": 1800, "youngs_modulus": 1e6, "poisson_ratio": 0.3, "yield": 0.01, "flow_rate": 300, "hardening": 0.1,
-         "toughness": 0.11},
+         "toughness": 0.085},
         {"substeps": 12},
     ),
     "GLASS": (

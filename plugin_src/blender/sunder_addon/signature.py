@@ -91,7 +91,7 @@ def _compute(tree, scene):
         values = [
             None if parameters.attribute(p["name"]) in animated.get(node.name, ()) else parameters.value(p, node)
             for p in descriptions.parameters(node.sunder_type)
-            if p["type"] != "vertex_groups" and not pickers.is_hidden(node, p["name"])
+            if p["type"] not in parameters.NO_FIELD and not pickers.is_hidden(node, p["name"])
         ]
         wires = [[name, [(n.graph_name, output) for n, output in found]] for name, found in wiring.inputs(node)]
         own = [getattr(node, "source", ""), getattr(node, "use_modifiers", ""), pickers.uses_motion(node)]
