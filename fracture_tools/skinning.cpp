@@ -7,8 +7,7 @@
 namespace sunder {
 
 Skin::Skin(std::vector<Vec3> rest_vertex, const SimulationMesh& rest, const SkinKernel& kernel)
-    : rest_vertex_(std::move(rest_vertex)),
-      rest_particle_(rest.rest_position),
+    : rest_particle_(rest.rest_position),
       edges_(rest.edges),
       group_offset_(rest.group_offset),
       group_member_(rest.group_member),
@@ -16,6 +15,9 @@ Skin::Skin(std::vector<Vec3> rest_vertex, const SimulationMesh& rest, const Skin
       kernel_(kernel),
       ring_changed_(rest.n_particles(), 1),
       is_candidate_(rest.n_particles(), 0) {
+    auto unbound = std::make_shared<SkinBinding>();
+    unbound->rest_vertex = std::make_shared<const std::vector<Vec3>>(std::move(rest_vertex));
+    binding_ = std::move(unbound);
     // Weighted by area: a neighbour behind a sliver of an interface says little about how far apart particles are.
     // The support is the one of the rest state also after edges broke, or weights would jump without need.
     support_.resize(rest.n_particles());
@@ -43,36 +45,37 @@ void Skin::mark_changed_rings(std::span<const uint8_t> edge_intact) {
 void Skin::bind(const SplitTopology& topology, std::span<const uint8_t> edge_intact) {
     mark_changed_rings(edge_intact);
     const uint32_t n = static_cast<uint32_t>(topology.n_vertices());
-    std::vector<uint32_t> pool_vertex(n), nearest(n), offset(1, 0);
-    std::vector<Influence> influence;
-    influence.reserve(influence_.size() + influence_.size() / 8);
-    offset.reserve(n + 1);
+    const SkinBinding& old = *binding_;
+    auto next = std::make_shared<SkinBinding>();
+    next->rest_vertex = old.rest_vertex;
+    next->pool_vertex.resize(n), next->nearest.resize(n);
+    next->influence.reserve(old.influence.size() + old.influence.size() / 8);
+    next->influence_offset.reserve(n + 1);
     std::vector<uint32_t> connected;
-    std::vector<Influence> weights;
+    std::vector<SkinBinding::Influence> weights;
     for (uint32_t v = 0; v < n; ++v) {
-        pool_vertex[v] = topology.pool_vertex(v);
+        next->pool_vertex[v] = topology.pool_vertex(v);
         topology.connected_fragments(v, connected);
         const uint32_t before = topology.previous_vertex(v);
         const bool changed =
-            before == SplitTopology::kNone || before >= pool_vertex_.size() ||
+            before == SplitTopology::kNone || before >= old.n_vertices() ||
             std::any_of(connected.begin(), connected.end(), [&](uint32_t i) { return ring_changed_[i]; });
         if (!changed) {
-            nearest[v] = nearest_[before];
-            const auto kept = influences(before);
-            influence.insert(influence.end(), kept.begin(), kept.end());
+            next->nearest[v] = old.nearest[before];
+            const auto kept = old.influences(before);
+            next->influence.insert(next->influence.end(), kept.begin(), kept.end());
         } else {
-            const Vec3& x = rest_vertex_[pool_vertex[v]];
-            nearest[v] = *std::min_element(connected.begin(), connected.end(), [&](uint32_t i, uint32_t j) {
+            const Vec3& x = next->rest_position(v);
+            next->nearest[v] = *std::min_element(connected.begin(), connected.end(), [&](uint32_t i, uint32_t j) {
                 return (rest_particle_[i] - x).squaredNorm() < (rest_particle_[j] - x).squaredNorm();
             });
             find_candidates(connected, edge_intact);
             weigh(x, weights);
-            influence.insert(influence.end(), weights.begin(), weights.end());
+            next->influence.insert(next->influence.end(), weights.begin(), weights.end());
         }
-        offset.push_back(static_cast<uint32_t>(influence.size()));
+        next->influence_offset.push_back(static_cast<uint32_t>(next->influence.size()));
     }
-    pool_vertex_.swap(pool_vertex), nearest_.swap(nearest);
-    influence_offset_.swap(offset), influence_.swap(influence);
+    binding_ = std::move(next);
 }
 
 // Ascending, so that sums over them are taken in the same order on every way to the same state.
@@ -90,7 +93,7 @@ void Skin::find_candidates(const std::vector<uint32_t>& connected, std::span<con
     for (uint32_t j : candidate_) is_candidate_[j] = 0;
 }
 
-void Skin::weigh(const Vec3& x, std::vector<Influence>& out) {
+void Skin::weigh(const Vec3& x, std::vector<SkinBinding::Influence>& out) {
     out.clear();
     double closest = std::numeric_limits<double>::infinity();  // in supports
     for (uint32_t j : candidate_) {
@@ -102,22 +105,21 @@ void Skin::weigh(const Vec3& x, std::vector<Influence>& out) {
     constexpr double kFarOut = 0.75;
     const double grow = std::max(1.0, closest / kFarOut);
     double sum = 0;
-    std::erase_if(out, [&](const Influence& i) { return i.weight >= grow; });
-    for (Influence& i : out) {
+    std::erase_if(out, [&](const SkinBinding::Influence& i) { return i.weight >= grow; });
+    for (SkinBinding::Influence& i : out) {
         const double t = i.weight / grow, k = 1 - t * t;
         i.weight = k * k * k;
         sum += i.weight;
     }
-    for (Influence& i : out) i.weight /= sum;
+    for (SkinBinding::Influence& i : out) i.weight /= sum;
 }
 
 void Skin::blend(std::span<const Affine> particle, std::vector<Affine>& out) const {
-    out.resize(pool_vertex_.size());
+    out.resize(binding_->n_vertices());
     for (size_t v = 0; v < out.size(); ++v) {
         Mat3 linear = Mat3::Zero();
         Vec3 offset = Vec3::Zero();
-        for (uint32_t s = influence_offset_[v]; s < influence_offset_[v + 1]; ++s) {
-            const auto [p, w] = influence_[s];
+        for (const auto& [p, w] : binding_->influences(v)) {
             linear += w * particle[p].linear;
             offset += w * particle[p].offset;
         }

@@ -1,6 +1,7 @@
 // Linear blend skinning of visual vertices to oriented particles (Choi 2014, section 4; Müller & Chentanez 2011).
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,29 @@ namespace sunder {
 /// How far a particle's say reaches.
 struct SkinKernel {
     double reach = 1.6;  // support, in mean rest distances to the particle's neighbours
+};
+
+/// Which particles move each visual vertex and how much: all that a renderer needs to skin by itself (Choi 2014,
+/// section 4.2). It changes only where edges broke. Influences of one vertex are ascending by particle, their weights
+/// sum to one.
+struct SkinBinding {
+    struct Influence {
+        uint32_t particle;
+        double weight;
+    };
+
+    std::shared_ptr<const std::vector<Vec3>> rest_vertex;  // pool vertices in rest coordinates, m
+    std::vector<uint32_t> pool_vertex;                     // (n_vertices)
+    std::vector<uint32_t> nearest;                         // (n_vertices), particle followed first, connected there
+    std::vector<uint32_t> influence_offset = {0};          // (n_vertices + 1)
+    std::vector<Influence> influence;
+
+    size_t n_vertices() const { return pool_vertex.size(); }
+    const Vec3& rest_position(size_t vertex) const { return (*rest_vertex)[pool_vertex[vertex]]; }
+    std::span<const Influence> influences(size_t vertex) const {
+        const uint32_t begin = influence_offset[vertex], end = influence_offset[vertex + 1];
+        return {influence.data() + begin, end - begin};
+    }
 };
 
 /// Weights of the particles at each visual vertex.
@@ -42,25 +66,14 @@ public:
     /// Blends the particles' transforms (n_particles, from rest) at each bound vertex: (n_vertices).
     void blend(std::span<const Affine> particle, std::vector<Affine>& out) const;
 
-    /// Rest position of a bound vertex and the particle it follows first, the nearest one connected there.
-    const Vec3& rest_position(uint32_t vertex) const { return rest_vertex_[pool_vertex_[vertex]]; }
-    std::span<const uint32_t> nearest() const { return nearest_; }
-
-    struct Influence {
-        uint32_t particle;
-        double weight;
-    };
-    std::span<const Influence> influences(uint32_t vertex) const {
-        const uint32_t begin = influence_offset_[vertex], end = influence_offset_[vertex + 1];
-        return {influence_.data() + begin, end - begin};
-    }
+    /// Of the last call of `bind`; it stays as it is when edges break later.
+    const std::shared_ptr<const SkinBinding>& binding() const { return binding_; }
 
 private:
     void mark_changed_rings(std::span<const uint8_t> edge_intact);
     void find_candidates(const std::vector<uint32_t>& connected, std::span<const uint8_t> edge_intact);
-    void weigh(const Vec3& x, std::vector<Influence>& out);
+    void weigh(const Vec3& x, std::vector<SkinBinding::Influence>& out);
 
-    std::vector<Vec3> rest_vertex_;    // (n_pool_vertices x 3), m
     std::vector<Vec3> rest_particle_;  // (n_particles x 3), m
     std::vector<double> support_;      // r_j, m                         (n_particles)
     std::vector<Edge> edges_;
@@ -69,10 +82,7 @@ private:
 
     std::vector<uint8_t> edge_intact_;   // of the last bind
     std::vector<uint8_t> ring_changed_;  // since the last bind            (n_particles)
-    std::vector<uint32_t> pool_vertex_;  // of each bound vertex
-    std::vector<uint32_t> nearest_;
-    std::vector<uint32_t> influence_offset_;
-    std::vector<Influence> influence_;
+    std::shared_ptr<const SkinBinding> binding_;
     std::vector<uint32_t> candidate_;  // scratch of bind
     std::vector<uint8_t> is_candidate_;
 };

@@ -131,7 +131,8 @@ struct VisualMeshBuilder::Impl {
         const bool split = topology->update(interface_intact(edge_intact));
         skin->bind(*topology, edge_intact);
         if (split) normals->bind(*topology), list_attributes();
-        mesh.vertex_fragment.assign(skin->nearest().begin(), skin->nearest().end());
+        mesh.skin = skin->binding();
+        mesh.vertex_fragment = mesh.skin->nearest;
         bound_edges.assign(edge_intact.begin(), edge_intact.end());
         bound = true;
     }
@@ -163,7 +164,7 @@ struct VisualMeshBuilder::Impl {
         vertex_position.resize(vertex_skin.size());
         mesh.positions.resize(vertex_skin.size());
         for (uint32_t v = 0; v < vertex_skin.size(); ++v) {
-            vertex_position[v] = vertex_skin[v].apply(skin->rest_position(v));
+            vertex_position[v] = vertex_skin[v].apply(mesh.skin->rest_position(v));
             mesh.positions[v] = vertex_position[v].cast<float>();
         }
     }

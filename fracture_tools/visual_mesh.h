@@ -12,6 +12,8 @@
 
 namespace sunder {
 
+struct SkinBinding;
+
 /// A frame of one body. Vertices are topological: two faces share a vertex exactly when the surface is joined there,
 /// so edges balance (each directed edge has its opposite) before and after every break.
 struct VisualMesh {
@@ -22,6 +24,7 @@ struct VisualMesh {
     std::vector<int32_t> triangle_material;   // (n_triangles); FragmentSet::interior_material on break surfaces
     std::vector<uint32_t> triangle_fragment;  // (n_triangles), whose surface it is
     std::vector<uint32_t> vertex_fragment;    // (n_vertices), fragment that the vertex follows first (nearest particle)
+    std::shared_ptr<const SkinBinding> skin;  // what moves the vertices (skinning.h); the same until an edge breaks
 };
 
 /// What the skinning reads of one body at one frame; arrays are the body's slice of a FrameState.

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <functional>
 
+#include "fracture_tools/particle_transforms.h"
 #include "fracture_tools/prefracture.h"
+#include "fracture_tools/skinning.h"
 #include "nodes/nearest_name.h"
 #include "solver/solver.h"
 
@@ -75,6 +77,22 @@ ArrayView corners(const std::vector<T>& values) {
     return {type_code<N>(), {values.size(), Width}, values.data(), nullptr};
 }
 
+// Maps from rest to world as rows of linear part and offset.
+ArrayView transforms(const StateValue& s) {
+    std::vector<Affine> particle;
+    ParticleTransforms(s.scene->rest)
+        .evaluate(s.state->position, s.state->orientation, s.state->plastic_deformation, s.state->edge_intact,
+                  particle);
+    return made<double, 12>(particle,
+                            [](const Affine& a) {
+                                std::array<double, 12> rows;
+                                for (int i = 0; i < 3; ++i)
+                                    for (int j = 0; j < 4; ++j) rows[4 * i + j] = j < 3 ? a.linear(i, j) : a.offset(i);
+                                return rows;
+                            },
+                            {3, 4});
+}
+
 template <class T>
 struct Entry {
     const char* name;
@@ -108,6 +126,7 @@ const std::vector<Entry<StateValue>>& entries_of(const StateValue*) {
         {"plastic_deformation", [](const S& s) { return matrices(s.state->plastic_deformation); }},
         {"yield", [](const S& s) { return as_is<double>(s.state->yield); }},
         {"strain", [](const S& s) { return as_is<double>(s.state->strain); }},
+        {"particle_transform", transforms},
         {"group_rotation", [](const S& s) { return quaternions(s.state->group_rotation); }},
         {"body", [](const S& s) { return as_is<uint32_t>(s.scene->rest.body); }},
         {"fragment", [](const S& s) { return as_is<uint32_t>(s.scene->rest.fragment); }},
@@ -202,7 +221,20 @@ const std::vector<Entry<BodyMesh>>& entries_of(const BodyMesh*) {
         {"uvs", [](const M& m) { return corners<float, 2>(m.mesh.corner_uvs); }},
         {"face_material", [](const M& m) { return as_is<int32_t>(m.mesh.triangle_material); }},
         {"face_fragment", [](const M& m) { return as_is<uint32_t>(m.mesh.triangle_fragment); }},
-        {"vertex_fragment", [](const M& m) { return as_is<uint32_t>(m.mesh.vertex_fragment); }}};
+        {"vertex_fragment", [](const M& m) { return as_is<uint32_t>(m.mesh.vertex_fragment); }},
+        {"rest_positions",
+         [](const M& m) {
+             return made<double, 3>(m.mesh.skin->pool_vertex,
+                                    [&](uint32_t v) { return row_of((*m.mesh.skin->rest_vertex)[v]); });
+         }},
+        {"influence_offset", [](const M& m) { return as_is<uint32_t>(m.mesh.skin->influence_offset); }},
+        {"influence_particle",
+         [](const M& m) {
+             return made<uint32_t, 1>(m.mesh.skin->influence, [](const auto& i) { return std::array{i.particle}; });
+         }},
+        {"influence_weight", [](const M& m) {
+             return made<double, 1>(m.mesh.skin->influence, [](const auto& i) { return std::array{i.weight}; });
+         }}};
     return entries;
 }
 

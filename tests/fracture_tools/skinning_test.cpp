@@ -64,7 +64,8 @@ struct Skinned {
         ParticleTransforms(body.rest).evaluate(body.position, body.orientation, body.plastic, body.intact, particle);
         skin.blend(particle, vertex);
         positions.clear();
-        for (uint32_t v = 0; v < vertex.size(); ++v) positions.push_back(vertex[v].apply(skin.rest_position(v)));
+        for (uint32_t v = 0; v < vertex.size(); ++v)
+            positions.push_back(vertex[v].apply(skin.binding()->rest_position(v)));
     }
     Vec3 corner(size_t triangle, int c) const { return positions[topology.triangles()[triangle][c]]; }
 };
@@ -88,7 +89,7 @@ TEST(skinning, rest_pose_is_reproduced_whatever_broke) {
     for (double share : {0.0, 0.3, 1.0}) {
         const Skinned s(with_breaks(kmeans_box(), share, 2));
         for (uint32_t v = 0; v < s.positions.size(); ++v)
-            ASSERT_LT((s.positions[v] - s.skin.rest_position(v)).norm(), 1e-13);  // a few roundings of 3 m
+            ASSERT_LT((s.positions[v] - s.skin.binding()->rest_position(v)).norm(), 1e-13);  // a few roundings of 3 m
     }
 }
 
@@ -96,7 +97,7 @@ TEST(skinning, weights_sum_to_one_and_none_is_negative) {
     const Skinned s(with_breaks(kmeans_box(), 0.3, 3));
     for (uint32_t v = 0; v < s.positions.size(); ++v) {
         double sum = 0;
-        for (const auto& [particle, weight] : s.skin.influences(v)) {
+        for (const auto& [particle, weight] : s.skin.binding()->influences(v)) {
             ASSERT_GE(weight, 0);
             sum += weight;
         }
@@ -110,10 +111,10 @@ TEST(skinning, loose_fragment_follows_its_own_particle_alone) {
     for (uint32_t v = 0; v < s.positions.size(); ++v) {
         s.topology.connected_fragments(v, connected);
         ASSERT_EQ(connected.size(), 1u);
-        ASSERT_EQ(s.skin.influences(v).size(), 1u);
-        EXPECT_EQ(s.skin.influences(v)[0].particle, connected[0]);
-        EXPECT_EQ(s.skin.influences(v)[0].weight, 1);
-        EXPECT_EQ(s.skin.nearest()[v], connected[0]);
+        ASSERT_EQ(s.skin.binding()->influences(v).size(), 1u);
+        EXPECT_EQ(s.skin.binding()->influences(v)[0].particle, connected[0]);
+        EXPECT_EQ(s.skin.binding()->influences(v)[0].weight, 1);
+        EXPECT_EQ(s.skin.binding()->nearest[v], connected[0]);
     }
 }
 
@@ -125,14 +126,14 @@ TEST(skinning, nearest_particle_still_connected_takes_over) {
     Body body = testing::make_body(box, label);
     Skinned s(body);
     for (uint32_t v = 0; v < s.positions.size(); ++v)
-        if (s.skin.rest_position(v).x() == 1) {
-            EXPECT_EQ(s.skin.nearest()[v], 0u);
+        if (s.skin.binding()->rest_position(v).x() == 1) {
+            EXPECT_EQ(s.skin.binding()->nearest[v], 0u);
         }
     body.intact[0] = 0;
     s.show(body);
     int to_left = 0, to_right = 0;
     for (uint32_t v = 0; v < s.positions.size(); ++v)
-        if (s.skin.rest_position(v).x() == 1) ++(s.skin.nearest()[v] == 0 ? to_left : to_right);
+        if (s.skin.binding()->rest_position(v).x() == 1) ++(s.skin.binding()->nearest[v] == 0 ? to_left : to_right);
     EXPECT_EQ(to_left, 4);
     EXPECT_EQ(to_right, 4);
 }
@@ -146,7 +147,7 @@ TEST(skinning, weights_are_the_same_on_every_way_to_a_state) {
         const Skinned fresh(broken);
         ASSERT_EQ(walked.positions.size(), fresh.positions.size());
         for (uint32_t v = 0; v < fresh.positions.size(); ++v) {
-            const auto x = walked.skin.influences(v), y = fresh.skin.influences(v);
+            const auto x = walked.skin.binding()->influences(v), y = fresh.skin.binding()->influences(v);
             ASSERT_EQ(x.size(), y.size());
             for (size_t i = 0; i < x.size(); ++i)
                 ASSERT_TRUE(x[i].particle == y[i].particle && x[i].weight == y[i].weight);
@@ -179,7 +180,7 @@ TEST_P(smooth_motion, is_shown_without_creases) {
     std::vector<Vec3> truth;
     double sum = 0, worst = 0;
     for (uint32_t v = 0; v < s.positions.size(); ++v) {
-        truth.push_back(motion.map(s.skin.rest_position(v)));
+        truth.push_back(motion.map(s.skin.binding()->rest_position(v)));
         const double error = (s.positions[v] - truth[v]).norm() / spacing(body);
         sum += error * error, worst = std::max(worst, error);
     }

@@ -98,6 +98,19 @@ def test_a_mesh_has_the_arrays_that_the_contract_names(graph):
     assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(0.027, rel=1e-4)  # float32 positions
 
 
+def test_a_renderer_can_skin_by_itself(graph):
+    m, s = graph.evaluate("skin.mesh", frame=6), graph.evaluate("sim.state", frame=6)
+    assert s.edge_intact.min() == 0  # it tore, or this guards little
+    rest = np.column_stack([m.rest_positions, np.ones(len(m.rest_positions))])
+    vertex = np.repeat(np.arange(len(rest)), np.diff(m.influence_offset))
+    moved = np.einsum("kij,kj->ki", s.particle_transform[m.influence_particle], rest[vertex])
+    skinned = np.zeros((len(rest), 3))
+    np.add.at(skinned, vertex, moved * m.influence_weight[:, None])
+    assert np.allclose(skinned, m.positions, rtol=0, atol=2e-7)  # single precision of positions below 2 m
+    lowest = m.influence_offset[:-1]
+    assert np.allclose(np.add.reduceat(m.influence_weight, lowest), 1)
+
+
 def test_fragments_have_the_arrays_that_the_contract_names(graph):
     f = graph.evaluate("block.fragments")
     assert (

@@ -85,7 +85,8 @@ class State(Value):
     yield_ (n,), strain (n,), body (n,), fragment (n,), piece (n,), edges (m, 2), edge_intact (m,);
     rigid_position, rigid_orientation, rigid_velocity, rigid_angular_velocity of rigid bodies;
     broken_edge, broken_time, broken_strain of this frame;
-    rest_position, rest_orientation, radii, mass, volume at rest; frame, time, bodies, rigid_bodies, report.
+    rest_position, rest_orientation, radii, mass, volume at rest; particle_transform (n, 3, 4), from rest to world, what
+    skins blend; frame, time, bodies, rigid_bodies, report.
     """
 
     @property
@@ -97,7 +98,10 @@ class State(Value):
 class Mesh(Value):
     """positions (v, 3), triangles (t, 3), normals (3t, 3) and uvs (3t, 2) by corner, face_material (t,).
 
-    A visual mesh also has face_fragment (t,) and vertex_fragment (v,).
+    A visual mesh also has face_fragment (t,) and vertex_fragment (v,), and what moves it: rest_positions (v, 3) and the
+    particles that each vertex follows, those of vertex i being influence_particle[o[i]:o[i + 1]] with weights
+    influence_weight[o[i]:o[i + 1]], o = influence_offset (v + 1,). A vertex is the weighted sum of its rest position taken
+    through a State's particle_transform; all of this stays the same until an edge breaks.
     """
 
 
