@@ -126,7 +126,13 @@ class _Compiler:
         self.names[name] = [name]
         animated = self.animated.get(node.name, ())
         for p in descriptions.parameters(node.sunder_type):
-            if p["type"] in parameters.NO_FIELD or pickers.is_hidden(node, p["name"]):
+            if pickers.is_hidden(node, p["name"]):
+                continue
+            if p["type"] == "points":
+                found = scene_input.points(node, p["name"], depsgraph)
+                if found:
+                    self.nodes[name][p["name"]] = found
+            if p["type"] in parameters.NO_FIELD:
                 continue
             if parameters.attribute(p["name"]) in animated:
                 self._channel(name, p["name"], lambda _, p=p: parameters.value(p, node), True)
@@ -180,6 +186,15 @@ class _Compiler:
 
             self._channel(name, "position", position, moves)
             self._channel(name, "rotation", rotation, moves)
+
+    def _add_force(self, node, depsgraph):
+        if node.source == pickers.VALUES:
+            return
+        thing, = scene_input.objects_of(node)
+        scene_input.check_evaluated(thing, depsgraph, node)
+        if "drag" not in self.animated.get(node.name, ()) and node.parameter("drag") == 0:
+            raise core.Refused("drag is 0: the wind would take nothing along", node.graph_name)
+        self._channel(node.graph_name, "wind", lambda _: scene_input.wind(thing, node), animation.moves(thing))
 
     def _shapes(self, node, depsgraph):
         """(graph name, object, centre in its axes) of each object that a node stands for, sizes filled in."""

@@ -77,7 +77,11 @@ class SunderNode:
         self._draw_pickers(layout)
         column = layout.column()
         for p in descriptions.parameters(self.sunder_type):
-            if p["type"] not in parameters.NO_FIELD and not pickers.is_hidden(self, p["name"]):
+            if pickers.is_hidden(self, p["name"]):
+                continue
+            if p["type"] == "points":
+                self._draw_points(column, p["name"])
+            elif p["type"] not in parameters.NO_FIELD:
                 self._draw_parameter(column, p)
         if self.sunder_type in ("solver", "deformer"):
             bake_status.draw_node(context, layout, self)
@@ -98,6 +102,11 @@ class SunderNode:
         if self.sunder_type == "pin":
             layout.prop(self, "motion_object")
 
+    def _draw_points(self, layout, name):
+        source = getattr(self, f"{name}_source")
+        layout.row().prop(self, f"{name}_source", expand=True)
+        layout.prop(self, f"{name}_{source.lower()}")
+
     def _draw_parameter(self, layout, p):
         attribute = parameters.attribute(p["name"])
         if p["nullable"]:
@@ -106,13 +115,13 @@ class SunderNode:
             value = row.row()
             value.enabled = getattr(self, parameters.switch(p["name"]))
             value.prop(self, attribute)
-        elif self.sunder_type == "pin" and p["name"] == "group" and self._mesh_object():
+        elif p["name"] in pickers.group_parameters(self.sunder_type) and self._mesh_object():
             layout.prop_search(self, attribute, self._mesh_object(), "vertex_groups")
         else:
             layout.prop(self, attribute)
 
     def _mesh_object(self):
-        """The object that the pin's body was cut from, for picking a vertex group."""
+        """The object whose mesh comes up the wires, for picking a vertex group."""
         node = wiring.upstream(self, "mesh_file")
         return node.object if node and node.source == pickers.OBJECT else None
 

@@ -18,7 +18,7 @@ from bpy.props import (
 _UNITS = {"m": "LENGTH", "kg": "MASS", "m/s": "VELOCITY", "m/s2": "ACCELERATION", "degrees": "ROTATION"}
 _INT_LIMIT = 2**31 - 1
 _JUST_ABOVE = 1e-6  # the least value where the range excludes its bound
-# Types without a field on the node: vertex groups come from objects (scene_input.py), lists of points from scripts.
+# Types without a field on the node: vertex groups and lists of points come from objects (pickers.py, scene_input.py).
 NO_FIELD = ("vertex_groups", "points")
 _IF_USED = 0.1  # what a parameter that is null by default holds when it is switched on
 
@@ -137,6 +137,9 @@ def value(p, node):
 
 def set_value(p, node, given):
     """Sets what Sunder would take: the inverse of `value`."""
+    if p["type"] in NO_FIELD:
+        raise AttributeError(f"'{p['name']}' is taken from an object: set `{p['name']}_object` or `{p['name']}_collection`"
+                             if p["type"] == "points" else f"'{p['name']}' is taken from the mesh's own vertex groups")
     if p["nullable"]:
         setattr(node, switch(p["name"]), given is not None)
         if given is None:

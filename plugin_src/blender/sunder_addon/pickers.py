@@ -2,11 +2,17 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, PointerProperty
 
+from . import descriptions
+
 OBJECT, COLLECTION, VALUES = "OBJECT", "COLLECTION", "VALUES"
 
 
 def has_mesh(_self, thing):
     return thing.type == "MESH" and not thing.sunder.tree
+
+
+def has_wind(_self, thing):
+    return thing.field is not None and thing.field.type == "WIND"
 
 
 def _not_a_result(_self, thing):
@@ -22,9 +28,39 @@ def _source(sentence, values, default, with_collection=True, changed=None):
                         update=changed)
 
 
+def points_parameters(node_type):
+    """Names of the parameters that are lists of points: each has a picker for what they are taken from."""
+    return [p["name"] for p in descriptions.parameters(node_type) if p["type"] == "points"]
+
+
+def group_parameters(node_type):
+    """Names of the parameters that name a vertex group of the mesh."""
+    return [p["name"] for p in descriptions.parameters(node_type)
+            if p["type"] == "text" and (p["name"] == "group" or p["name"].endswith("_group"))]
+
+
 def properties(node_type, changed):
     """{attribute: Blender property} of one node type."""
+    return {**_own_properties(node_type, changed), **_points_properties(node_type, changed)}
 
+
+def _points_properties(node_type, changed):
+    made = {}
+    for name in points_parameters(node_type):
+        items = [(OBJECT, "Object", "The vertices of a mesh, the points of a curve, the origin of anything else"),
+                 (COLLECTION, "Collection", "The origins of its objects")]
+        made[f"{name}_source"] = EnumProperty(name="Points From", description="Where the points come from", items=items,
+                                              default=OBJECT, options=set(), update=changed)
+        made[f"{name}_object"] = PointerProperty(
+            type=bpy.types.Object, name="Points", poll=_not_a_result, update=changed,
+            description="Vertices of this mesh, points of this curve in their order, or the origin of this object, at the "
+                        "first frame")
+        made[f"{name}_collection"] = PointerProperty(type=bpy.types.Collection, name="Points", update=changed,
+                                                     description="The origins of its objects at the first frame")
+    return made
+
+
+def _own_properties(node_type, changed):
     def thing(name, sentence, poll=_not_a_result):
         return PointerProperty(type=bpy.types.Object, name=name, description=sentence, poll=poll, update=changed)
 
@@ -60,6 +96,12 @@ def properties(node_type, changed):
             "object": thing("Object", f"{moves} and bounding box of this object, scale included"),
             "collection": things("One for each of its mesh objects"),
         }
+    if node_type == "force":
+        return {
+            "source": _source("Wind of", ("Values", "Wind as numbers"), VALUES, False, changed),
+            "object": thing("Wind", "A wind force field: it blows along the object's z axis, its strength in m/s, "
+                            "everywhere alike", has_wind),
+        }
     if node_type == "pin":
         return {
             "source": _source("The bounding box of", ("Values", "Numbers"), VALUES, False, changed),
@@ -91,6 +133,17 @@ HIDDEN = {
         ("region", ("box",), ("center", "radius", "group")),
         ("region", ("sphere",), ("box_min", "box_max", "group")),
         ("region", ("group",), ("box_min", "box_max", "center", "radius")),
+    ],
+    "force": [("source", (OBJECT,), ("wind",))],
+    "prefracture": [
+        ("method", ("kmeans",), ("sites", "points", "impact_shape", "impact_radius", "grid_jitter", "density_group",
+                                 "density_factor", "roughness", "least_piece")),
+        ("method", ("voronoi",), ("cells_per_piece", "sharp_angle")),
+        ("sites", ("kmeans", "uniform", "poisson", "grid", "density"), ("points",)),
+        ("sites", ("kmeans", "uniform", "poisson", "grid", "density", "points"), ("impact_shape", "impact_radius")),
+        ("sites", ("kmeans", "uniform", "poisson", "impact", "points", "density"), ("grid_jitter",)),
+        ("sites", ("kmeans", "uniform", "poisson", "impact", "grid", "points"), ("density_group", "density_factor")),
+        ("sites", ("points",), ("pieces",)),
     ],
     "solver": [("method", ("projective", "gauss_seidel"), ("over_relaxation",))],
 }

@@ -4,6 +4,7 @@ Lengths are metres (one Blender unit is one metre), rotations Euler XYZ in degre
 """
 import math
 
+import bpy
 import numpy as np
 from mathutils import Euler, Matrix, Vector
 
@@ -130,12 +131,58 @@ def motion(before, now, center, rate):
     return {"velocity": vector(velocity), "angular_velocity": vector(axis * math.degrees(angle) * rate)}
 
 
-def pinned_groups(tree, node):
-    """Names of vertex groups that pins ask of the mesh that `node` gives."""
-    return sorted({
-        n.group for n in wiring.needed(tree)
-        if n.sunder_type == "pin" and n.region == "group" and n.group and wiring.upstream(n, "mesh_file") == node
-    })
+def wind(thing, node):
+    """Velocity (m/s) of the air that a wind force field stands for, as the frame is now."""
+    field = thing.field
+    if field is None or field.type != "WIND":
+        kind = "no" if field is None or field.type == "NONE" else f"a {field.type.replace('_', ' ').lower()}"
+        raise core.Refused(f"object '{thing.name}' has {kind} force field: only wind blows everywhere alike",
+                           node.graph_name)
+    return vector(placement(thing.matrix_world)[1] @ Vector((0, 0, field.strength)))
+
+
+def wanted_groups(tree, node):
+    """Names of vertex groups that other nodes ask of the mesh that `node` gives."""
+    found = set()
+    for n in wiring.needed(tree):
+        names = [g for g in pickers.group_parameters(n.sunder_type) if not pickers.is_hidden(n, g)]
+        if names and wiring.upstream(n, "mesh_file") == node:
+            found.update(getattr(n, g) for g in names)
+    return sorted(found - {""})
+
+
+def points_objects(node, name):
+    """The objects that a list of points is taken from."""
+    source = getattr(node, f"{name}_{getattr(node, name + '_source').lower()}")
+    if source is None:
+        return []
+    return sorted(source.all_objects, key=lambda o: o.name) if isinstance(source, bpy.types.Collection) else [source]
+
+
+def points(node, name, depsgraph):
+    """A list of points in the coordinates of the mesh that comes up the wires."""
+    found = []
+    for thing in points_objects(node, name):
+        check_evaluated(thing, depsgraph, node)
+        is_whole = getattr(node, f"{name}_source") == pickers.OBJECT and thing.type in ("MESH", "CURVE")
+        found += _vertices(thing, depsgraph) if is_whole else [thing.matrix_world.translation]
+    source = wiring.upstream(node, "mesh_file")
+    thing = source.object if source is not None and source.source == pickers.OBJECT else None
+    if thing is None:
+        return [vector(p) for p in found]
+    location, rotation, _ = placement(thing.matrix_world)
+    inverse = rotation.to_matrix().inverted()
+    return [vector(inverse @ (p - location)) for p in found]
+
+
+def _vertices(thing, depsgraph):
+    """Vertices in the scene of a mesh or a curve with its modifiers; those of a curve follow it from end to end."""
+    evaluated = thing.evaluated_get(depsgraph)
+    mesh = evaluated.to_mesh()
+    try:
+        return [thing.matrix_world @ v.co for v in mesh.vertices] if mesh else []
+    finally:
+        evaluated.to_mesh_clear()
 
 
 def mesh(node, depsgraph):
@@ -143,7 +190,7 @@ def mesh(node, depsgraph):
     found = mesh_objects(node)
     for thing in found:
         check_evaluated(thing, depsgraph, node)
-    groups = pinned_groups(node.id_data, node)
+    groups = wanted_groups(node.id_data, node)
     parts = []
     for thing in found:
         own = placement(thing.matrix_world)[2] if node.source == pickers.OBJECT else thing.matrix_world

@@ -46,31 +46,47 @@ def _mesh_hash(thing, use_modifiers):
     return runtime.mesh_hashes[key]
 
 
-def _group(node):
-    """Which vertices a pin's group holds."""
-    source = wiring.upstream(node, "mesh_file")
-    if source is None or source.object is None or node.group not in source.object.vertex_groups:
-        return None
-    index = source.object.vertex_groups[node.group].index
-    held = [v.index for v in source.object.data.vertices if any(g.group == index and g.weight > 0 for g in v.groups)]
-    return hashlib.blake2b(repr(held).encode(), digest_size=8).hexdigest()
+def _groups(node):
+    """Which vertices the groups hold that a node names."""
+    held = []
+    for name in pickers.group_parameters(node.sunder_type):
+        source = None if pickers.is_hidden(node, name) else wiring.upstream(node, "mesh_file")
+        group = getattr(node, name)
+        for thing in scene_input.mesh_objects(source) if source is not None and source.source != pickers.VALUES else ():
+            if group in thing.vertex_groups:
+                index = thing.vertex_groups[group].index
+                members = [v.index for v in thing.data.vertices if any(g.group == index and g.weight > 0 for g in v.groups)]
+                held.append(hashlib.blake2b(repr(members).encode(), digest_size=8).hexdigest())
+    return held
+
+
+def _points(node):
+    """Where lists of points come from."""
+    described = []
+    for name in pickers.points_parameters(node.sunder_type):
+        if pickers.is_hidden(node, name):
+            continue
+        for thing in scene_input.points_objects(node, name):
+            described.append(animation.describe_motion(thing))
+            if thing.type in ("MESH", "CURVE"):
+                described.append(_mesh_hash(thing, True))
+    return described
 
 
 def _objects(node):
+    described = _groups(node) + _points(node)
     if not hasattr(node, "source"):
-        return []
-    described = []
-    if node.sunder_type == "pin":
-        if node.motion_object:
-            described.append(animation.describe_motion(node.motion_object))
-        if node.region == "group":
-            described.append(_group(node))
+        return described
+    if node.sunder_type == "pin" and node.motion_object:
+        described.append(animation.describe_motion(node.motion_object))
     uses_objects = node.source != pickers.VALUES and hasattr(node, "object")
     if not uses_objects or node.sunder_type == "pin" and node.region == "group":
         return described
     for thing in scene_input.objects_of(node):
         described.append(animation.describe_motion(thing))
-        if node.sunder_type == "mesh_file":
+        if node.sunder_type == "force":
+            described.append([thing.field.type, round(thing.field.strength, 6)] if thing.field else [])
+        elif node.sunder_type == "mesh_file":
             described.append(_mesh_hash(thing, node.use_modifiers))
         elif thing.type == "MESH":
             described.append(_mesh_hash(thing, True))
