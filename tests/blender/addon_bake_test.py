@@ -64,6 +64,70 @@ class Bake(AddonCase):
         self.assertEqual(self.manifest(tree).numbers, [1, 2, 3, 4, 5])
         self.assertEqual((self.cached(tree) / "state/solver.0002.ply").stat().st_mtime_ns, first)
 
+    def test_a_changed_material_goes_on_from_a_chosen_frame(self):
+        tree, nodes = self.tree()
+        self.bake(tree)
+        before = files(self.cached(tree))
+        nodes["body"].set_parameters(youngs_modulus=5e7, density=700)
+        self.assertEqual(self.bake(tree, start="FROM_FRAME", frame=3), {"FINISHED"})
+        after = files(self.cached(tree))
+        for name in ("mesh/deformer", "state/solver"):
+            for n in (1, 2, 3):
+                self.assertEqual(after[f"{name}.{n:04d}.ply"], before[f"{name}.{n:04d}.ply"], (name, n))
+            for n in (4, 5, 6):
+                self.assertNotEqual(after[f"{name}.{n:04d}.ply"], before[f"{name}.{n:04d}.ply"], (name, n))
+        self.assertEqual([self.status(tree).is_stale, self.status(tree).text],
+                         [False, "baked 1 to 6 (to 3 as before the changes)"])
+        self.assertEqual(addon("core").sunder().verify(str(self.cached(tree)))["faults"], [])
+        self.scene.frame_end = 8
+        self.bake(tree)  # goes on, and stays what it is
+        longer = files(self.cached(tree))
+        self.assertEqual({n: longer[n] for n in after}, after)
+        self.bake(tree, start="RESTART")
+        self.assertEqual(self.status(tree).text, "baked 1 to 8")
+        self.assertNotEqual(files(self.cached(tree))["mesh/deformer.0003.ply"], before["mesh/deformer.0003.ply"])
+
+    def test_a_bake_goes_on_only_with_the_same_pieces_from_a_frame_that_is_there(self):
+        tree, nodes = self.tree()
+        with self.assertRaisesRegex(RuntimeError, "frame 3 is not baked: there is nothing"):
+            self.bake(tree, start="FROM_FRAME", frame=3)
+        self.bake(tree)
+        before = files(self.cached(tree))
+        with self.assertRaisesRegex(RuntimeError, "frame 9 is not baked: there are frames 1 to 6"):
+            self.bake(tree, start="FROM_FRAME", frame=9)
+        nodes["prefracture"].pieces = 9
+        with self.assertRaisesRegex(RuntimeError, "pieces, start and range"):
+            self.bake(tree, start="FROM_FRAME", frame=3)
+        self.assertIn("bake anew instead", nodes["prefracture"].error)
+        self.assertEqual(files(self.cached(tree)), before)
+
+    def test_a_bake_that_took_frames_over_is_not_resumed_without_them(self):
+        tree, nodes = self.tree()
+        self.bake(tree)
+        nodes["body"].density = 700
+        job = addon("bake_job").BakeJob(tree, self.scene, "FROM_FRAME", 3)
+        job.cancel()  # at once: what is taken over is written all the same
+        job.start()
+        job.finish(tree)
+        self.assertEqual([job.is_cancelled, self.manifest(tree).numbers[:3]], [True, [1, 2, 3]])
+        self.assertTrue(addon("bake_job").BakeJob(tree, self.scene).is_resumed)
+        note = self.cached(tree) / "blender.json"
+        note.write_text(note.read_text().replace('"taken_over": 3', '"taken_over": 5'))
+        self.assertFalse(addon("bake_job").BakeJob(tree, self.scene).is_resumed)
+
+    def test_a_bake_that_cannot_be_leaves_the_one_that_is_there(self):
+        tree, nodes = self.tree()
+        self.bake(tree)
+        before = files(self.cached(tree))
+        bpy.ops.mesh.primitive_plane_add(size=0.3, location=(2, 0, 1))
+        whole, nodes["mesh_file"].object = nodes["mesh_file"].object, bpy.context.object
+        self.assertIn("open", self.refusal(tree))
+        nodes["mesh_file"].object = whole
+        self.assertEqual([self.status(tree).state, self.status(tree).is_stale], ["complete", False])
+        after = files(self.cached(tree))
+        self.assertEqual({n: after[n] for n in before if not n.startswith("inputs/")},
+                         {n: d for n, d in before.items() if not n.startswith("inputs/")})
+
     def test_every_kind_of_change_makes_it_out_of_date_and_undone_up_to_date(self):
         thing = self.cube()
         bpy.ops.object.empty_add(location=(0, 0, 5))
@@ -217,7 +281,7 @@ class Bake(AddonCase):
         told, manager, space = [], unittest.mock.Mock(), unittest.mock.Mock()
         window = types.SimpleNamespace(window_manager=manager, workspace=space, scene=self.scene, object=None,
                                        space_data=None, window=None)
-        operator = types.SimpleNamespace(tree=tree.name, start="AUTO", report=lambda kind, text: told.append((kind, text)))
+        operator = types.SimpleNamespace(tree=tree.name, start="AUTO", frame=0, report=lambda kind, text: told.append((kind, text)))
         for name in ("find", "_begin", "_end", "_leave"):
             setattr(operator, name, types.MethodType(getattr(bake, name), operator))
         with unittest.mock.patch.object(bpy, "app", types.SimpleNamespace(background=False, tempdir=bpy.app.tempdir)):

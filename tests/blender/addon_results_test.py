@@ -38,6 +38,25 @@ class Shown(AddonCase):
             counts.add(len(mesh.triangles))
         self.assertGreater(len(counts), 1)  # it tore, or this guards nothing
 
+    def test_toughness_left_is_what_is_missing_to_the_toughness_at_the_frame(self):
+        tree, nodes = self.tree(material={"toughness": 0.3})
+        thing, = self.results(tree)
+        for frame, value in ((1, 0.3), (5, 0.2)):
+            nodes["body"].toughness = value
+            nodes["body"].keyframe_insert("toughness", frame=frame)
+        self.bake(tree)
+        graph = addon("core").sunder().Graph.load(str(self.cached(tree) / "graph.json"))
+        self.scene.frame_set(4)
+        tough = graph["body"].at("toughness", 4)
+        self.assertTrue(0.2 < tough < 0.3)
+        left, strain = attribute(thing, "toughness_left"), attribute(thing, "strain")
+        np.testing.assert_allclose(left, 1 - np.clip(strain / tough, 0, 1), atol=1e-5)
+        self.assertLess(left.min(), 0.9)
+        at = addon("player").value_at
+        steps = {"keys": [[1, None], [3, 0.5]], "interpolation": "step"}
+        self.assertEqual([at(steps, f) for f in (0, 2, 3, 9)], [None, None, 0.5, 0.5])
+        self.assertEqual([at(0.4, 7), at(None, 7)], [0.4, None])
+
     def test_plastic_strain_is_that_of_a_known_stretch(self):
         tree, _ = self.tree()
         thing, = self.results(tree)

@@ -15,7 +15,8 @@ ADDON_ROOT = os.environ["SUNDER_ADDON_ROOT"]  # holds addons/sunder_addon and th
 def environment(folder, scripts=None):
     """`scripts`: a folder that holds addons/; None for a clean profile."""
     names = {**os.environ, "BLENDER_USER_RESOURCES": str(folder / "profile"), "TMPDIR": str(folder / "tmp"),
-             "PYTHONDONTWRITEBYTECODE": "1"}
+             "PYTHONDONTWRITEBYTECODE": "1",
+             "PATH": "/usr/bin:" + os.environ["PATH"]}  # Debian's Blender takes the first python3 there for its own
     for name in ("DISPLAY", "SUNDER_LIBRARY", "PYTHONPATH", "BLENDER_USER_SCRIPTS"):
         names.pop(name, None)
     if scripts:

@@ -6,7 +6,8 @@ import bpy
 
 from . import cache, compiler, core, mesh_export, runtime, signature, tree as trees
 
-AUTO, RESTART = "AUTO", "RESTART"
+_CACHE_LIMIT = 2**30  # bytes of past frames that a solver keeps at least
+AUTO, RESTART, FROM_FRAME = "AUTO", "RESTART", "FROM_FRAME"
 
 
 class BakeJob:
@@ -15,7 +16,8 @@ class BakeJob:
     fraction, text: progress. After the end: report (of the library) or error or is_cancelled.
     """
 
-    def __init__(self, tree, scene, start=AUTO):
+    def __init__(self, tree, scene, start=AUTO, frame=0):
+        """`frame`: with FROM_FRAME the last one that is taken over from the bake that is there."""
         self.tree_name, self.cache_id = tree.name_full, trees.identity(tree)
         self.fraction, self.text = 0.0, "preparing"
         self.report, self.error, self.node, self.is_cancelled = None, "", "", False
@@ -23,12 +25,12 @@ class BakeJob:
         self._thread = None
         runtime.forget_errors(tree.name_full)
         try:
-            self._prepare(tree, scene, start)
+            self._prepare(tree, scene, start, frame)
         except core.Refused as refused:
             self._blame(tree, refused.node, str(refused))
             raise
 
-    def _prepare(self, tree, scene, start):
+    def _prepare(self, tree, scene, start, frame):
         sunder = core.sunder()
         if tree.library is not None:
             raise core.Refused("this tree is linked from another file: bake it there")
@@ -40,7 +42,15 @@ class BakeJob:
             graph = sunder.Graph.from_dict(compiled.description, base_folder=folder, name=tree.name)
             baked = cache.manifest(folder)
             is_same = baked is not None and _is_same(baked, graph, sunder.version())
-            self.is_resumed = is_same and start == AUTO
+            taken_over = cache.note(folder).get("taken_over")
+            is_whole = taken_over is None or baked is not None and taken_over in baked.numbers
+            self.is_resumed = is_same and is_whole and start == AUTO
+            self._history = []
+            if start == FROM_FRAME:
+                taken_over = frame
+                self._history = _history(baked, folder, graph.to_dict(defaults=True), frame, tree)
+            elif not self.is_resumed:
+                taken_over = None
             if baked is not None and not self.is_resumed or cache.is_elsewhere(tree):
                 cache.make_own(tree)
                 self.cache_id, folder = tree.cache_id, cache.folder(tree)
@@ -52,16 +62,14 @@ class BakeJob:
         try:
             os.makedirs(folder, exist_ok=True)
             mesh_export.write(folder, compiled.files)
-            if not self.is_resumed:
-                cache.remove_old_inputs(folder, compiled.files)
-            content = {
+            note = {
                 "blend": cache.blend_name(), "tree": tree.name, "signature": signature.signature(tree, scene),
-                "rest_matrices": compiled.rest_matrices,
+                "rest_matrices": compiled.rest_matrices, "taken_over": taken_over,
             }
-            cache.write_note(folder, content, compiled.description)
         except OSError as error:
             raise core.Refused(f"{error.filename or folder}: {error.strerror}") from error
         self.folder, self._home = folder, cache.home()
+        self._note, self._description, self._inputs = note, compiled.description, compiled.files.keys()
         self._graph, self._error_type = graph, sunder.Error
         self.frames = compiled.description["frame_range"]
 
@@ -83,6 +91,11 @@ class BakeJob:
 
     def _work(self):
         try:
+            self._take_over()
+            if not self.is_resumed:
+                self._try_first_frame()
+                cache.remove_old_inputs(self.folder, self._inputs)
+            cache.write_note(self.folder, self._note, self._description)
             start = {"resume": True} if self.is_resumed else {"restart": True}
             self.report = self._graph.bake(self.folder, progress=self._progress, **start)
             self.fraction = 1.0
@@ -90,12 +103,32 @@ class BakeJob:
             self.is_cancelled = error.code == "cancelled"
             if not self.is_cancelled:
                 self._told(error)
+        except OSError as error:
+            self.error = f"{error.filename or self.folder}: {error.strerror}"
         except BaseException as error:  # the thread's end is the only place where this can be seen
             self.error = f"{type(error).__name__}: {error}"
 
+    def _take_over(self):
+        """States of an earlier bake, from the last of which the solvers go on; all must stay until they are written."""
+        if not self._history:
+            return
+        n_bytes = sum(os.path.getsize(path) for _, _, path in self._history)
+        self._graph.set_cache_limit(max(_CACHE_LIMIT, 3 * n_bytes))
+        for solver, number, path in self._history:
+            self._graph.seed_state(solver, number, core.sunder().read_state(path))
+
+    def _try_first_frame(self):
+        """What cannot be baked is refused before the bake that is there is removed. (The bake finds this frame done.)"""
+        for name, fields in self._graph.to_dict()["nodes"].items():
+            if fields["type"] == "deformer":
+                self._graph.evaluate(f"{name}.mesh", self.frames[0], lambda _, text: self._progress(0.0, text))
+
     def _progress(self, fraction, text):
         self.fraction, self.text = fraction, text
-        return not self._cancel.is_set()
+        # What is taken over is written before the bake can be stopped: it is quick, and would be lost.
+        first, last = self.frames
+        is_taken_over = self._history and fraction * (last - first + 1) < self._history[-1][1] - first + 1
+        return bool(is_taken_over) or not self._cancel.is_set()
 
     def start(self):
         runtime.jobs[self.cache_id] = self
@@ -123,6 +156,39 @@ class BakeJob:
             cache.move_home(self._home)  # the file may have been saved meanwhile
         if tree is not None and self.error:
             self._blame(tree, self.node, self.error)
+
+
+def _history(baked, folder, graph, frame, tree):
+    """[(solver, frame, state file)] of a bake up to a frame, for a bake that goes on from there with other settings.
+
+    Refuses where bodies would not be the same ones, or do not begin alike.
+    """
+    if baked is None or frame not in baked.numbers:
+        has = f"are frames {baked.numbers[0]} to {baked.numbers[-1]}" if baked and baked.numbers else "is nothing"
+        raise core.Refused(f"frame {frame} is not baked: there {has} to go on from")
+    before, now = _what_stays(baked.graph), _what_stays(graph)
+    for name in sorted(before.keys() | now.keys()):
+        if before.get(name) != now.get(name):
+            node = trees.find_node(tree, name)
+            raise core.Refused("pieces, start and range must be those of the bake that goes on; bake anew instead",
+                               node.graph_name if node else "")
+    bakes = {f["state"][1:].rsplit(".", 1)[0]: name for name, f in baked.graph["nodes"].items()
+             if f["type"] == "bake_state" and name.endswith(":bake")}
+    return [(solver, n, os.path.join(folder, baked.frames[n][bake]))
+            for n in baked.numbers if n <= frame for solver, bake in bakes.items()]
+
+
+def _what_stays(graph):
+    """What a state depends on apart from what moves it: {node: fields}."""
+    kept = {"": [graph["frame_rate"], graph["frame_range"][0]]}
+    for name, fields in graph["nodes"].items():
+        if fields["type"] in ("mesh_file", "prefracture", "lattice"):
+            kept[name] = fields
+        elif fields["type"] == "body":
+            kept[name] = [fields[k] for k in ("fragments", "position", "rotation")]
+        elif fields["type"] == "solver":
+            kept[name] = [fields.get(k) for k in ("bodies", "rigid_bodies")]
+    return kept
 
 
 def _is_same(baked, graph, version):

@@ -1,5 +1,5 @@
 """What a tree's bake is like, in a word and a sentence, and how nodes and panels show it."""
-from . import cache, drawing, player, runtime, signature
+from . import cache, drawing, player, preview, runtime, signature
 
 
 class Status:
@@ -20,12 +20,15 @@ def status(tree, scene, compute=True):
     if manifest is None or not manifest.numbers:
         return Status("none", "not baked")
     found = (signature.signature if compute else signature.known)(tree, scene)
-    is_stale = None if found is None else found != cache.note(folder).get("signature")
+    note = cache.note(folder)
+    is_stale = None if found is None else found != note.get("signature")
     first, last = manifest.numbers[0], manifest.numbers[-1]
     wanted = tree.frames(scene)[1]
     text = f"baked {first} to {last}"
     if last < wanted:
         text += f" of {wanted}"
+    if note.get("taken_over") is not None:
+        text += f" (to {note['taken_over']} as before the changes)"
     if is_stale:
         text = "out of date: " + text
     return Status("partial" if last < wanted else "complete", text, is_stale)
@@ -42,6 +45,10 @@ def draw_bake(layout, tree, scene):
     row = layout.row(align=True)
     resumes = now.state == "partial" and not now.is_stale
     row.operator("sunder.bake", text="Resume" if resumes else "Bake", icon="PHYSICS").tree = tree.name
+    manifest = cache.manifest(cache.folder(tree))
+    if now.is_stale and manifest and scene.frame_current in manifest.numbers:
+        again = layout.operator("sunder.bake", text=f"Go On from Frame {scene.frame_current}", icon="FORWARD")
+        again.tree, again.start, again.frame = tree.name, "FROM_FRAME", scene.frame_current
     if now.state != "none":
         row.operator("sunder.free_bake", text="Free", icon="TRASH").tree = tree.name
 
@@ -53,11 +60,21 @@ def draw_node(context, layout, node):
         return
     if node.note:
         drawing.sentence(layout, node.note, "INFO")
-    shows = [o.name for o in player.result_objects(tree) if o.sunder.node == node.graph_name]
-    for name in shows:
-        layout.label(text=name, icon="MESH_DATA")
+    shows = [o for o in player.result_objects(tree) if o.sunder.node == node.graph_name]
+    for thing in shows:
+        layout.label(text=thing.name, icon="MESH_DATA")
+        draw_preview(layout, thing)
     add = layout.operator("sunder.add_results", text="Add Result Object" if not shows else "Add Another", icon="ADD")
     add.tree, add.node = tree.name, node.name
+
+
+def draw_preview(layout, thing):
+    """What viewports show of a result object."""
+    layout.prop(thing.sunder, "preview")
+    if thing.sunder.preview == "STRAIN":
+        layout.prop(thing.sunder, "preview_limit")
+    if thing.sunder.preview != "OFF" and preview.problems.get(thing.name):
+        drawing.sentence(layout, preview.problems[thing.name], "INFO")
 
 
 def draw_tree(layout, tree, scene):

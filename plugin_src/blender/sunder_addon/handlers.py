@@ -7,14 +7,18 @@ from bpy.app.handlers import persistent
 from . import cache, player, runtime, signature, tree as trees
 
 _INTERVAL = 0.5  # s between looks whether bakes went out of date
+_late = {"frame": None}  # the frame that previews alone show
 _before_save = {}  # while a file is saved: where caches lay
 
 
 @persistent
 @runtime.guarded
-def on_frame(scene, _depsgraph=None):
-    if not runtime.is_sampling:
-        player.show_all(scene)
+def on_frame(scene, depsgraph=None):
+    """Meshes that viewports do not show are written once the frame rests (_look); renders and scripts need them now."""
+    if runtime.is_sampling:
+        return
+    is_in_viewport = depsgraph is not None and depsgraph.mode == "VIEWPORT" and not bpy.app.background
+    _late["frame"] = scene.frame_current if player.show_all(scene, skip_previewed=is_in_viewport) else None
 
 
 @persistent
@@ -98,7 +102,19 @@ def _look():
             if signature.known(tree, scene) is None and not is_editing:
                 runtime.guarded(signature.signature)(tree, scene)
                 redraw()
+        _catch_up(scene)
     return _INTERVAL
+
+
+def _catch_up(scene):
+    """Writes the meshes behind previews when a whole look found the same frame."""
+    frame = scene.frame_current
+    if _late["frame"] != frame:
+        return
+    if _late.get("looked") == frame:
+        runtime.guarded(player.show_all)(scene)
+        _late["frame"] = None
+    _late["looked"] = frame
 
 
 def redraw():

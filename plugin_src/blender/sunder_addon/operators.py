@@ -3,7 +3,7 @@ import signal
 import threading
 
 import bpy
-from bpy.props import EnumProperty, StringProperty
+from bpy.props import EnumProperty, IntProperty, StringProperty
 
 from . import bake_job, cache, core, handlers, player, results, runtime, tree as trees
 
@@ -48,16 +48,19 @@ class SUNDER_OT_bake(_OnTree, bpy.types.Operator):
         items=[
             ("AUTO", "As Needed", "Go on with a bake of the same; otherwise bake anew"),
             ("RESTART", "Anew", "Remove what was baked and begin at the first frame"),
+            ("FROM_FRAME", "From a Frame", "Keep the bake up to a frame, and go on from there as the tree is now"),
         ],
         options={"SKIP_SAVE"},
     )
+    frame: IntProperty(name="Frame", description="With From a Frame: the last frame that stays as it is baked",
+                       options={"SKIP_SAVE"})
 
     def _begin(self, context):
         tree = self.find(context)
         if tree is None:
             return None
         try:
-            job = bake_job.BakeJob(tree, context.scene, self.start)
+            job = bake_job.BakeJob(tree, context.scene, self.start, self.frame)
         except (core.Refused, core.Unusable) as error:
             self.report({"ERROR"}, str(error))
             return None

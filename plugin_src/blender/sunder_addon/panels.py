@@ -47,6 +47,7 @@ class SUNDER_PT_object(bpy.types.Panel):
         if node is not None and node.note:
             drawing.sentence(box, node.note, "INFO")
         if thing.type == "MESH" and node is not None and node.sunder_type == "deformer":
+            bake_status.draw_preview(box, thing)
             box.prop(thing.sunder, "interior_slot")
             box.prop(thing.sunder, "use_exact_normals")
 

@@ -3,13 +3,24 @@ import os
 
 import bpy
 import numpy as np
-from bpy.props import BoolProperty, CollectionProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from mathutils import Matrix, Quaternion
 
-from . import bake_reader, cache, result_mesh, runtime, tree as trees
+from . import bake_reader, cache, preview_source, result_mesh, runtime, tree as trees
 
 SHOWN = "sunder_shown"  # on the mesh, so that undo and files carry it along
 _interiors = {}  # (folder, hash of the first frame's file): material number of break surfaces
+
+
+def _switched(self, context):
+    """The preview stands in for the object, of which Blender then draws its bounding box alone."""
+    thing = self.id_data
+    if self.preview != "OFF":
+        if thing.display_type != "BOUNDS":
+            self.display_before, thing.display_type = thing.display_type, "BOUNDS"
+        return
+    thing.display_type = self.display_before or "TEXTURED"
+    show_all(context.scene)
 
 
 class SunderObject(bpy.types.PropertyGroup):
@@ -25,6 +36,18 @@ class SunderObject(bpy.types.PropertyGroup):
         name="Exact Normals", default=True, options=set(),
         description="Smooth outside and sharp at breaks, as simulated. Off: plays faster, shades across breaks",
     )
+
+
+    preview: EnumProperty(
+        name="Preview", items=preview_source.MODES, default="OFF", options=set(), update=_switched,
+        description="What viewports show. Previews are drawn by the graphics card and play faster than the mesh, which "
+        "follows when the frame rests; renders show the mesh always",
+    )
+    preview_limit: FloatProperty(
+        name="Hottest", description="Strain of the hottest colour; 0: the strain at which the body tears", default=0,
+        min=0, soft_max=1, precision=3, options=set(),
+    )
+    display_before: StringProperty(options={"HIDDEN"})
 
 
 class SunderTreeUse(bpy.types.PropertyGroup):
@@ -76,6 +99,11 @@ def _solver_of(manifest, node):
     return manifest.graph["nodes"][node]["state"][1:].rsplit(".", 1)[0]
 
 
+def state_file(folder, manifest, frame, node):
+    """Path and hash of the state that a deformer's mesh was made from."""
+    return _file(folder, manifest, frame, _solver_of(manifest, node))
+
+
 def _interior_material(folder, manifest, node):
     """The number of break surfaces: one more than the last outer material, and the first frame has only outer ones."""
     path, stamp = _file(folder, manifest, manifest.numbers[0], node)
@@ -116,7 +144,23 @@ def _attributes(folder, manifest, shown, node, frame):
     path, _ = _file(folder, manifest, shown, solver)
     rows = bake_reader.read_ply(path)["particle"]
     bodies = graph[solver]["bodies"]
-    return result_mesh.state_attributes(rows, [bodies].index(body) if isinstance(bodies, str) else bodies.index(body), frame)
+    toughness = value_at(graph[body[1:].rsplit(".", 1)[0]].get("toughness"), shown)
+    index = [bodies].index(body) if isinstance(bodies, str) else bodies.index(body)
+    return result_mesh.state_attributes(rows, index, frame, toughness)
+
+
+def value_at(value, frame):
+    """A number of a graph file at a frame, keys worked out; None for null."""
+    if not isinstance(value, dict):
+        return value
+    keys = value["keys"]
+    after = next((i for i, (at, _) in enumerate(keys) if at > frame), len(keys))
+    if after in (0, len(keys)):
+        return keys[min(after, len(keys) - 1)][1]
+    (t0, v0), (t1, v1) = keys[after - 1], keys[after]
+    if value.get("interpolation") == "step" or v0 is None or v1 is None:
+        return v0
+    return v0 + (v1 - v0) * (frame - t0) / (t1 - t0)
 
 
 def _show_rigid_body(thing, folder, manifest, shown):
@@ -147,13 +191,21 @@ def nearest_frame(scene):
     return int(np.floor(scene.frame_current_final + 0.5))
 
 
-def show_all(scene, tree=None):
-    """All result objects at the scene's frame but those of other scenes; meshes that two share are written once."""
-    frame = nearest_frame(scene)
+def show_all(scene, tree=None, skip_previewed=False):
+    """All result objects at the scene's frame but those of other scenes; meshes that two share are written once.
+
+    Returns whether some were skipped, because viewports show a preview in their place.
+    """
+    frame, skipped = nearest_frame(scene), False
     for thing in result_objects(tree):
         scenes = thing.users_scene  # none: it is there as part of an instanced collection
-        if not scenes or scene in scenes:
+        if scenes and scene not in scenes:
+            continue
+        if skip_previewed and thing.sunder.preview != "OFF":
+            skipped = True
+        else:
             show(thing, frame)
+    return skipped
 
 
 classes = [SunderObject, SunderTreeUse]

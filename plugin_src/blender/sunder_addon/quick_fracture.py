@@ -42,7 +42,7 @@ def build(thing, preset, pieces=100, seed=0, fall_speed=0.0, has_floor=True):
     connect(tree, body, "body", skin, "body")
     connect(tree, solver, "state", skin, "state")
     if has_floor:
-        floor = add_node(tree, "collider", (260, -250))
+        floor = add_node(tree, "collider", (260, -340))
         floor.set_parameters(shape="plane", position=(0, 0, floor_height(thing)))
         floor.name = floor.label = "Floor"
         connect(tree, floor, "collider", solver, "colliders")

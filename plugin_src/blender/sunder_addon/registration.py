@@ -1,7 +1,7 @@
 """Everything that Blender has to know, in the order in which it has to learn it."""
 import bpy
 
-from . import core, handlers, nodes, operators, panels, player, quick_fracture, runtime, sockets, tree
+from . import core, handlers, nodes, operators, panels, player, preview, quick_fracture, runtime, sockets, tree
 
 _CLASSES = [
     *tree.classes, *sockets.classes, *player.classes, *nodes.classes, *operators.classes, *quick_fracture.classes,
@@ -15,6 +15,7 @@ def register():
     player.register()
     panels.register()
     handlers.register()
+    preview.register()
     problem = core.problem()
     if problem:
         print(f"sunder: error: {problem}")
@@ -25,6 +26,7 @@ def unregister():
         job.cancel()
         job.finish(None)
     runtime.forget()
+    preview.unregister()
     handlers.unregister()
     panels.unregister()
     player.unregister()

@@ -92,11 +92,12 @@ def write_attribute(mesh, name, kind, domain, values):
     _foreach(attribute.data, "vector" if kind == "FLOAT_VECTOR" else "value", values)
 
 
-def state_attributes(rows, body, frame):
+def state_attributes(rows, body, frame, toughness=None):
     """{name: (kind, values)} a vertex, from the particle that it follows first.
 
-    rows: `particle` of a state frame; body: number of the mesh's body in it. Strain is the largest principal elastic
-    logarithmic strain; plastic strain sqrt(2/3) |ln U| of the plastic deformation, U its stretch; velocity in m/s is that
+    rows: `particle` of a state frame; body: number of the mesh's body in it; toughness: its own at that frame, None for
+    never. Strain is the largest principal elastic logarithmic strain, toughness left what is missing to the toughness, as a
+    share of it; plastic strain sqrt(2/3) |ln U| of the plastic deformation, U its stretch; velocity in m/s is that
     of the particle's rigid motion at the vertex.
     """
     own = rows[rows["body"] == body]
@@ -111,8 +112,11 @@ def state_attributes(rows, body, frame):
     squared = np.linalg.eigvalsh(np.swapaxes(plastic, 1, 2) @ plastic)
     log_stretch = np.log(np.maximum(squared, 1e-30)) / 2
     plastic_strain = np.sqrt(2 / 3) * np.linalg.norm(log_stretch, axis=1)
+    strain = own["strain"][follows]
+    left = np.ones_like(strain) if toughness is None else 1 - np.clip(strain / toughness, 0, 1)
     return {
         "velocity": ("FLOAT_VECTOR", at_vertex.astype(np.float32)),
-        "strain": ("FLOAT", own["strain"][follows].astype(np.float32)),
+        "strain": ("FLOAT", strain.astype(np.float32)),
+        "toughness_left": ("FLOAT", left.astype(np.float32)),
         "plastic_strain": ("FLOAT", plastic_strain[follows].astype(np.float32)),
     }
