@@ -1,0 +1,291 @@
+"""Inside Blender's window: a list of verbs as a user would do them, a screenshot after each (test_ui.py runs this).
+
+    blender ... --python ui_script.py -- FOLDER
+
+Steps run from timers, so that Blender draws and handles events between them. The end is FOLDER/told.json.
+"""
+import importlib
+import json
+import os
+import subprocess
+import sys
+import time
+import traceback
+
+import bpy
+
+FOLDER = sys.argv[sys.argv.index("--") + 1]
+TOLD = {"passed": [], "failed": [], "times": {}}
+
+
+def addon(name):
+    return importlib.import_module("sunder_addon." + name)
+
+
+def window():
+    return bpy.context.window_manager.windows[0]
+
+
+def area(kind):
+    return next(a for a in window().screen.areas if a.ui_type == kind)
+
+
+def within(kind):
+    """Context of an editor's main region."""
+    found = area(kind)
+    region = next(r for r in found.regions if r.type == "WINDOW")
+    return bpy.context.temp_override(window=window(), area=found, region=region)
+
+
+def shot(name):
+    with bpy.context.temp_override(window=window()):
+        bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
+    subprocess.run(["import", "-window", "root", os.path.join(FOLDER, name + ".png")], check=True, timeout=60)
+
+
+def key(name):
+    subprocess.run(["xdotool", "key", name], check=True, timeout=20)
+
+
+def tree():
+    return addon("tree").trees()[0]
+
+
+def node(kind):
+    return next(n for n in tree().nodes if n.sunder_type == kind)
+
+
+def result():
+    return addon("player").result_objects()[0]
+
+
+def frame_nodes():
+    """All nodes in view; Blender knows their sizes once they were drawn."""
+    area("SunderTree").spaces.active.node_tree = tree()
+    yield 1.5
+    with within("SunderTree"):
+        bpy.ops.node.select_all(action="DESELECT")
+        bpy.ops.node.view_all()
+    yield 1.0
+
+
+def open_tab(kind, below_top):
+    """Clicks the Sunder tab of an editor's sidebar: Blender 3.4 has no other way to choose one."""
+    found = area(kind)
+    x, y = found.x + found.width - 13, window().height - found.y - found.height + below_top
+    for action in (["mousemove", str(x + 1), str(y)], ["mousemove", str(x), str(y)], ["mousedown", "1"], ["mouseup", "1"]):
+        subprocess.run(["xdotool", *action], check=True, timeout=20)
+        yield 0.4  # Blender has to see one after the other
+
+
+# Each step is a generator: it yields seconds to wait, during which Blender runs.
+
+def arrange():
+    for thing in list(bpy.data.objects):
+        bpy.data.objects.remove(thing)
+    for other in [a for a in window().screen.areas if a.type in ("PROPERTIES", "OUTLINER")]:
+        with bpy.context.temp_override(window=window(), area=other):
+            bpy.ops.screen.area_close()
+        yield 0.2
+    with within("VIEW_3D"):
+        bpy.ops.screen.area_split(direction="HORIZONTAL", factor=0.5)
+    yield 0.3
+    views = sorted((a for a in window().screen.areas if a.type == "VIEW_3D"), key=lambda a: a.y)
+    views[0].ui_type = "SunderTree"
+    views[-1].spaces.active.show_region_ui = True
+    views[-1].spaces.active.shading.type = "SOLID"
+    views[-1].spaces.active.shading.color_type = "MATERIAL"
+    views[0].spaces.active.show_region_ui = True
+    yield 2.0
+    yield from open_tab("VIEW_3D", 221)
+    yield from open_tab("SunderTree", 201)
+
+
+def make():
+    """Quick Fracture without its bake: the tree is there at once."""
+    scene = bpy.context.scene
+    scene.frame_start, scene.frame_end = 1, 24
+    with within("VIEW_3D"):
+        bpy.ops.mesh.primitive_torus_add(location=(0, 0, 1.5), rotation=(1.2, 0.2, 0))
+        thing = bpy.context.object
+        clay = bpy.data.materials.new("Clay")
+        clay.diffuse_color = (0.45, 0.13, 0.07, 1)
+        thing.data.materials.append(clay)
+        bpy.ops.object.shade_smooth()
+        bpy.ops.sunder.quick_fracture(preset="CLAY", pieces=80, bake=False)
+    with within("VIEW_3D"):
+        bpy.ops.view3d.view_axis(type="FRONT")
+    region = area("VIEW_3D").spaces.active.region_3d
+    region.view_perspective = "PERSP"
+    from mathutils import Euler, Vector
+    region.view_rotation = Euler((1.2, 0, 0.6)).to_quaternion()
+    region.view_location, region.view_distance = Vector((0, 0, 1.1)), 9
+    yield from frame_nodes()
+    shot("1-quick-fracture")
+    assert len(tree().nodes) == 6 and not node("solver").error
+
+
+def wrong_wire():
+    before = len(tree().links)
+    addon("quick_fracture").connect(tree(), node("prefracture"), "fragments", node("deformer"), "state")
+    yield 0.5
+    shot("2-wrong-wire")
+    assert node("deformer").error.startswith("State takes a state"), node("deformer").error
+    assert len(tree().links) == before
+    addon("runtime").forget_errors(tree().name_full)
+
+
+def stop():
+    """The bake is stopped by the key within a second of being pressed."""
+    bpy.context.scene.frame_end = 900
+    with within("VIEW_3D"):
+        bpy.ops.sunder.bake("INVOKE_DEFAULT", tree=tree().name)
+    for _ in range(600):
+        manifest = addon("cache").manifest(addon("cache").folder(tree()))
+        if manifest and len(manifest.numbers) >= 2:
+            break
+        yield 0.1
+    shot("3-baking")
+    assert addon("runtime").jobs, "the bake is at work"
+    subprocess.run(["xdotool", "mousemove", "400", "200"], check=True, timeout=20)  # keys go to the editor below
+    yield 0.2
+    job = next(iter(addon("runtime").jobs.values()))
+    cancelled, cancel = [], job.cancel
+
+    def timed():
+        cancelled.append(time.monotonic())
+        cancel()
+
+    job.cancel = timed
+    key("Escape")
+    begin = time.monotonic()
+    while addon("runtime").jobs and time.monotonic() - begin < 30:
+        if cancelled and not job.is_running:
+            TOLD["times"].setdefault("ESC seen until the bake has ended, s", round(time.monotonic() - cancelled[0], 2))
+        yield 0.02
+    TOLD["times"]["ESC pressed until the window shows it, s"] = round(time.monotonic() - begin, 2)
+    assert not addon("runtime").jobs and job.is_cancelled
+    bpy.context.scene.frame_end = 24
+
+
+def finish():
+    with within("VIEW_3D"):
+        bpy.ops.sunder.bake("INVOKE_DEFAULT", tree=tree().name)
+    while addon("runtime").jobs:
+        yield 0.2
+    now = addon("bake_status").status(tree(), bpy.context.scene)
+    assert [now.state, now.is_stale] == ["complete", False], [now.state, now.text]
+    bpy.context.scene.frame_set(12)
+    yield 0.5
+    shot("4-baked")
+
+
+def error():
+    """What the library has against a mesh stands on the node that is at fault."""
+    thing = node("mesh_file").object
+    bpy.ops.mesh.primitive_plane_add(location=(5, 5, 5))
+    node("mesh_file").object = bpy.context.object
+    try:
+        bpy.ops.sunder.bake(tree=tree().name)
+    except RuntimeError:
+        pass
+    yield 1.2
+    shot("5-error-on-the-node")
+    assert node("prefracture").error, "the node at fault says so"
+    bpy.data.objects.remove(bpy.context.object)
+    node("mesh_file").object = thing
+    addon("runtime").forget_errors(tree().name_full)
+    bpy.context.view_layer.objects.active = result()
+    yield 1.2
+
+
+def previews():
+    for mode in ("PIECES", "STRAIN", "TOUGHNESS", "EDGES", "SIMULATION"):
+        begin = time.monotonic()
+        result().sunder.preview = mode
+        yield 0.1
+        for _ in range(60):
+            drawn = addon("preview")._drawn.get(result().name)
+            if drawn is not None and drawn.key and drawn.key[3] == mode and drawn.frame is not None:
+                break
+            area("VIEW_3D").tag_redraw()
+            yield 0.1
+        else:
+            raise AssertionError(f"{mode} was not drawn: {addon('preview').problems}")
+        TOLD["times"][f"preview {mode} drawn after, s"] = round(time.monotonic() - begin, 2)
+        yield 0.2
+        shot(f"6-preview-{mode.lower()}")
+    bpy.context.scene.frame_set(8)
+    yield 0.3
+    assert addon("preview")._drawn[result().name].key[1].endswith("0008.ply")
+    result().sunder.preview = "OFF"
+    yield 0.3
+
+
+def render():
+    """An animation is rendered from the window while the viewport shows results; the interface is locked."""
+    scene = bpy.context.scene
+    assert scene.render.use_lock_interface
+    scene.render.engine = "BLENDER_WORKBENCH"
+    scene.render.resolution_x, scene.render.resolution_y = 160, 120
+    scene.render.filepath = os.path.join(FOLDER, "render_")
+    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    scene.collection.objects.link(camera)
+    camera.location, camera.rotation_euler, scene.camera = (4, -6, 3), (1.2, 0, 0.6), camera
+    scene.frame_start, scene.frame_end = 6, 12
+    ended = []
+    over = lambda *_: ended.append(True)
+    bpy.app.handlers.render_complete.append(over)
+    bpy.app.handlers.render_cancel.append(over)
+    with within("VIEW_3D"):
+        bpy.ops.render.render("INVOKE_DEFAULT", animation=True)
+    for _ in range(1200):
+        if ended:
+            break
+        yield 0.1
+    bpy.app.handlers.render_complete.remove(over), bpy.app.handlers.render_cancel.remove(over)
+    assert ended and all(os.path.exists(os.path.join(FOLDER, f"render_{f:04d}.png")) for f in range(6, 13))
+    scene.frame_start, scene.frame_end = 1, 24
+
+
+def undo():
+    with within("VIEW_3D"):
+        bpy.ops.ed.undo_push(message="before")
+    node("body").toughness = 0.5
+    with within("VIEW_3D"):
+        bpy.ops.ed.undo_push(message="tougher")
+    yield 1.5
+    assert addon("bake_status").status(tree(), bpy.context.scene).is_stale
+    shot("7-out-of-date")
+    with within("VIEW_3D"):
+        bpy.ops.ed.undo()
+    yield 1.5
+    assert not addon("bake_status").status(tree(), bpy.context.scene).is_stale
+
+
+STEPS = [arrange, make, wrong_wire, stop, finish, error, previews, render, undo]
+
+
+def run():
+    for step in STEPS:
+        begin = time.monotonic()
+        try:
+            yield from step()
+            TOLD["passed"].append(step.__name__)
+        except Exception:
+            TOLD["failed"].append([step.__name__, traceback.format_exc()])
+            shot("failed-" + step.__name__)
+            break
+        TOLD["times"][step.__name__] = round(time.monotonic() - begin, 1)
+        print("sunder.ui", step.__name__, TOLD["times"][step.__name__], flush=True)
+    TOLD["handler_errors"] = addon("runtime").handler_errors
+    with open(os.path.join(FOLDER, "told.json"), "w", encoding="utf-8") as file:
+        json.dump(TOLD, file, indent=1)
+    os._exit(0)  # quitting would write quit.blend, and an ESC makes its status 1
+
+
+# Before the window is up: no splash screen, no samples to smooth edges (software rendering).
+bpy.context.preferences.view.show_splash = False
+bpy.context.preferences.system.viewport_aa = "OFF"
+_steps = run()
+bpy.app.timers.register(lambda: next(_steps, None), first_interval=1.5, persistent=True)
