@@ -96,9 +96,7 @@ def arrange():
     views[-1].spaces.active.shading.type = "SOLID"
     views[-1].spaces.active.shading.color_type = "MATERIAL"
     views[0].spaces.active.show_region_ui = True
-    yield 2.0
-    yield from open_tab("VIEW_3D", 221)
-    yield from open_tab("SunderTree", 201)
+    yield 0.3
 
 
 def make():
@@ -121,6 +119,9 @@ def make():
     region.view_rotation = Euler((1.2, 0, 0.6)).to_quaternion()
     region.view_location, region.view_distance = Vector((0, 0, 1.1)), 9
     yield from frame_nodes()
+    yield from open_tab("VIEW_3D", 221)
+    yield from open_tab("SunderTree", 203)
+    yield 0.5
     shot("1-quick-fracture")
     assert len(tree().nodes) == 6 and not node("solver").error
 
