@@ -1,0 +1,83 @@
+#include <algorithm>
+#include <map>
+#include <random>
+
+#include "fracture_tools/mesh_io.h"
+#include "fracture_tools/prefracture.h"
+#include "solver/motion.h"
+#include "tests/benchmarks/bench/scene_parts.h"
+
+namespace sunder::bench {
+namespace {
+
+// The bunny, each triangle split in four `times` over.
+TriMesh bunny(int times) {
+    TriMesh mesh = must(read_mesh(SUNDER_TEST_DATA "/bunny.obj"));
+    for (int k = 0; k < times; ++k) {
+        TriMesh fine;
+        fine.positions = mesh.positions;
+        std::map<std::pair<uint32_t, uint32_t>, uint32_t> middles;
+        const auto middle = [&](uint32_t a, uint32_t b) {
+            const auto [at, is_new] =
+                middles.try_emplace(std::minmax(a, b), static_cast<uint32_t>(fine.positions.size()));
+            if (is_new) fine.positions.push_back(0.5 * (mesh.positions[a] + mesh.positions[b]));
+            return at->second;
+        };
+        for (const Triangle& t : mesh.triangles) {
+            const uint32_t ab = middle(t[0], t[1]), bc = middle(t[1], t[2]), ca = middle(t[2], t[0]);
+            for (const Triangle& part : {Triangle{t[0], ab, ca}, {ab, t[1], bc}, {ca, bc, t[2]}, {ab, bc, ca}})
+                fine.triangles.push_back(part);
+        }
+        mesh = std::move(fine);
+    }
+    return mesh;
+}
+
+std::shared_ptr<const FragmentSet> bunny_pieces(int refinements, int pieces, uint32_t seed) {
+    PrefractureSettings settings;
+    settings.pieces = pieces, settings.seed = seed;
+    return std::make_shared<FragmentSet>(must(prefracture(bunny(refinements), settings, "bunny")));
+}
+
+}  // namespace
+
+BenchScene two_bunnies() {
+    BenchScene s;
+    const auto pieces = bunny_pieces(0, 300, 7);
+    Material brittle, ductile;
+    brittle.youngs_modulus = ductile.youngs_modulus = 5e5;
+    brittle.toughness = 0.07;
+    ductile.poisson_ratio = 0.3, ductile.yield = 0.01, ductile.flow_rate = 300, ductile.toughness = 0.16;
+    for (const bool left : {true, false}) {
+        const double x = left ? -1 : 1;
+        s.skins.push_back({pieces, {Vec3(x, 0, 0), Quat::Identity()}});
+        add_body(s, simulation_mesh(*pieces), s.skins.back().pose, Vec3::Zero(), Vec3::Zero(),
+                 left ? brittle : ductile);
+        add_weight(s, Vec3(x + 0.05, 0.12, 1.7), 800, Vec3(0, 0, -8));
+    }
+    add_floor(s);
+    return s;
+}
+
+// As large as the largest scene of the paper: 12 bodies, 2.7K particles, two substeps, about 850 pieces at the end.
+BenchScene paper_scene() {
+    BenchScene s;
+    Material clay;
+    clay.youngs_modulus = 2e5, clay.yield = 0.03, clay.toughness = 0.1;
+    std::mt19937_64 rng(4);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    std::vector<std::shared_ptr<const FragmentSet>> cuts;
+    for (uint32_t k = 0; k < 4; ++k) cuts.push_back(bunny_pieces(1, 223, k));
+    for (int k = 0; k < 12; ++k) {
+        const Vec3 place(1.3 * (k % 4 - 1.5), 1.3 * (k / 4 - 1), 0.2 + 0.3 * (k % 3));
+        const Vec3 turn(uniform(rng), uniform(rng), uniform(rng));
+        s.skins.push_back({cuts[k % 4], {place + Vec3(0, 0, 0.7), rotation_of(2 * turn)}});
+        add_body(s, simulation_mesh(*cuts[k % 4]), s.skins.back().pose, Vec3(0, 0, -9 - (k % 3)), turn, clay);
+    }
+    add_floor(s);
+    s.settings.substeps = 2;
+    s.frames = 96;
+    return s;
+}
+
+}  // namespace sunder::bench

@@ -1,0 +1,59 @@
+"""The benchmark runs, its csv is whole, threads change no bit; and shape matching takes no more instructions than it did.
+
+Times are measured nowhere here: instructions, counted by valgrind, are the same on a busy machine."""
+import csv
+import os
+import re
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+BENCH = os.environ["SUNDER_BENCH"]
+# Instructions a group and sweep of method jacobi, whole substep, on the bar of 320 particles (5.9 members a group). A
+# change that lowers them lowers this number; one that raises them says why.
+MOST_INSTRUCTIONS = 4600
+
+
+def bench(*arguments):
+    with tempfile.TemporaryDirectory() as folder:
+        table = Path(folder) / "bench.csv"
+        subprocess.run([BENCH, *arguments, "--csv", table], check=True, stdout=subprocess.DEVNULL)
+        with open(table, newline="") as file:
+            return list(csv.DictReader(file))
+
+
+def instructions(frames):
+    result = subprocess.run(["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", os.environ["SUNDER_SWEEPS"],
+                             str(frames)], capture_output=True, text=True, check=True)
+    return int(re.search(r"Collected : (\d+)", result.stderr)[1])
+
+
+class Bench(unittest.TestCase):
+    def test_rows_are_whole_and_threads_change_no_bit(self):
+        rows = bench("bar320", "plate300", "--threads", "1,2", "--frames", "3", "--repeats", "2")
+        self.assertEqual([(r["scene"], r["threads"]) for r in rows],
+                         [(s, t) for s in ("bar320", "plate300") for t in ("1", "2")])
+        for one, two in zip(rows[::2], rows[1::2]):
+            self.assertEqual(one["hash"], two["hash"])
+        for r in rows:
+            self.assertNotIn(None, r.values())
+            self.assertGreater(float(r["least_ms"]), 0)
+            self.assertLessEqual(float(r["least_ms"]), float(r["median_ms"]))
+            self.assertAlmostEqual(sum(float(r[c]) for c in ("predict", "shape", "contact", "momentum", "fracture")), 1, delta=0.01)
+
+    def test_a_scene_that_is_not_there_is_refused(self):
+        result = subprocess.run([BENCH, "bar3200"], capture_output=True, text=True)
+        self.assertNotEqual(result.returncode, 0)
+        self.assertIn("bar320", result.stderr + result.stdout)
+
+    def test_a_sweep_takes_no_more_instructions_than_it_did(self):
+        frames, substeps, iterations, groups = 2, 8, 2, 320
+        counted = (instructions(1 + frames) - instructions(1)) / (frames * substeps * iterations * groups)
+        print(f"{counted:.0f} instructions a group and sweep")
+        self.assertLessEqual(counted, MOST_INSTRUCTIONS)
+        self.assertGreater(counted, 0.7 * MOST_INSTRUCTIONS, "lower the bar: it guards nothing any more")
+
+
+if __name__ == "__main__":
+    unittest.main()
