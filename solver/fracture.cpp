@@ -47,10 +47,14 @@ GroupStrain group_strain(const Vec3& e, const Mat3& directions, const Quat& rota
 
 std::vector<BrokenEdge> edges_to_cut(const LiveTopology& live, const GroupShapes& shapes,
                                      std::span<const MovingParticle> particles, std::span<const GroupStrain> strains,
-                                     double time) {
+                                     double leading, double time) {
+    std::vector<double> most(live.n_pieces(), 1.0);
+    for (uint32_t g = 0; g < strains.size(); ++g) most[live.piece(g)] = std::max(most[live.piece(g)], strains[g].load);
     std::vector<BrokenEdge> cuts;
     for (uint32_t g = 0; g < strains.size(); ++g) {
         if (strains[g].load <= 1.0 || live.count(g) == 1) continue;
+        const double enough = 1.0 + leading * (most[live.piece(g)] - 1.0);
+        if (rounded(strains[g].load) < rounded(enough)) continue;
         bool most_loaded = true;
         for (uint32_t s = live.begin(g); s < live.end(g) && most_loaded; ++s) {
             const uint32_t j = live.member(s);

@@ -23,11 +23,13 @@ GroupStrain group_strain(const Vec3& elastic_log_strain, const Mat3& directions,
 
 /// Edges to cut, ascending. Two phases: every group's strain is known before anything is cut. A group cuts only if it
 /// is the most loaded of its one-ring (ties, to a millionth: the lower index), so that one crack forms and not one a
-/// layer; it cuts the edges from its centre that cross the plane through its centre of mass. If the centre particle
+/// layer; and only if its load is above the toughness by `leading` (0 .. 1) of the most in its piece: a long substep
+/// takes much of a piece past its toughness at once, where what got there first would have relieved the rest. It cuts
+/// the edges from its centre that cross the plane through its centre of mass. If the centre particle
 /// lies on the plane (closer than 1e-6 of the group's size) it joins the heavier side, and the side of the normal where
 /// both weigh the same; a neighbour on the plane stays with the centre.
 std::vector<BrokenEdge> edges_to_cut(const LiveTopology& live, const GroupShapes& shapes,
                                      std::span<const MovingParticle> particles, std::span<const GroupStrain> strains,
-                                     double time);
+                                     double leading, double time);
 
 }  // namespace sunder

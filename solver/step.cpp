@@ -18,6 +18,7 @@ constexpr double kRunawaySpeed = 1e5;       // m/s; nothing that an artist anima
 constexpr int kContactPasses = 12;          // Gauss-Seidel passes over the contacts after each sweep, at most
 constexpr double kContactTolerance = 1e-4;  // of the contact margin: a change of gap below it ends the passes
 constexpr int kFracturePasses = 8;          // a substep, each after the last one's cuts let go
+constexpr double kLeading = 0.8;            // what cuts in a pass is within a fifth of the piece's largest excess load
 constexpr size_t kGroupGrain = 128, kParticleGrain = 512;  // fewest a thread is worth waking for
 
 class Stopwatch {
@@ -60,7 +61,7 @@ struct Substep {
     void restore_momentum();
     void settle_contacts();
     void flow_and_measure(double seconds);
-    bool break_edges();
+    bool break_edges(double leading);
     bool contacts_push() const;
     void run_cracks();
     void store();
@@ -287,8 +288,8 @@ void Substep::flow_and_measure(double seconds) {
     });
 }
 
-bool Substep::break_edges() {
-    const auto cuts = edges_to_cut(work.live, work.shapes, work.moving, work.strains, state.time + h);
+bool Substep::break_edges(double leading) {
+    const auto cuts = edges_to_cut(work.live, work.shapes, work.moving, work.strains, leading, state.time + h);
     std::vector<uint32_t> broken;
     for (const BrokenEdge& cut : cuts) {
         state.edge_intact[cut.edge] = work.synced_edges[cut.edge] = 0;
@@ -320,15 +321,15 @@ bool Substep::contacts_push() const {
                        [](const ActiveContact& c) { return c.normal_impulse > 0; });
 }
 
-// Cuts and starts the correction over until nothing breaks: a crack runs as far as the load that it releases lets it, and not one ring a
-// substep. Only while nothing pushes: what contacts did was divided by the pieces as they were, so that a hit breaks
-// one pass a substep, after the momentum books are closed.
+// Cuts and starts the correction over until nothing breaks: a crack runs as far as the load that it releases lets it,
+// and not one ring a substep. Only while nothing pushes: what contacts did was divided by the pieces as they were, so
+// that a hit breaks one pass a substep, after the momentum books are closed.
 void Substep::run_cracks() {
     for (int pass = 0; pass < kFracturePasses; ++pass) {
         {
             Stopwatch watch(report.fracture_s);
             flow_and_measure(pass == 0 ? h : 0);
-            if (!break_edges()) return;
+            if (!break_edges(kLeading)) return;
         }
         take_up_pieces();
         for (size_t i = 0; i < n_particles(); ++i) {
@@ -434,7 +435,7 @@ Status substep(const StepContext& context, double h, double begin, double end, b
     if (pushed) {
         Stopwatch watch(io_report.fracture_s);
         s.flow_and_measure(h);
-        s.break_edges();
+        s.break_edges(0);
     }
     if (Status ok = s.check_finite("contacts"); !ok) return ok;
     s.store();

@@ -22,7 +22,9 @@ struct Loaded {
             particles.push_back({x, Quat::Identity(), Mat3::Identity(), x, Quat::Identity()});
         strains.resize(rest.n_particles());
     }
-    std::vector<BrokenEdge> cut() const { return edges_to_cut(live, shapes, particles, strains, 0.5); }
+    std::vector<BrokenEdge> cut(double leading = 0) const {
+        return edges_to_cut(live, shapes, particles, strains, leading, 0.5);
+    }
 };
 
 GroupStrain pulled(double load, const Vec3& normal) { return {load, 0.1 * load, normal}; }
@@ -81,6 +83,26 @@ TEST(fracture, only_the_most_loaded_group_of_a_neighbourhood_cuts) {
     const auto cuts = scene.cut();
     EXPECT_GT(cuts.size(), 0u);
     EXPECT_LT(cuts.size(), 10u);
+}
+
+// A long substep takes a bar past its toughness at both ends and in the middle: what is far ahead goes first.
+TEST(fracture, what_leads_in_its_piece_cuts_before_the_rest) {
+    Loaded scene({{1, 1, 12}, 0.1, 6, 1000, {}});
+    scene.strains[2] = pulled(1.5, Vec3::UnitZ());
+    scene.strains[6] = pulled(1.3, Vec3::UnitZ());
+    scene.strains[9] = pulled(1.45, Vec3::UnitZ());
+    // Group g of a rod cuts edge g - 1, the one to the particle below.
+    const auto edges = [&](double leading) {
+        std::vector<uint32_t> cut;
+        for (const BrokenEdge& c : scene.cut(leading)) cut.push_back(c.edge);
+        return cut;
+    };
+    EXPECT_EQ(edges(0), (std::vector<uint32_t>{1, 5, 8}));
+    EXPECT_EQ(edges(0.8), (std::vector<uint32_t>{1, 8}));
+    scene.live.remove_edges(scene.rest, std::vector<uint32_t>{4});  // two pieces, each with its own lead
+    scene.shapes.reset(scene.rest, scene.live, std::vector<Mat3>(scene.rest.n_particles(), Mat3::Identity()));
+    scene.strains[9] = pulled(1.2, Vec3::UnitZ());
+    EXPECT_EQ(edges(0.8), (std::vector<uint32_t>{1, 5}));
 }
 
 TEST(fracture, compression_breaks_only_where_asked) {

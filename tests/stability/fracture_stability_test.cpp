@@ -48,20 +48,19 @@ Pull pull(Bar& bar, int steps_a_second) {
     return result;
 }
 
-TEST(fracture_and_step, cuts_times_and_pieces_agree_from_120_to_480_steps_a_second) {
+TEST(fracture_and_step, cuts_times_and_pieces_agree_from_60_to_480_steps_a_second) {
     for (int neighbours : {6, 26}) {
         std::vector<Pull> results;
-        for (int hz : {120, 192, 240, 480}) {
-            if (hz == 120 && neighbours == 26) continue;  // cuts its weak edges twice as often: docs/theory.md
+        for (int hz : {60, 120, 192, 240, 480}) {
             Bar bar(4, neighbours);
             results.push_back(pull(bar, hz));
             std::printf("%d neighbours, %d Hz: %zu cuts, first at %.3f s, %zu pieces, %zu crumbs\n", neighbours, hz,
                         results.back().cuts, results.back().first, results.back().pieces, results.back().crumbs);
         }
         for (const Pull& r : results) {
-            EXPECT_NEAR(double(r.cuts), double(results[1].cuts), 0.1 * double(results[1].cuts));
-            EXPECT_NEAR(r.first, results[1].first, 0.02);
-            EXPECT_EQ(r.pieces, results[1].pieces);
+            EXPECT_NEAR(double(r.cuts), double(results[2].cuts), 0.1 * double(results[2].cuts));
+            EXPECT_NEAR(r.first, results[2].first, 0.02);
+            EXPECT_EQ(r.pieces, results[2].pieces);
             EXPECT_EQ(r.crumbs, 0u);
         }
     }
