@@ -79,9 +79,9 @@ Result<Value> cook(CookContext& context) {
     pin.body_key = (*body)->key;
     pin.particles = selection.particles;
     // x -> pivot + position + R (x - pivot)
-    const Vec3 pivot = p.vector3("pivot");
+    pin.pivot = p.vector3("pivot");
     pin.pose.orientation = euler_xyz(p.vector3("rotation"));
-    pin.pose.position = pivot + p.vector3("position") - pin.pose.orientation * pivot;
+    pin.pose.position = pin.pivot + p.vector3("position") - pin.pose.orientation * pin.pivot;
     pin.active = p.is_null("release_frame") || context.frame() <= p.number("release_frame");
     return make_value(std::move(pin));
 }

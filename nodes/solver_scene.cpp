@@ -19,7 +19,7 @@ void add(KeyHasher& io_hasher, const Material& m) {
 
 void add(KeyHasher& io_hasher, const std::vector<DrivenPose>& poses) {
     io_hasher.add(poses.size());
-    for (const DrivenPose& p : poses) io_hasher.add(p.begin).add(p.end).add(p.active);
+    for (const DrivenPose& p : poses) io_hasher.add(p.begin).add(p.end).add(p.active).add(p.pivot);
 }
 
 Status add_bodies(CookContext& context, SceneInput& io_input, KeyHasher& io_hasher) {
@@ -142,7 +142,8 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
     const auto pins_end = context.inputs_as<PinValue>("pins", frame);
     if (!pins_end) return pins_end.error();
     for (size_t i = 0; i < pins_end->size(); ++i)
-        input.pins.push_back({(*pins_begin)[i]->pose, (*pins_end)[i]->pose, (*pins_end)[i]->active});
+        input.pins.push_back(
+            {(*pins_begin)[i]->pose, (*pins_end)[i]->pose, (*pins_end)[i]->active, (*pins_end)[i]->pivot});
 
     const auto colliders_begin = context.inputs_as<ColliderValue>("colliders", frame - 1);
     if (!colliders_begin) return colliders_begin.error();

@@ -40,6 +40,7 @@ struct PinValue {
     ContentKey body_key = 0;                                 // BodyValue::key
     std::shared_ptr<const std::vector<uint32_t>> particles;  // of that body, ascending
     Pose pose;                                               // rest placement in the scene -> where it is held
+    Vec3 pivot = Vec3::Zero();                               // of its turns, in the rest placement, m
     bool active = true;                                      // false after the release frame
 };
 

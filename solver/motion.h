@@ -23,8 +23,9 @@ inline Vec3 rotation_vector(const Quat& q) {
 
 /// Where a driven pose is at `share` of the frame, in [0, 1].
 inline Pose interpolate(const DrivenPose& drive, double share) {
-    return {drive.begin.position + share * (drive.end.position - drive.begin.position),
-            drive.begin.orientation.slerp(share, drive.end.orientation)};
+    const Vec3 from = drive.begin.apply(drive.pivot), to = drive.end.apply(drive.pivot);
+    const Quat orientation = drive.begin.orientation.slerp(share, drive.end.orientation);
+    return {from + share * (to - from) - orientation * drive.pivot, orientation};
 }
 
 /// Principal moments of inertia of a solid sphere or box about its centre, kg m2.

@@ -87,10 +87,12 @@ struct Force {
     double drag = 0;                   // 1/s, >= 0
 };
 
-/// A driven pose over one frame. Poses between the two are interpolated (position linearly, orientation by slerp).
+/// A driven pose over one frame. Between the two the orientation turns steadily (slerp) and the pivot moves along a
+/// straight line: what turns about it goes round in circles.
 struct DrivenPose {
     Pose begin, end;
-    bool active = true;  // an inactive pin lets go, an inactive collider is not there
+    bool active = true;         // an inactive pin lets go, an inactive collider is not there
+    Vec3 pivot = Vec3::Zero();  // before the pose is applied, m
 };
 
 /// Everything animated, for the frame that is about to be simulated.

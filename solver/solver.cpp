@@ -1,5 +1,6 @@
 #include "solver/solver.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "solver/error_budget.h"
@@ -7,6 +8,8 @@
 
 namespace sunder {
 namespace {
+
+constexpr double kLongestFrame = 1000;  // s
 
 std::string number(double v) {
     std::string s = std::to_string(v);
@@ -159,8 +162,9 @@ FrameState Solver::initial_state(const std::vector<Material>& materials) const {
 }
 
 Status Solver::Impl::check_input(const FrameInput& input) const {
-    if (!(input.duration > 0 && std::isfinite(input.duration)))
-        return bad_input("frame", "duration is " + number(input.duration), "give seconds above 0");
+    if (!(input.duration > 0 && input.duration <= kLongestFrame))
+        return bad_input("frame", "duration is " + number(input.duration) + " s",
+                         "permitted: above 0, at most " + number(kLongestFrame));
     if (!input.gravity.allFinite()) return bad_input("frame", "gravity is not finite");
     if (input.materials.size() != scene.bodies.size() || input.pins.size() != scene.pins.size() ||
         input.colliders.size() != scene.colliders.size())
@@ -218,11 +222,12 @@ Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings
         if (!progress.report(0, "simulating")) return cancelled();
         FramePlan plan = plan_frame(context, state, impl_->work);
         effort.substeps = plan.substeps, effort.iterations = plan.iterations;
-        if (plan.done) {
+        if (plan.done && input.duration <= kLongestStep) {
             io_state = std::move(*plan.done);
             return plan.report;
         }
     }
+    effort.substeps = std::max(effort.substeps, static_cast<int>(std::ceil(input.duration / kLongestStep)));
     report.substeps = effort.substeps, report.iterations = effort.iterations;
     const double h = input.duration / effort.substeps;
     for (int k = 0; k < effort.substeps; ++k) {

@@ -58,6 +58,11 @@ struct StepContext {
     const WorkerPool& workers;
 };
 
+/// s; no substep is longer: frames of less than 24 a second are divided, whatever the settings say. Newton steps and
+/// contacts take turns, and what a contact leaves to a stiff body over a longer step can be more energy than all of the
+/// scene had.
+constexpr double kLongestStep = 0.042;
+
 /// Brings the workspace in line with a state that was set from outside.
 void synchronise(const StepContext& context, const FrameState& state, Workspace& io_work);
 
