@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <tuple>
 
 #include "fracture_tools/disjoint_sets.h"
@@ -9,12 +10,10 @@
 namespace sunder {
 namespace {
 
-constexpr double kCreaseCosine = 0.5;  // 60 degrees, as SurfaceNormals has it
-
 double angle_between(const Vec3& u, const Vec3& v) { return std::atan2(u.cross(v).norm(), u.dot(v)); }
 
 /// Lowest corner that a corner shares its normal with.
-std::vector<uint32_t> smooth_groups(MeshView mesh, const std::vector<Vec3>& normal) {
+std::vector<uint32_t> smooth_groups(MeshView mesh, const std::vector<Vec3>& normal, double least_cosine) {
     struct Side {
         uint32_t low, high, corner;
     };
@@ -32,7 +31,7 @@ std::vector<uint32_t> smooth_groups(MeshView mesh, const std::vector<Vec3>& norm
     for (size_t i = 0; i + 1 < sides.size(); ++i) {
         if (sides[i].low != sides[i + 1].low || sides[i].high != sides[i + 1].high) continue;
         const uint32_t k = sides[i].corner, l = sides[i + 1].corner;
-        if (normal[k / 3].dot(normal[l / 3]) < kCreaseCosine) continue;
+        if (normal[k / 3].dot(normal[l / 3]) < least_cosine) continue;
         const bool opposite = mesh.triangles[k / 3][k % 3] != mesh.triangles[l / 3][l % 3];
         unite(group, k, opposite ? next(l) : l);
         unite(group, next(k), opposite ? l : next(l));
@@ -43,12 +42,12 @@ std::vector<uint32_t> smooth_groups(MeshView mesh, const std::vector<Vec3>& norm
 
 }  // namespace
 
-std::vector<Vec3f> smooth_corner_normals(MeshView mesh) {
+std::vector<Vec3f> smooth_corner_normals(MeshView mesh, double smooth_angle) {
     std::vector<Vec3> normal;
     for (const auto& [a, b, c] : mesh.triangles)
         normal.push_back(
             (mesh.positions[b] - mesh.positions[a]).cross(mesh.positions[c] - mesh.positions[a]).normalized());
-    const std::vector<uint32_t> group = smooth_groups(mesh, normal);
+    const std::vector<uint32_t> group = smooth_groups(mesh, normal, std::cos(smooth_angle * std::numbers::pi / 180));
     std::vector<Vec3> sum(group.size(), Vec3::Zero());
     for (uint32_t k = 0; k < group.size(); ++k) {
         const Triangle& t = mesh.triangles[k / 3];

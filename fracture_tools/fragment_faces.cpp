@@ -18,6 +18,10 @@ Status check_attributes(const FragmentSet& set) {
         return broken_set("outer normals are not three a triangle");
     if (!is_empty_or(set.interface_corner_uvs.size(), 3 * cut))
         return broken_set("interface UVs are not three a triangle");
+    if (!is_empty_or(set.outer_corner_colors.size(), 3 * outer))
+        return broken_set("outer colours are not three a triangle");
+    if (!is_empty_or(set.interface_corner_rim.size(), 3 * cut))
+        return broken_set("the rim's marks are not three a triangle");
     for (size_t v = 0; v < set.vertices.size(); ++v)
         if (!set.vertices[v].allFinite()) return broken_set("vertex " + std::to_string(v) + " is not finite");
     return {};

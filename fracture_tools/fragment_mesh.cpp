@@ -4,6 +4,7 @@
 #include <span>
 #include <tuple>
 
+#include "fracture_tools/corner_normals.h"
 #include "fracture_tools/disjoint_sets.h"
 #include "fracture_tools/fragment_faces.h"
 #include "fracture_tools/mesh_checks.h"
@@ -17,6 +18,14 @@ struct Side {
     uint32_t low, high, corner;
     bool ascends;
 };
+
+template <class Vector>
+Vector between(const Vector& a, const Vector& b) {
+    return (a + b) / 2;
+}
+Color between(const Color& a, const Color& b) {
+    return {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2, (a[3] + b[3]) / 2};
+}
 
 uint32_t next_corner(uint32_t corner) { return corner - corner % 3 + (corner + 1) % 3; }
 uint32_t last_corner(uint32_t corner) { return corner - corner % 3 + (corner + 2) % 3; }
@@ -124,7 +133,7 @@ void part_pinches(TriMesh& io_mesh) {
         io_mesh.triangle_material.push_back(io_mesh.triangle_material[t]);
         auto split_corners = [&](auto& io_values) {
             if (io_values.empty()) return;
-            const auto half = ((io_values[3 * t + a] + io_values[3 * t + b]) / 2).eval();
+            const auto half = between(io_values[3 * t + a], io_values[3 * t + b]);
             for (uint32_t c = 0; c < 3; ++c) {
                 const auto value = io_values[3 * t + c];
                 io_values.push_back(c == a ? half : value);
@@ -133,6 +142,7 @@ void part_pinches(TriMesh& io_mesh) {
         };
         split_corners(io_mesh.corner_uvs);
         split_corners(io_mesh.corner_normals);
+        split_corners(io_mesh.corner_colors);
         return static_cast<uint32_t>(io_mesh.triangles.size() - 1);
     };
     for (size_t i = 0, j; i < middle.size(); i = j) {
@@ -172,6 +182,8 @@ struct PieceBuilder {
         for (uint32_t c : corner) {
             if (has_uvs) mesh.corner_uvs.push_back(uvs.empty() ? Vec2f(0, 0) : uvs[c]);
             if (has_normals) mesh.corner_normals.push_back(is_outer ? set.outer_corner_normals[c] : own);
+            if (!set.outer_corner_colors.empty())
+                mesh.corner_colors.push_back(is_outer ? set.outer_corner_colors[c] : Color{1, 1, 1, 1});
         }
     }
     void add_outer(uint32_t t) {
@@ -183,6 +195,14 @@ struct PieceBuilder {
             add({p, q, r}, {3 * t, 3 * t + 1, 3 * t + 2}, false, set.interior_material);
         else
             add({p, r, q}, {3 * t, 3 * t + 2, 3 * t + 1}, false, set.interior_material);
+    }
+
+    /// Break surfaces, all triangles from `first` on, get the normals that the set's smooth angle gives them.
+    void smooth_interior(uint32_t first) {
+        if (!has_normals) return;
+        const MeshView interior(set.vertices, std::span(mesh.triangles).subspan(first));
+        const std::vector<Vec3f> normals = smooth_corner_normals(interior, set.interior_smooth_angle);
+        std::copy(normals.begin(), normals.end(), mesh.corner_normals.begin() + 3 * std::ptrdiff_t{first});
     }
 
     TriMesh finish() {
@@ -218,6 +238,7 @@ TriMesh fragment_mesh(const FragmentSet& set, FragmentId fragment) {
         if (face.a == fragment || face.b == fragment)
             for (uint32_t t = face.triangle_begin; t < face.triangle_end; ++t)
                 piece.add_interface(t, face.a == fragment);
+    piece.smooth_interior(f.outer_end - f.outer_begin);
     return piece.finish();
 }
 

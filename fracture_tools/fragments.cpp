@@ -136,12 +136,33 @@ void blend_corners(const CellComplex& complex, const std::vector<uint32_t>& oute
                 for (int m = 0; m < 3; ++m) uv += w[m] * source.corner_uvs[3 * t + m].cast<double>();
                 io_set.outer_corner_uvs.push_back(uv.cast<float>());
             }
+            if (!source.corner_colors.empty()) {
+                Color color = {0, 0, 0, 0};
+                for (size_t k = 0; k < color.size(); ++k)
+                    for (int m = 0; m < 3; ++m) color[k] += float(w[m]) * source.corner_colors[3 * t + m][k];
+                io_set.outer_corner_colors.push_back(color);
+            }
             Vec3 n = Vec3::Zero();
             for (int m = 0; m < 3; ++m) n += w[m] * normals[3 * t + m].cast<double>();
             const bool at_corner = w.maxCoeff() == 1;  // as the artist has it, to the last bit
             io_set.outer_corner_normals.push_back(at_corner ? n.cast<float>() : n.normalized().cast<float>());
         }
     }
+}
+
+/// On a surface that was meshed anew: colours of the nearest points.
+void take_nearest_colors(const CellComplex& complex, const std::vector<uint32_t>& outer_face, const TriMesh& source,
+                         FragmentSet& io_set) {
+    const SurfaceLookup lookup(source);
+    for (uint32_t f : outer_face)
+        for (uint32_t v : complex.faces[f].vertices) {
+            const SurfacePoint near = lookup.nearest(complex.vertices[v]);
+            Color color = {0, 0, 0, 0};
+            for (size_t k = 0; k < color.size(); ++k)
+                for (int m = 0; m < 3; ++m)
+                    color[k] += float(near.barycentric[m]) * source.corner_colors[3 * near.triangle + m][k];
+            io_set.outer_corner_colors.push_back(color);
+        }
 }
 
 void carry_attributes(const CellComplex& complex, const std::vector<uint32_t>& outer_face, const TriMesh& source,
@@ -154,6 +175,7 @@ void carry_attributes(const CellComplex& complex, const std::vector<uint32_t>& o
     for (int32_t m : source.triangle_material) io_set.interior_material = std::max(io_set.interior_material, m + 1);
 
     if (!complex.source_weights.empty()) return blend_corners(complex, outer_face, source, io_set);
+    if (!source.corner_colors.empty()) take_nearest_colors(complex, outer_face, source, io_set);
     if (source.corner_uvs.empty()) return;
     const SourceUvs uvs(source);
     for (uint32_t f : outer_face) {

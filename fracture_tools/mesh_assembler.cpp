@@ -1,5 +1,6 @@
 #include "fracture_tools/mesh_assembler.h"
 
+#include <cmath>
 #include <cstring>
 #include <numeric>
 
@@ -34,6 +35,10 @@ void MeshAssembler::add_triangle(const FileCorner& a, const FileCorner& b, const
         if (has_normals_) {
             const bool has_own = !corner->normal.allFinite() || corner->normal.norm() == 0;
             mesh_.corner_normals.push_back((has_own ? own : corner->normal).normalized().cast<float>());
+        }
+        if (has_colors_) {
+            mesh_.corner_colors.push_back(corner->color);
+            for (float& c : mesh_.corner_colors.back()) c = std::isfinite(c) ? c : 1.0f;
         }
     }
 }

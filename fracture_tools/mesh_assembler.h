@@ -15,13 +15,15 @@ struct FileCorner {
     uint32_t vertex = 0;  // as weld() gave it
     Vec2f uv = Vec2f::Zero();
     Vec3 normal = Vec3::Zero();  // any length; 0: none, the triangle's own is taken
+    Color color = {1, 1, 1, 1};
 };
 
 /// Vertices at one position (bit for bit; -0 is 0) become one. Triangles with two corners at one position are dropped.
 class MeshAssembler {
 public:
     /// Which attributes corners shall have.
-    MeshAssembler(bool has_uvs, bool has_normals) : has_uvs_(has_uvs), has_normals_(has_normals) {}
+    MeshAssembler(bool has_uvs, bool has_normals, bool has_colors)
+        : has_uvs_(has_uvs), has_normals_(has_normals), has_colors_(has_colors) {}
 
     uint32_t weld(const Vec3& position);
 
@@ -39,7 +41,7 @@ private:
     };
     void add_triangle(const FileCorner& a, const FileCorner& b, const FileCorner& c, int32_t material);
 
-    bool has_uvs_, has_normals_;
+    bool has_uvs_, has_normals_, has_colors_;
     std::unordered_map<std::array<double, 3>, uint32_t, Hash> vertex_;  // looked up only: its order has no effect
     TriMesh mesh_;
 };

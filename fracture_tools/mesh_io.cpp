@@ -31,7 +31,10 @@ std::string lower_extension(const std::string& path) {
 class Collector {
 public:
     Collector(const aiScene& scene, std::string path, double scale)
-        : scene_(scene), path_(std::move(path)), scale_(scale), assembler_(has_uvs(scene), has_normals(scene, path_)) {
+        : scene_(scene),
+          path_(std::move(path)),
+          scale_(scale),
+          assembler_(has_uvs(scene), has_normals(scene, path_), has_colors(scene)) {
         number_materials();
     }
 
@@ -48,6 +51,10 @@ private:
     static bool has_uvs(const aiScene& scene) {
         return std::any_of(scene.mMeshes, scene.mMeshes + scene.mNumMeshes,
                            [](const aiMesh* m) { return m->HasTextureCoords(0); });
+    }
+    static bool has_colors(const aiScene& scene) {
+        return std::any_of(scene.mMeshes, scene.mMeshes + scene.mNumMeshes,
+                           [](const aiMesh* m) { return m->HasVertexColors(0); });
     }
     /// STL's normals are those of the triangles and say nothing of what the artist wants smooth.
     static bool has_normals(const aiScene& scene, const std::string& path) {
@@ -109,6 +116,10 @@ private:
                 corners[v].uv = Vec2f(part.mTextureCoords[0][v].x, part.mTextureCoords[0][v].y);
             if (part.HasNormals())
                 corners[v].normal = normal_matrix * Vec3(part.mNormals[v].x, part.mNormals[v].y, part.mNormals[v].z);
+            if (part.HasVertexColors(0)) {
+                const aiColor4D& c = part.mColors[0][v];
+                corners[v].color = {c.r, c.g, c.b, c.a};
+            }
         }
         const int32_t material = material_of(part);
         for (unsigned f = 0; f < part.mNumFaces; ++f) {

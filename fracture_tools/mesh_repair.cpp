@@ -117,6 +117,7 @@ public:
             for (int c = 0; c < 3; ++c) {
                 const uint32_t corner = kept ? corner_of(from, at[c]) : near_corner(at[c], 3 * from);
                 if (!source_.corner_uvs.empty()) io_mesh.corner_uvs.push_back(source_.corner_uvs[corner]);
+                if (!source_.corner_colors.empty()) io_mesh.corner_colors.push_back(source_.corner_colors[corner]);
                 if (!source_.corner_normals.empty()) io_mesh.corner_normals.push_back(normal(at, corner, kept));
             }
         }

@@ -39,7 +39,7 @@ Result<TriMesh> read_off(std::string_view bytes, const std::string& where, doubl
     uint64_t n_vertices = 0, n_faces = 0;
     if (!read_counts(line, n_vertices, n_faces)) return bad_input(where, "the file does not tell how much it holds");
 
-    MeshAssembler assembler(false, false);
+    MeshAssembler assembler(false, false, false);
     std::vector<uint32_t> number;
     for (uint64_t v = 0; v < n_vertices; ++v) {
         std::string_view at = next_content(text);

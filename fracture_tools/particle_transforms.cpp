@@ -33,7 +33,7 @@ void ParticleTransforms::evaluate(std::span<const Vec3> position, std::span<cons
     qq_.assign(n, Mat3::Zero()), dq_.assign(n, Mat3::Zero());
     for (size_t e = 0; e < edges_.size(); ++e) {
         if (!edge_intact[e]) continue;
-        const auto [a, b, area] = edges_[e];
+        const uint32_t a = edges_[e].a, b = edges_[e].b;
         const Vec3 rest = rest_position_[b] - rest_position_[a], y = position[b] - position[a];
         for (const uint32_t i : {a, b}) {  // both ends see the same products: signs of q and y cancel
             const Vec3 q = out[i].linear * rest, wq = edge_weight_[e] * q;

@@ -178,7 +178,7 @@ public:
           body_(body),
           where_(std::move(where)),
           scale_(scale),
-          assembler_(has_uvs(header), has_normals(header)) {}
+          assembler_(has_uvs(header), has_normals(header), has_colors(header)) {}
 
     Result<TriMesh> read() {
         for (const Element& element : header_.elements) {
@@ -196,7 +196,12 @@ public:
             }
         }
         if (assembler_.n_triangles() == 0) return bad_input(where_, "the file has no triangles");
-        return assembler_.finish();
+        TriMesh mesh = assembler_.finish();
+        for (Attribute& a : attributes_) {
+            a.value.resize(mesh.positions.size());
+            mesh.vertex_attributes[a.name] = std::move(a.value);
+        }
+        return mesh;
     }
 
 private:
@@ -212,6 +217,29 @@ private:
         return v && v->find({"nx"}) >= 0 && v->find({"ny"}) >= 0 && v->find({"nz"}) >= 0;
     }
 
+    static bool has_colors(const Header& h) {
+        const Element* v = h.find("vertex");
+        return v && v->find({"red"}) >= 0 && v->find({"green"}) >= 0 && v->find({"blue"}) >= 0;
+    }
+
+    /// Properties that we give no meaning to are the artist's own attributes.
+    void find_attributes(const Element& e) {
+        constexpr std::array<std::string_view, 17> kKnown = {"x",   "y",     "z",    "nx",    "ny",        "nz",
+                                                             "u",   "v",     "s",    "t",     "texture_u", "texture_v",
+                                                             "red", "green", "blue", "alpha", "fragment"};
+        for (size_t k = 0; k < e.properties.size(); ++k)
+            if (!e.properties[k].count_type &&
+                std::find(kKnown.begin(), kKnown.end(), e.properties[k].name) == kKnown.end())
+                attributes_.push_back({e.properties[k].name, static_cast<int>(k), {}});
+    }
+    /// Colours are bytes, or shares.
+    float color(const Element& e, int channel) const {
+        const int property = color_[static_cast<size_t>(channel)];
+        if (property < 0) return 1;
+        const Type& type = e.properties[static_cast<size_t>(property)].type;
+        return static_cast<float>(value(property) / (type.is_float ? 1.0 : type.size == 1 ? 255.0 : 65535.0));
+    }
+
     /// Value of a scalar property, or 0 where it is not there.
     double value(int property) const { return property < 0 || item_[property].empty() ? 0 : item_[property][0]; }
 
@@ -220,14 +248,26 @@ private:
             place_ = {e.find({"x"}), e.find({"y"}), e.find({"z"})};
             normal_ = {e.find({"nx"}), e.find({"ny"}), e.find({"nz"})};
             uv_ = {uv_property(e, 0), uv_property(e, 1)};
+            color_ = {e.find({"red"}), e.find({"green"}), e.find({"blue"}), e.find({"alpha"})};
+            find_attributes(e);
             if (*std::min_element(place_.begin(), place_.end()) < 0)
                 return bad_input(where_, "the vertices have no x, y and z");
         }
         const Vec3 p = scale_ * Vec3(value(place_[0]), value(place_[1]), value(place_[2]));
         if (!p.allFinite())
             return bad_input(where_, "vertex " + std::to_string(index) + " has a coordinate that is no finite number");
-        vertices_.push_back({assembler_.weld(p), Vec2f(float(value(uv_[0])), float(value(uv_[1]))),
-                             Vec3(value(normal_[0]), value(normal_[1]), value(normal_[2]))});
+        vertices_.push_back({assembler_.weld(p),
+                             Vec2f(float(value(uv_[0])), float(value(uv_[1]))),
+                             Vec3(value(normal_[0]), value(normal_[1]), value(normal_[2])),
+                             {color(e, 0), color(e, 1), color(e, 2), color(e, 3)}});
+        for (Attribute& a : attributes_) {
+            const uint32_t v = vertices_.back().vertex;
+            if (a.value.size() == v)
+                a.value.push_back(static_cast<float>(value(a.property)));  // a welded one: the first
+            if (!std::isfinite(a.value[v]))
+                return bad_input(
+                    where_, "attribute '" + a.name + "' of vertex " + std::to_string(index) + " is no finite number");
+        }
         return {};
     }
 
@@ -264,7 +304,14 @@ private:
     std::vector<std::vector<double>> item_;
     std::array<int, 3> place_{-1, -1, -1}, normal_{-1, -1, -1};
     std::array<int, 2> uv_{-1, -1};
+    std::array<int, 4> color_{-1, -1, -1, -1};
     int corners_ = -1, texcoord_ = -1, material_ = -1;
+    struct Attribute {
+        std::string name;
+        int property;
+        std::vector<float> value;  // of each welded vertex
+    };
+    std::vector<Attribute> attributes_;
 };
 
 }  // namespace

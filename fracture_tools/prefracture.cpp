@@ -134,6 +134,32 @@ Result<LabelledCells> cut_by_kmeans(const TriMesh& solid, const PrefractureSetti
     return cut;
 }
 
+/// Voronoi cells of like size, gathered into pieces as tetrahedra are.
+Result<LabelledCells> cut_cells_by_kmeans(const TriMesh& solid, const PrefractureSettings& settings,
+                                          const std::string& where, std::vector<std::string>& io_warnings,
+                                          const Progress& progress) {
+    SiteSettings site_settings;
+    site_settings.kind = SiteKind::poisson;
+    site_settings.count = static_cast<int>(settings.pieces * settings.cells_per_piece);
+    site_settings.seed = settings.seed;
+    const Result<std::vector<Vec3>> sites = choose_sites(solid, site_settings, where, progress.part(0, 0.2));
+    if (!sites) return sites.error();
+    Result<CellComplex> complex =
+        cut_by_sites(solid, *sites, settings.seed, settings.threads, where, io_warnings, progress.part(0.2, 0.8));
+    if (!complex) return complex.error();
+    LabelledCells cut{complex.take(), {}, 0};
+    if (cut.complex.n_cells() < size_t(settings.pieces))
+        return bad_input(where, "there are fewer cells than pieces", "ask for fewer pieces");
+    std::vector<double> weight;  // rounding may have made a flat cell's volume negative
+    for (double v : cut.complex.cell_volume) weight.push_back(std::max(v, 0.0));
+    Result<std::vector<uint32_t>> label =
+        kmeans_clusters(cut.complex.cell_centroid, weight, settings.pieces, settings.seed, progress.part(0.8, 0.95));
+    if (!label) return label.error();
+    cut.label = label.take();
+    cut.n_labels = repair_labels(cut.complex, settings.pieces, cut.label).n_labels;
+    return cut;
+}
+
 /// Cells of the site nearest to their middle, in one part each.
 void gather_around(const std::vector<Vec3>& sites, LabelledCells& io_cut) {
     const PointGrid grid(sites);
@@ -198,6 +224,12 @@ Status PrefractureSettings::check(const std::string& where) const {
         return refuse("cells_per_piece", "cells per piece must be 4 to 1000");
     if (!(sharp_angle >= 0 && sharp_angle <= 180))
         return refuse("sharp_angle", "the sharp angle must be 0 to 180 degrees");
+    if (clusters < 0 || clusters > pieces) return refuse("clusters", "clusters must be 0 to the number of pieces");
+    if (!(cluster_toughness >= 1 && cluster_toughness <= kMostFactor))
+        return refuse("cluster_toughness", "the toughness within clusters must be 1 to 1000");
+    if (!(weak_interface_share >= 0 && weak_interface_share <= 1))
+        return refuse("weak_interface_share", "the share of weak interfaces must be 0 to 1");
+    if (Status s = interior.check(where); !s) return s;
     return {};
 }
 
@@ -209,7 +241,9 @@ Result<FragmentSet> prefracture(const TriMesh& mesh, const PrefractureSettings& 
     Result<TriMesh> solid = make_solid(mesh, settings, where, warnings);
     if (!solid) return solid.error();
 
-    const auto cut_by = settings.method == CutMethod::voronoi ? cut_by_voronoi : cut_by_kmeans;
+    const auto cut_by = settings.method == CutMethod::voronoi    ? cut_by_voronoi
+                        : settings.source == CellSource::voronoi ? cut_cells_by_kmeans
+                                                                 : cut_by_kmeans;
     const Result<LabelledCells> cut = cut_by(*solid, settings, where, warnings, progress.part(0.1, 0.9));
     if (!cut) return cut.error();
     const bool counts_pieces = settings.method == CutMethod::kmeans;
@@ -220,6 +254,11 @@ Result<FragmentSet> prefracture(const TriMesh& mesh, const PrefractureSettings& 
     if (!progress.report(0.9, "making fragments")) return cancelled();
     FragmentSet set = make_fragments(cut->complex, cut->label, cut->n_labels, *solid);
     set.warnings = std::move(warnings);
+    if (Status s = shape_interior(settings.interior, settings.threads, progress.part(0.9, 0.98), set); !s)
+        return s.error();
+    if (Status s = apply_maps(mesh, settings.maps, where, set); !s) return s.error();
+    if (settings.clusters > 0) gather_clusters(settings.clusters, settings.cluster_toughness, settings.seed, set);
+    if (settings.weak_interface_share > 0) leave_out_weak_interfaces(settings.weak_interface_share, set);
     if (Status s = check_fragments(set); !s) return s.error();
     if (!progress.report(1, "fragments are ready")) return cancelled();
     return set;

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "fracture_tools/fragment_factors.h"
+#include "fracture_tools/interior.h"
 #include "fracture_tools/voronoi/sites.h"
 #include "solver/data/fragment_set.h"
 #include "solver/data/progress.h"
@@ -13,20 +15,32 @@ namespace sunder {
 
 enum class CutMethod {
     voronoi,  // along Voronoi cells of sites: flat break surfaces, the artist's own surface kept
-    kmeans,   // tetrahedra gathered into pieces of like size: rough break surfaces, the surface meshed anew
+    kmeans,   // small cells gathered into pieces of like size: rough break surfaces
+};
+
+/// Small cells that method kmeans gathers into pieces.
+enum class CellSource {
+    tets,     // tetrahedra: the paper's way
+    voronoi,  // Voronoi cells: the artist's surface is kept
 };
 
 struct PrefractureSettings {
     CutMethod method = CutMethod::voronoi;
-    int pieces = 300;             // wanted number of fragments, 1 .. 100000
-    uint32_t seed = 0;            // of everything that is drawn at random
-    int threads = 0;              // 0: all cores; any number gives the same bits
-    SiteSettings sites;           // voronoi: where the pieces are; `count` and `seed` are taken from above
-    int roughness = 1;            // voronoi: cells per piece, 1 .. 64; 1: flat break surfaces
-    double least_piece = 0.05;    // voronoi: share of its neighbours' volume below which a piece joins one, 0 .. 1
-    double cells_per_piece = 30;  // kmeans: tetrahedra per fragment aimed at, 4 .. 1000
-    double sharp_angle = 0;       // kmeans: degrees; edges sharper than this are kept as features; 0: automatic
-    bool repair = true;           // weld, orient and close small holes of the input first (warned about)
+    int pieces = 300;           // wanted number of fragments, 1 .. 100000
+    uint32_t seed = 0;          // of everything that is drawn at random
+    int threads = 0;            // 0: all cores; any number gives the same bits
+    SiteSettings sites;         // voronoi: where the pieces are; `count` and `seed` are taken from above
+    int roughness = 1;          // voronoi: cells per piece, 1 .. 64; 1: flat break surfaces
+    double least_piece = 0.05;  // voronoi: share of its neighbours' volume below which a piece joins one, 0 .. 1
+    CellSource source = CellSource::tets;  // kmeans
+    double cells_per_piece = 30;           // kmeans: cells per fragment aimed at, 4 .. 1000
+    double sharp_angle = 0;           // kmeans: degrees; edges sharper than this are kept as features; 0: automatic
+    bool repair = true;               // weld, orient and close small holes of the input first (warned about)
+    InteriorSettings interior;        // looks of break surfaces
+    PaintedMaps maps;                 // factors painted on the mesh
+    int clusters = 0;                 // that fragments are gathered into, 0 .. pieces; 0: none
+    double cluster_toughness = 4;     // factor on interfaces within a cluster, 1 .. kMostFactor
+    double weak_interface_share = 0;  // interfaces below it join no fragments (leave_out_weak_interfaces), 0 .. 1
 
     Status check(const std::string& where) const;  // ranges
 };

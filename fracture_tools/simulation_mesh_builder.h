@@ -1,4 +1,4 @@
-// Fragments to oriented particles: exact mass, centroid, frame and radii; one edge an interface.
+// Fragments to oriented particles: exact mass, centroid, frame and radii; one edge an interface that joins.
 #pragma once
 
 #include "solver/data/fragment_set.h"

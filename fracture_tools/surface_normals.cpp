@@ -11,8 +11,7 @@
 namespace sunder {
 namespace {
 
-constexpr double kOuterCreaseCosine = 0.5;             // 60 degrees
-constexpr double kInterfaceCreaseCosine = 0.93969262;  // 20 degrees
+constexpr double kOuterCreaseCosine = 0.5;  // 60 degrees
 // Twice the area over the longest edge squared: below this, rounding and tessellation decide the normal of a triangle.
 constexpr double kSliver = 1e-4;
 
@@ -45,10 +44,11 @@ Vec3 turned(const Affine& skin, const Vec3& n) {
 }  // namespace
 
 SurfaceNormals::SurfaceNormals(const FragmentFaces& faces, std::span<const Vec3> rest_vertex,
-                               std::vector<Vec3> rest_normals, std::span<const Vec3> interface_normals)
+                               std::vector<Vec3> rest_normals, std::span<const Vec3> interface_normals,
+                               double interior_smooth_angle)
     : artist_normal_(std::move(rest_normals)) {
     find_rest_normals(faces, rest_vertex, interface_normals);
-    find_smooth_corners(faces);
+    find_smooth_corners(faces, std::cos(interior_smooth_angle * std::numbers::pi / 180));
     for (size_t c = 0; c < artist_normal_.size(); ++c) {
         const double length = artist_normal_[c].norm();
         artist_normal_[c] = length > 0.1 ? Vec3(artist_normal_[c] / length) : rest_normal_[c / 3];
@@ -72,10 +72,10 @@ void SurfaceNormals::find_rest_normals(const FragmentFaces& faces, std::span<con
     }
 }
 
-void SurfaceNormals::find_smooth_corners(const FragmentFaces& faces) {
+void SurfaceNormals::find_smooth_corners(const FragmentFaces& faces, double interior_cosine) {
     struct Side {  // a face at one of its edges
         uint32_t low, high;
-        uint32_t kind;  // 0 outer, else which side of which interface
+        uint32_t kind;  // 0 outer, else the break surface of which fragment
         uint32_t face;
     };
     std::vector<Side> sides;
@@ -83,7 +83,7 @@ void SurfaceNormals::find_smooth_corners(const FragmentFaces& faces) {
     for (uint32_t f = 0; f < faces.n_faces(); ++f)
         for (int c = 0; c < 3; ++c) {
             const uint32_t v = faces.triangles[f][c], w = faces.triangles[f][(c + 1) % 3];
-            const uint32_t kind = faces.is_outer(f) ? 0 : 1 + 2 * faces.interface[f] + faces.is_side_b(f);
+            const uint32_t kind = faces.is_outer(f) ? 0 : 1 + faces.fragment[f];
             sides.push_back({std::min(v, w), std::max(v, w), kind, f});
         }
     auto key = [](const Side& s) { return std::tuple(s.low, s.high, s.kind); };
@@ -100,8 +100,11 @@ void SurfaceNormals::find_smooth_corners(const FragmentFaces& faces) {
     for (size_t i = 0; i < sides.size(); ++i)
         for (size_t j = i + 1; j < sides.size() && key(sides[j]) == key(sides[i]); ++j) {
             const uint32_t f = sides[i].face, g = sides[j].face;
-            const double limit = sides[i].kind == 0 ? kOuterCreaseCosine : kInterfaceCreaseCosine;
-            if (!sliver_[f] && !sliver_[g] && rest_normal_[f].dot(rest_normal_[g]) < limit) continue;
+            const double limit = sides[i].kind == 0 ? kOuterCreaseCosine : interior_cosine;
+            // Slivers go with what is beside them; across two interfaces they have the normals of these.
+            const bool may_be_sliver = faces.interface[f] == faces.interface[g];
+            if (!(may_be_sliver && (sliver_[f] || sliver_[g])) && rest_normal_[f].dot(rest_normal_[g]) < limit)
+                continue;
             join(f, g, sides[i].low), join(f, g, sides[i].high);
         }
     for (uint32_t c = 0; c < smooth_.size(); ++c) smooth_[c] = lowest(smooth_, c);

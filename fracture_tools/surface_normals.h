@@ -11,8 +11,8 @@
 namespace sunder {
 
 /// Which corners share a normal is decided at rest, around each vertex: two faces with a common edge are smooth there
-/// if their rest normals differ by less than 60 degrees (outer faces), or 20 degrees (faces of one interface, which is
-/// either planar or rough on purpose). Outer and interior faces never are: a break has a sharp rim. At run time corners
+/// if their rest normals differ by less than 60 degrees (outer faces), or less than the set's interior smooth angle
+/// (break surfaces of one fragment). Outer and interior faces never are: a break has a sharp rim. At run time corners
 /// that are smooth and still on one visual vertex get the mean of their faces' normals, weighted by the faces' angles.
 ///
 /// Where the artist brought normals, outer corners have those, turned as the skin turns there (cofactor of its linear
@@ -21,8 +21,9 @@ class SurfaceNormals {
 public:
     /// `rest_vertex`: pool vertices in rest coordinates. `rest_normals`: the artist's, of outer corners, in rest
     /// coordinates; or empty. `interface_normals`: unit, from a to b, in rest coordinates (n_interfaces).
+    /// `interior_smooth_angle`: degrees.
     SurfaceNormals(const FragmentFaces& faces, std::span<const Vec3> rest_vertex, std::vector<Vec3> rest_normals,
-                   std::span<const Vec3> interface_normals);
+                   std::span<const Vec3> interface_normals, double interior_smooth_angle);
 
     /// Finds which corners share a normal. Call when `topology` has changed. Linear in the visible corners, up to a
     /// factor log(corners around a vertex).
@@ -36,7 +37,7 @@ public:
 private:
     void find_rest_normals(const FragmentFaces& faces, std::span<const Vec3> rest_vertex,
                            std::span<const Vec3> interface_normals);
-    void find_smooth_corners(const FragmentFaces& faces);
+    void find_smooth_corners(const FragmentFaces& faces, double interior_cosine);
 
     std::vector<Vec3> artist_normal_;  // (3 n_outer x 3), or empty
     std::vector<Vec3> rest_normal_;    // unit                           (n_faces x 3)

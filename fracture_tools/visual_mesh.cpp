@@ -1,9 +1,10 @@
 #include "fracture_tools/visual_mesh.h"
 
 #include <algorithm>
-#include <numeric>
+#include <array>
 #include <optional>
 
+#include "fracture_tools/disjoint_sets.h"
 #include "fracture_tools/fragment_faces.h"
 #include "fracture_tools/particle_transforms.h"
 #include "fracture_tools/skinning.h"
@@ -48,6 +49,34 @@ std::vector<uint32_t> edge_interfaces(const FragmentSet& set, const SimulationMe
     return of_edge;
 }
 
+// An interface without an edge, and the pairs of edges that lead from one of its fragments to the other by way of a
+// third.
+struct Detour {
+    uint32_t interface;
+    std::vector<std::array<uint32_t, 2>> edges;
+};
+
+std::vector<Detour> find_detours(const FragmentSet& set, const SimulationMesh& rest,
+                                 const std::vector<uint32_t>& edge_interface) {
+    std::vector<uint8_t> has_edge(set.interfaces.size(), 0);
+    for (uint32_t i : edge_interface)
+        if (i != SimulationMesh::kNone) has_edge[i] = 1;
+    std::vector<Detour> detours;
+    for (uint32_t i = 0; i < has_edge.size(); ++i) {
+        if (has_edge[i]) continue;
+        Detour d{i, {}};
+        const uint32_t a = set.interfaces[i].a.value, b = set.interfaces[i].b.value;
+        uint32_t s = rest.group_offset[a], t = rest.group_offset[b];
+        while (s < rest.group_offset[a + 1] && t < rest.group_offset[b + 1]) {  // both rings ascend
+            if (rest.group_member[s] == rest.group_member[t])
+                d.edges.push_back({rest.member_edge[s], rest.member_edge[t]});
+            rest.group_member[s] < rest.group_member[t] ? ++s : ++t;
+        }
+        if (!d.edges.empty()) detours.push_back(std::move(d));
+    }
+    return detours;
+}
+
 }  // namespace
 
 struct VisualMeshBuilder::Impl {
@@ -74,12 +103,14 @@ struct VisualMeshBuilder::Impl {
         for (const Vec3& v : set->vertices) rest_vertex.push_back(pose.apply(v));
         for (const Vec3f& n : set->outer_corner_normals) artist_normals.push_back(pose.orientation * n.cast<double>());
         for (const Interface& i : set->interfaces) interface_normals.push_back(pose.orientation * i.normal);
-        normals.emplace(topology->faces(), rest_vertex, std::move(artist_normals), interface_normals);
+        normals.emplace(topology->faces(), rest_vertex, std::move(artist_normals), interface_normals,
+                        set->interior_smooth_angle);
         skin.emplace(std::move(rest_vertex), rest);
 
         transforms.emplace(rest);
         n_particles = rest.n_particles(), edges = rest.edges;
         edge_interface = edge_interfaces(*set, rest);
+        detours = find_detours(*set, rest, edge_interface);
         return {};
     }
 
@@ -105,20 +136,20 @@ struct VisualMeshBuilder::Impl {
         return {};
     }
 
-    // An interface is as intact as its edge. One that was left without an edge (a contact too weak to count) holds as
-    // long as its fragments are in one piece: torn sooner it would leak, later it would tie two pieces together.
+    // An interface is as intact as its edge. One that was left without an edge (a contact too weak to count) goes with
+    // what is around it: it holds as long as a third fragment is joined to both of its own, or, where there is none, as
+    // long as these are in one piece. Torn sooner it would leak, later it would tie two sides of a crack together.
     std::vector<uint8_t> interface_intact(std::span<const uint8_t> edge_intact) const {
-        std::vector<uint32_t> piece(n_particles);
-        std::iota(piece.begin(), piece.end(), 0u);
-        auto piece_of = [&](uint32_t i) {
-            while (piece[i] != i) i = piece[i] = piece[piece[i]];
-            return i;
-        };
+        std::vector<uint32_t> piece = disjoint_sets(n_particles);
         for (size_t e = 0; e < edges.size(); ++e)
-            if (edge_intact[e]) piece[piece_of(edges[e].a)] = piece_of(edges[e].b);
+            if (edge_intact[e]) unite(piece, edges[e].a, edges[e].b);
         std::vector<uint8_t> intact(set->interfaces.size());
         for (size_t i = 0; i < intact.size(); ++i)
-            intact[i] = piece_of(set->interfaces[i].a.value) == piece_of(set->interfaces[i].b.value);
+            intact[i] = lowest(piece, set->interfaces[i].a.value) == lowest(piece, set->interfaces[i].b.value);
+        for (const Detour& d : detours)
+            intact[d.interface] = std::any_of(d.edges.begin(), d.edges.end(), [&](const auto& pair) {
+                return edge_intact[pair[0]] && edge_intact[pair[1]];
+            });
         for (size_t e = 0; e < edges.size(); ++e)
             if (edge_interface[e] != SimulationMesh::kNone) intact[edge_interface[e]] = edge_intact[e] != 0;
         return intact;
@@ -130,7 +161,7 @@ struct VisualMeshBuilder::Impl {
             return;
         const bool split = topology->update(interface_intact(edge_intact));
         skin->bind(*topology, edge_intact);
-        if (split) normals->bind(*topology), list_attributes();
+        if (split) normals->bind(*topology), list_attributes(), list_marks();
         mesh.skin = skin->binding();
         mesh.vertex_fragment = mesh.skin->nearest;
         bound_edges.assign(edge_intact.begin(), edge_intact.end());
@@ -146,6 +177,23 @@ struct VisualMeshBuilder::Impl {
             mesh.triangle_material.push_back(faces.is_outer(f) ? set->outer_material[f] : set->interior_material);
             mesh.triangle_fragment.push_back(faces.fragment[f]);
             for (int c = 0; has_uvs && c < 3; ++c) mesh.corner_uvs.push_back(corner_uv(f, c));
+        }
+    }
+
+    // What faces have besides UVs: the artist's colours outside, where they are on the cut within.
+    void list_marks() {
+        const FragmentFaces& faces = topology->faces();
+        mesh.corner_colors.clear(), mesh.corner_rim.clear(), mesh.triangle_interface.clear();
+        for (uint32_t f : topology->triangle_face()) {
+            const bool outer = faces.is_outer(f);
+            mesh.triangle_interface.push_back(outer ? -1 : static_cast<int32_t>(faces.interface[f]));
+            for (int c = 0; c < 3; ++c) {
+                const uint32_t source = faces.source_corner(f, c);
+                if (!set->outer_corner_colors.empty())
+                    mesh.corner_colors.push_back(outer ? set->outer_corner_colors[source] : Color{1, 1, 1, 1});
+                if (!set->interface_corner_rim.empty())
+                    mesh.corner_rim.push_back(outer ? 0 : set->interface_corner_rim[source]);
+            }
         }
     }
 
@@ -178,6 +226,7 @@ struct VisualMeshBuilder::Impl {
     size_t n_particles = 0;
     std::vector<Edge> edges;
     std::vector<uint32_t> edge_interface;
+    std::vector<Detour> detours;
 
     bool bound = false;
     std::vector<uint8_t> bound_edges;  // what topology, skin and normals stand for

@@ -21,6 +21,9 @@ struct VisualMesh {
     std::vector<Triangle> triangles;          // (n_triangles x 3), counter-clockwise from outside
     std::vector<Vec3f> corner_normals;        // (3 n_triangles x 3), unit; smooth outside, sharp at break surfaces
     std::vector<Vec2f> corner_uvs;            // (3 n_triangles x 2), or empty
+    std::vector<Color> corner_colors;         // (3 n_triangles), or empty; white on break surfaces
+    std::vector<float> corner_rim;            // (3 n_triangles), or empty: FragmentSet::interface_corner_rim, 0 outside
+    std::vector<int32_t> triangle_interface;  // (n_triangles), into FragmentSet::interfaces; -1 on the outer surface
     std::vector<int32_t> triangle_material;   // (n_triangles); FragmentSet::interior_material on break surfaces
     std::vector<uint32_t> triangle_fragment;  // (n_triangles), whose surface it is
     std::vector<uint32_t> vertex_fragment;    // (n_vertices), fragment that the vertex follows first (nearest particle)

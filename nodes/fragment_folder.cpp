@@ -1,6 +1,7 @@
 #include "nodes/fragment_folder.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "fracture_tools/mesh_checks.h"
@@ -75,15 +76,21 @@ Json fragments_to_json(const FragmentSet& set) {
              {"radii", to_array(f.radii)},
              {"orientation", {f.orientation.w(), f.orientation.x(), f.orientation.y(), f.orientation.z()}},
              {"cluster", f.cluster},
+             {"toughness_factor", f.toughness_factor},
+             {"yield_factor", f.yield_factor},
+             {"density_factor", f.density_factor},
              {"file", piece_path(i)}});
     }
     for (const Interface& i : set.interfaces) {
         interface_area += i.area;
-        interfaces.push_back({{"a", i.a.value},
-                              {"b", i.b.value},
-                              {"area", i.area},
-                              {"normal", to_array(i.normal)},
-                              {"centroid", to_array(i.centroid)}});
+        interfaces.push_back(
+            {{"a", i.a.value},
+             {"b", i.b.value},
+             {"area", i.area},
+             {"normal", to_array(i.normal)},
+             {"centroid", to_array(i.centroid)},
+             {"toughness_factor", std::isinf(i.toughness_factor) ? Json(nullptr) : Json(i.toughness_factor)},
+             {"joins", i.joins}});
     }
     json["fragments"] = std::move(fragments);
     json["interfaces"] = std::move(interfaces);
@@ -107,6 +114,9 @@ ByteBuffer encode_piece(const TriMesh& piece) {
                     piece.triangles.size(),
                     {{"vertex_indices", PlyType::int32, PlyType::uint8}, {"material", PlyType::int32, {}}}};
     if (has_uvs) face.properties.push_back({"texcoord", PlyType::float32, PlyType::uint8});
+    const bool has_normals = !piece.corner_normals.empty(), has_colors = !piece.corner_colors.empty();
+    if (has_normals) face.properties.push_back({"corner_normals", PlyType::float32, PlyType::uint8});
+    if (has_colors) face.properties.push_back({"corner_colors", PlyType::float32, PlyType::uint8});
     ByteBuffer bytes;
     bytes.reserve(4096 + piece.positions.size() * 24 + piece.triangles.size() * (has_uvs ? 42 : 17));
     write_ply_header(bytes, {{std::string(kPieceMagic.substr(8)), "written by sunder " SUNDER_VERSION},
@@ -116,9 +126,17 @@ ByteBuffer encode_piece(const TriMesh& piece) {
         bytes.number(uint8_t{3});
         bytes.append(piece.triangles[t].data(), sizeof(uint32_t) * 3);
         bytes.number(piece.triangle_material.empty() ? int32_t{0} : piece.triangle_material[t]);
-        if (!has_uvs) continue;
-        bytes.number(uint8_t{6});
-        for (size_t c = 0; c < 3; ++c) bytes.append(piece.corner_uvs[3 * t + c].data(), sizeof(float) * 2);
+        if (has_uvs) {
+            bytes.number(uint8_t{6});
+            for (size_t c = 0; c < 3; ++c) bytes.append(piece.corner_uvs[3 * t + c].data(), sizeof(float) * 2);
+        }
+        if (has_normals) {
+            bytes.number(uint8_t{9});
+            for (size_t c = 0; c < 3; ++c) bytes.append(piece.corner_normals[3 * t + c].data(), sizeof(float) * 3);
+        }
+        if (!has_colors) continue;
+        bytes.number(uint8_t{12});
+        for (size_t c = 0; c < 3; ++c) bytes.append(piece.corner_colors[3 * t + c].data(), sizeof(float) * 4);
     }
     return bytes;
 }

@@ -55,10 +55,13 @@ Result<Value> cook(CookContext& context) {
 }  // namespace
 
 NodeType mesh_file_node() {
-    NodeDescription d{.type = "mesh_file",
-                      .label = "Mesh File",
-                      .category = "input",
-                      .sentence = "Reads a triangle mesh from a file: OBJ, PLY, STL, glTF, GLB, FBX or OFF."};
+    NodeDescription d{
+        .type = "mesh_file",
+        .label = "Mesh File",
+        .category = "input",
+        .sentence =
+            "Reads a triangle mesh from a file: OBJ, PLY, STL, glTF, GLB, FBX or OFF. Colours of vertices are "
+            "kept, and further numbers that a PLY file has for each vertex."};
     d.outputs = {
         {.name = "mesh", .label = "Mesh", .type = SocketType::mesh, .sentence = "All meshes of the file as one"}};
     d.parameters = {

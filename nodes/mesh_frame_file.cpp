@@ -78,6 +78,11 @@ ByteBuffer encode_mesh_ply(const VisualMesh& mesh) {
     face.properties.push_back({"fragment", PlyType::int32, {}});
     if (has_uvs) face.properties.push_back({"texcoord", PlyType::float32, PlyType::uint8});
     face.properties.push_back({"corner_normals", PlyType::float32, PlyType::uint8});
+    const bool has_interfaces = !mesh.triangle_interface.empty(), has_colors = !mesh.corner_colors.empty(),
+               has_rim = !mesh.corner_rim.empty();
+    if (has_interfaces) face.properties.push_back({"interface", PlyType::int32, {}});
+    if (has_colors) face.properties.push_back({"corner_colors", PlyType::float32, PlyType::uint8});
+    if (has_rim) face.properties.push_back({"rim", PlyType::float32, PlyType::uint8});
 
     ByteBuffer bytes;
     bytes.reserve(4096 + mesh.positions.size() * 16 +
@@ -97,6 +102,15 @@ ByteBuffer encode_mesh_ply(const VisualMesh& mesh) {
         }
         bytes.number(uint8_t{9});
         for (size_t c = 0; c < 3; ++c) bytes.append(mesh.corner_normals[3 * t + c].data(), sizeof(float) * 3);
+        if (has_interfaces) bytes.number(mesh.triangle_interface[t]);
+        if (has_colors) {
+            bytes.number(uint8_t{12});
+            for (size_t c = 0; c < 3; ++c) bytes.append(mesh.corner_colors[3 * t + c].data(), sizeof(float) * 4);
+        }
+        if (has_rim) {
+            bytes.number(uint8_t{3});
+            for (size_t c = 0; c < 3; ++c) bytes.number(mesh.corner_rim[3 * t + c]);
+        }
     }
     return bytes;
 }

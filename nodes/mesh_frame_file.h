@@ -3,7 +3,9 @@
 // PLY  vertex  x y z (float), fragment (int): the fragment that the vertex follows first
 //      face    vertex_indices (list), material fragment (int), texcoord (list of 6 floats: u v a corner; only with
 //      UVs),
-//              corner_normals (list of 9 floats: x y z a corner)
+//              corner_normals (list of 9 floats: x y z a corner),
+//              interface (int, -1 outside), corner_colors (list of 12 floats; only with colours), rim (list of 3
+//              floats)
 // OBJ  v, vt, vn, usemtl where the material changes; a value that occurs again is written once.
 #pragma once
 

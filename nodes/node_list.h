@@ -8,6 +8,7 @@ namespace sunder {
 NodeType mesh_file_node();
 NodeType lattice_node();
 NodeType prefracture_node();
+NodeType fragment_region_node();
 NodeType body_node();
 NodeType rigid_body_node();
 NodeType collider_node();

@@ -10,6 +10,8 @@ namespace {
 
 constexpr std::array<std::pair<const char*, CutMethod>, 2> kMethods = {
     {{"voronoi", CutMethod::voronoi}, {"kmeans", CutMethod::kmeans}}};
+constexpr std::array<std::pair<const char*, CellSource>, 2> kSources = {
+    {{"tets", CellSource::tets}, {"voronoi", CellSource::voronoi}}};
 constexpr std::array<std::pair<const char*, SiteKind>, 7> kSites = {{{"kmeans", SiteKind::kmeans},
                                                                      {"uniform", SiteKind::uniform},
                                                                      {"poisson", SiteKind::poisson},
@@ -45,13 +47,26 @@ PrefractureSettings settings_of(const Parameters& p) {
     settings.sites.density_factor = p.number("density_factor");
     settings.roughness = p.integer("roughness");
     settings.least_piece = p.number("least_piece");
+    settings.source = chosen(kSources, p.text("source"));
     settings.cells_per_piece = p.number("cells_per_piece");
     settings.sharp_angle = p.number("sharp_angle");
     settings.repair = p.boolean("repair");
+    settings.interior = {.detail = p.number("interior_detail"),
+                         .noise = p.number("noise"),
+                         .noise_scale = p.number("noise_scale"),
+                         .noise_seed = settings.seed,
+                         .rim_width = p.number("rim_width"),
+                         .smooth_angle = p.number("interior_smooth_angle")};
+    settings.maps = {p.text("toughness_map"), p.text("yield_map"), p.text("density_map")};
+    settings.clusters = p.integer("clusters");
+    settings.cluster_toughness = p.number("cluster_toughness");
+    settings.weak_interface_share = p.number("weak_interface_share");
     return settings;
 }
 
 Status check(const std::string& node, const Parameters& p) {
+    if (p.integer("clusters") > p.integer("pieces"))
+        return node_error(node, "clusters", "is more than the number of pieces", "at most `pieces`");
     if (p.text("method") != "voronoi") return {};
     const SiteKind kind = chosen(kSites, p.text("sites"));
     if ((kind == SiteKind::points || kind == SiteKind::impact) && p.points("points").empty())
@@ -114,7 +129,7 @@ std::vector<ParameterDescription> site_parameters() {
          .label = "Density Group",
          .type = ParameterType::text,
          .default_value = "",
-         .sentence = "Vertex group of the mesh that sites density gather at"},
+         .sentence = "Vertex group of the mesh, or vertex attribute from 0 to 1, that sites density gather at"},
         {.name = "density_factor",
          .label = "Density Factor",
          .min = 1,
@@ -138,6 +153,85 @@ std::vector<ParameterDescription> site_parameters() {
                      "they share most area with"}};
 }
 
+std::vector<ParameterDescription> interior_parameters() {
+    return {
+        {.name = "noise",
+         .label = "Noise",
+         .min = 0,
+         .max = 0.5,
+         .default_value = 0.0,
+         .sentence = "How far break surfaces leave their planes, as a share of a piece's size (cube root of the mean "
+                     "volume). Both sides stay the same, the outer surface stays where it is, and what would "
+                     "intersect moves less; 0: not at all"},
+        {.name = "noise_scale",
+         .label = "Noise Scale",
+         .min = 0.05,
+         .max = 10,
+         .default_value = 0.5,
+         .sentence = "Distance between bumps of the noise, as a share of a piece's size; break surfaces get four "
+                     "edges a bump"},
+        {.name = "interior_detail",
+         .label = "Interior Detail",
+         .min = 0,
+         .max = 10,
+         .default_value = 0.0,
+         .sentence = "Longest edge of break surfaces, as a share of a piece's size; 0: as they are cut, or as the "
+                     "noise needs"},
+        {.name = "interior_smooth_angle",
+         .label = "Interior Smooth Angle",
+         .unit = "degrees",
+         .min = 0,
+         .max = 180,
+         .default_value = 20.0,
+         .sentence = "Break surfaces are shaded smooth across edges flatter than this; 0: every triangle is flat"},
+        {.name = "rim_width",
+         .label = "Rim Width",
+         .unit = "m",
+         .min = 0,
+         .max = 1e6,
+         .default_value = 0.0,
+         .sentence = "The attribute `rim` of break surfaces is 1 where they meet the outer surface and falls to 0 "
+                     "within this; it follows the surface's triangles, which `interior_detail` makes finer"}};
+}
+
+ParameterDescription map_parameter(const char* name, const char* label, const char* of) {
+    return {.name = name,
+            .label = label,
+            .type = ParameterType::text,
+            .default_value = "",
+            .sentence =
+                std::string("Vertex attribute of the mesh, or red, green, blue or alpha of its colours, that is the "
+                            "factor on the body's ") +
+                of + " from place to place; empty: none"};
+}
+
+std::vector<ParameterDescription> factor_parameters() {
+    return {map_parameter("toughness_map", "Toughness Map", "toughness"),
+            map_parameter("yield_map", "Yield Map", "yield"),
+            map_parameter("density_map", "Density Map", "density"),
+            {.name = "clusters",
+             .label = "Clusters",
+             .type = ParameterType::integer,
+             .min = 0,
+             .max = 100000,
+             .default_value = 0,
+             .sentence = "Number of large pieces that the body breaks into first, each then into its fragments; 0: "
+                         "fragments are not gathered"},
+            {.name = "cluster_toughness",
+             .label = "Cluster Toughness",
+             .min = 1,
+             .max = kMostFactor,
+             .default_value = 4.0,
+             .sentence = "Factor on the toughness of interfaces within a cluster"},
+            {.name = "weak_interface_share",
+             .label = "Weak Interface Share",
+             .min = 0,
+             .max = 1,
+             .default_value = 0.0,
+             .sentence = "Interfaces of a smaller area, as a share of its fragments' cross-section, do not hold by "
+                         "themselves: they part with what is around them"}};
+}
+
 }  // namespace
 
 NodeType prefracture_node() {
@@ -159,8 +253,8 @@ NodeType prefracture_node() {
          .type = ParameterType::choice,
          .default_value = "voronoi",
          .sentence = "voronoi: along the Voronoi cells of `sites`, with flat break surfaces; the mesh's own "
-                     "triangles, UVs and normals stay. kmeans: tetrahedra gathered into pieces of like "
-                     "size, with rough break surfaces; the surface is meshed anew",
+                     "triangles, UVs and normals stay. kmeans: small cells of `source` gathered into "
+                     "pieces of like size, with rough break surfaces",
          .choices = names(kMethods)},
         {.name = "pieces",
          .label = "Pieces",
@@ -176,6 +270,14 @@ NodeType prefracture_node() {
          .default_value = 0,
          .sentence = "Chooses among cuts of the same kind; the same seed gives the same cut"}};
     for (ParameterDescription& p : site_parameters()) d.parameters.push_back(std::move(p));
+    d.parameters.push_back({.name = "source",
+                            .label = "Source",
+                            .type = ParameterType::choice,
+                            .default_value = "tets",
+                            .sentence = "Cells that method kmeans gathers. tets: tetrahedra, the paper's way, the "
+                                        "surface is meshed anew; voronoi: small Voronoi cells, the mesh's own surface "
+                                        "stays",
+                            .choices = names(kSources)});
     d.parameters.push_back(
         {.name = "cells_per_piece",
          .label = "Cells per Piece",
@@ -183,8 +285,9 @@ NodeType prefracture_node() {
          .min = 4,
          .max = 1000,
          .default_value = 30.0,
-         .sentence = "Tetrahedra that method kmeans aims at for each fragment: more follow the surface closer and cost "
-                     "more"});
+         .sentence =
+             "Cells that method kmeans aims at for each fragment: more tetrahedra follow the surface closer and cost "
+             "more"});
     d.parameters.push_back(
         {.name = "sharp_angle",
          .label = "Sharp Angle",
@@ -199,6 +302,8 @@ NodeType prefracture_node() {
                             .type = ParameterType::boolean,
                             .default_value = true,
                             .sentence = "Welds, orients and closes small holes of the mesh first, with a warning"});
+    for (ParameterDescription& p : interior_parameters()) d.parameters.push_back(std::move(p));
+    for (ParameterDescription& p : factor_parameters()) d.parameters.push_back(std::move(p));
     return {.description = d, .cook = cook, .check = check};
 }
 

@@ -16,6 +16,7 @@ const Registry& standard_registry() {
         mesh_file_node(),
         lattice_node(),
         prefracture_node(),
+        fragment_region_node(),
         body_node(),
         rigid_body_node(),
         collider_node(),

@@ -112,7 +112,10 @@ const std::vector<Entry<SimulationMesh>>& entries_of(const SimulationMesh*) {
                               return std::array{e.a, e.b};
                           }); }},
         {"edge_area",
-         [](const M& m) { return made<double, 1>(m.edges, [](const Edge& e) { return std::array{e.area}; }); }}};
+         [](const M& m) { return made<double, 1>(m.edges, [](const Edge& e) { return std::array{e.area}; }); }},
+        {"edge_toughness_factor", [](const M& m) {
+             return made<double, 1>(m.edges, [](const Edge& e) { return std::array{e.toughness_factor}; });
+         }}};
     return entries;
 }
 
@@ -183,6 +186,22 @@ const std::vector<Entry<FragmentSet>>& entries_of(const FragmentSet*) {
          [](const F& s) {
              return made<int32_t, 1>(s.fragments, [](const Fragment& f) { return std::array{f.cluster}; });
          }},
+        {"toughness_factor",
+         [](const F& s) {
+             return made<double, 1>(s.fragments, [](const Fragment& f) { return std::array{f.toughness_factor}; });
+         }},
+        {"yield_factor",
+         [](const F& s) {
+             return made<double, 1>(s.fragments, [](const Fragment& f) { return std::array{f.yield_factor}; });
+         }},
+        {"density_factor",
+         [](const F& s) {
+             return made<double, 1>(s.fragments, [](const Fragment& f) { return std::array{f.density_factor}; });
+         }},
+        {"interface_toughness_factor",
+         [](const F& s) {
+             return made<double, 1>(s.interfaces, [](const Interface& i) { return std::array{i.toughness_factor}; });
+         }},
         {"edges",
          [](const F& s) {
              return made<uint32_t, 2>(s.interfaces, [](const Interface& i) {
@@ -208,6 +227,7 @@ const std::vector<Entry<TriMesh>>& entries_of(const TriMesh*) {
         {"triangles", [](const M& m) { return as_is<uint32_t>(m.triangles); }},
         {"normals", [](const M& m) { return corners<float, 3>(m.corner_normals); }},
         {"uvs", [](const M& m) { return corners<float, 2>(m.corner_uvs); }},
+        {"colors", [](const M& m) { return corners<float, 4>(m.corner_colors); }},
         {"face_material", [](const M& m) { return as_is<int32_t>(m.triangle_material); }}};
     return entries;
 }
@@ -219,6 +239,9 @@ const std::vector<Entry<BodyMesh>>& entries_of(const BodyMesh*) {
         {"triangles", [](const M& m) { return as_is<uint32_t>(m.mesh.triangles); }},
         {"normals", [](const M& m) { return corners<float, 3>(m.mesh.corner_normals); }},
         {"uvs", [](const M& m) { return corners<float, 2>(m.mesh.corner_uvs); }},
+        {"colors", [](const M& m) { return corners<float, 4>(m.mesh.corner_colors); }},
+        {"rim", [](const M& m) { return as_is<float>(m.mesh.corner_rim); }},
+        {"face_interface", [](const M& m) { return as_is<int32_t>(m.mesh.triangle_interface); }},
         {"face_material", [](const M& m) { return as_is<int32_t>(m.mesh.triangle_material); }},
         {"face_fragment", [](const M& m) { return as_is<uint32_t>(m.mesh.triangle_fragment); }},
         {"vertex_fragment", [](const M& m) { return as_is<uint32_t>(m.mesh.vertex_fragment); }},

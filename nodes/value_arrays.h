@@ -5,10 +5,12 @@
 //   fragment
 //                piece edges edge_intact broken_edge broken_time broken_strain rigid_position rigid_orientation
 //                rigid_velocity rigid_angular_velocity, and of the scene at rest what a body has
-//   body         rest_position rest_orientation radii volume mass edges edge_area
-//   fragments    rest_position rest_orientation radii volume cluster edges interface_area interface_normal
-//   interface_centroid mesh, visual_mesh   positions triangles normals uvs (both by corner) face_material; visual:
-//   face_fragment vertex_fragment pin          particles
+//   body         rest_position rest_orientation radii volume mass edges edge_area edge_toughness_factor
+//   fragments    rest_position rest_orientation radii volume cluster toughness_factor yield_factor density_factor
+//                edges interface_area interface_normal interface_centroid interface_toughness_factor
+//   mesh, visual_mesh   positions triangles normals uvs colors (by corner) face_material;
+//                visual: rim (by corner) face_interface face_fragment vertex_fragment
+//   pin          particles
 #pragma once
 
 #include <cstdint>

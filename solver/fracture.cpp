@@ -6,20 +6,6 @@
 namespace sunder {
 namespace {
 
-// +1 or -1: on which side of the plane the group's centre particle goes. `on_the_plane`: closer than this, m.
-int side_of_center(const LiveTopology& live, const GroupShapes& shapes, std::span<const MovingParticle> particles,
-                   uint32_t g, const Vec3& on_plane, const Vec3& normal, double on_the_plane) {
-    const double distance = normal.dot(particles[g].x - on_plane);
-    if (std::abs(distance) >= on_the_plane) return distance > 0 ? 1 : -1;
-    double balance = 0;  // mass on the normal's side less mass on the other
-    for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
-        if (live.member(s) == g) continue;
-        balance +=
-            normal.dot(particles[live.member(s)].x - on_plane) > 0 ? shapes.member[s].mass : -shapes.member[s].mass;
-    }
-    return std::abs(balance) > 1e-9 * shapes.group[g].mass ? (balance > 0 ? 1 : -1) : 1;
-}
-
 // Loads that differ by less than a millionth are equal: in a symmetric body rounding must not choose the crack.
 int64_t rounded(double load) { return std::llround(load * 1e6); }
 
@@ -28,6 +14,69 @@ Vec3 oriented(const Vec3& n) {
     for (int i = 0; i < 3; ++i)
         if (std::abs(n(i)) > 1e-3) return n(i) > 0 ? n : Vec3(-n);
     return n;
+}
+
+// A plane through a group, with its centre particle on one side.
+struct FracturePlane {
+    Vec3 point, normal;
+    double tolerance;  // closer than this is on the plane, m
+    int own_side;      // +1 or -1: where the centre goes
+
+    bool parts(const Vec3& x) const { return normal.dot(x - point) * own_side < -tolerance; }
+};
+
+FracturePlane plane_through(const LiveGroups& groups, uint32_t g, const Vec3& normal) {
+    const auto& [rest, live, shapes, particles] = groups;
+    FracturePlane plane{group_moments(live, shapes, particles, g).center, normal, 0, 1};
+    plane.tolerance = 1e-6 * std::sqrt(shapes.group[g].positions_trace / shapes.group[g].mass);
+    const double distance = normal.dot(particles[g].x - plane.point);
+    if (std::abs(distance) >= plane.tolerance) {
+        plane.own_side = distance > 0 ? 1 : -1;
+        return plane;
+    }
+    double balance = 0;  // mass on the normal's side less mass on the other
+    for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
+        if (live.member(s) == g) continue;
+        balance +=
+            normal.dot(particles[live.member(s)].x - plane.point) > 0 ? shapes.member[s].mass : -shapes.member[s].mass;
+    }
+    if (std::abs(balance) > 1e-9 * shapes.group[g].mass) plane.own_side = balance > 0 ? 1 : -1;
+    return plane;
+}
+
+double factor_of(const LiveGroups& groups, uint32_t slot) {
+    return groups.rest.edges[groups.live.edge(slot)].toughness_factor;
+}
+
+// Mean factor of the edges that the plane cuts; kNever where it cuts none but glued ones.
+double mean_factor(const LiveGroups& groups, uint32_t g, const FracturePlane& plane) {
+    double sum = 0, total = 0;
+    for (uint32_t s = groups.live.begin(g); s < groups.live.end(g); ++s) {
+        const uint32_t j = groups.live.member(s);
+        if (j == g || !plane.parts(groups.particles[j].x)) continue;
+        const double factor = factor_of(groups, s);
+        if (factor == kNever) continue;
+        const Vec3 along = groups.particles[j].x - groups.particles[g].x;
+        const double weight = groups.shapes.member[s].weight * std::abs(plane.normal.dot(along)) / along.norm();
+        sum += weight * factor, total += weight;
+    }
+    return total > 0 ? sum / total : kNever;
+}
+
+struct UnevenPlane {
+    FracturePlane plane;
+    double factor;  // on the group's toughness
+};
+
+// Which of the two sides of the centre the plane runs on: through the centre of mass, unless the other side is weaker.
+UnevenPlane weaker_plane(const LiveGroups& groups, uint32_t g, const Vec3& normal) {
+    const FracturePlane through = plane_through(groups, g, normal);
+    FracturePlane past = through;
+    past.point = groups.particles[g].x;
+    past.own_side = -through.own_side;
+    const double factor = mean_factor(groups, g, through), factor_past = mean_factor(groups, g, past);
+    if (factor_past < factor) return {past, factor_past};
+    return {through, factor};
 }
 
 }  // namespace
@@ -45,9 +94,29 @@ GroupStrain group_strain(const Vec3& e, const Mat3& directions, const Quat& rota
     return s;
 }
 
-std::vector<BrokenEdge> edges_to_cut(const LiveTopology& live, const GroupShapes& shapes,
-                                     std::span<const MovingParticle> particles, std::span<const GroupStrain> strains,
-                                     double leading, double time) {
+GroupStrain uneven_group_strain(const Vec3& e, const Mat3& directions, const Quat& rotation, const Material& material,
+                                const LiveGroups& groups, uint32_t g) {
+    GroupStrain worst;
+    for (int i = 0; i < 3; ++i) {
+        const double reach = std::max(e(i) / material.toughness, -e(i) / material.compressive_toughness);
+        if (!(reach > worst.load * weakest_factor(groups.rest, groups.live, g))) continue;  // no plane can be worse
+        const Vec3 normal = rotation * directions.col(i);
+        const double load = reach / weaker_plane(groups, g, oriented(normal)).factor;
+        if (load > worst.load) worst = {load, e(i), normal};
+    }
+    return worst;
+}
+
+double weakest_factor(const SimulationMesh& rest, const LiveTopology& live, uint32_t g) {
+    double weakest = kNever;
+    for (uint32_t s = live.begin(g); s < live.end(g); ++s)
+        if (live.member(s) != g) weakest = std::min(weakest, rest.edges[live.edge(s)].toughness_factor);
+    return weakest;
+}
+
+std::vector<BrokenEdge> edges_to_cut(const LiveGroups& groups, std::span<const GroupStrain> strains, double leading,
+                                     double time) {
+    const auto& [rest, live, shapes, particles] = groups;
     std::vector<double> most(live.n_pieces(), 1.0);
     for (uint32_t g = 0; g < strains.size(); ++g) most[live.piece(g)] = std::max(most[live.piece(g)], strains[g].load);
     std::vector<BrokenEdge> cuts;
@@ -64,14 +133,14 @@ std::vector<BrokenEdge> edges_to_cut(const LiveTopology& live, const GroupShapes
         if (!most_loaded) continue;
 
         const Vec3 normal = oriented(strains[g].normal);
-        const Vec3 center = group_moments(live, shapes, particles, g).center;
-        const double on_the_plane = 1e-6 * std::sqrt(shapes.group[g].positions_trace / shapes.group[g].mass);
-        const int own_side = side_of_center(live, shapes, particles, g, center, normal, on_the_plane);
-        for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
-            if (live.member(s) == g) continue;
-            const double distance = normal.dot(particles[live.member(s)].x - center);
-            if (distance * own_side < -on_the_plane) cuts.push_back({live.edge(s), time, strains[g].strain});
-        }
+        const bool is_uneven = rest.group_uneven[g] != 0;
+        const UnevenPlane at =
+            is_uneven ? weaker_plane(groups, g, normal) : UnevenPlane{plane_through(groups, g, normal), 1.0};
+        const double reach = strains[g].load * at.factor;  // strain over the group's own toughness
+        for (uint32_t s = live.begin(g); s < live.end(g); ++s)
+            if (live.member(s) != g && at.plane.parts(particles[live.member(s)].x) &&
+                (!is_uneven || factor_of(groups, s) < reach))
+                cuts.push_back({live.edge(s), time, strains[g].strain});
     }
     // Two groups may cut the same edge only if neither is in the other's ring: cannot be, but edges come out unordered.
     std::sort(cuts.begin(), cuts.end(), [](const BrokenEdge& a, const BrokenEdge& b) { return a.edge < b.edge; });

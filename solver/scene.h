@@ -29,6 +29,15 @@ struct Material {
     Status check(const std::string& where) const;
 };
 
+/// What a particle makes of its body's material. Its yield is in the state.
+inline Material material_of(const SimulationMesh& rest, size_t particle, const Material& body) {
+    Material own = body;
+    if (rest.toughness_factor.empty()) return own;
+    own.toughness *= rest.toughness_factor[particle];
+    own.compressive_toughness *= rest.toughness_factor[particle];
+    return own;
+}
+
 struct Body {
     std::string name;
     uint32_t particle_begin = 0, particle_end = 0;  // its range in the scene's SimulationMesh

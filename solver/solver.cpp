@@ -55,6 +55,14 @@ Status check_scene(const Scene& scene) {
             return bad_input("scene", "particle " + std::to_string(i) + " belongs to body " +
                                           std::to_string(rest.body[i]) + " of " + std::to_string(scene.bodies.size()));
     }
+    for (const std::vector<double>* factors : {&rest.yield_factor, &rest.toughness_factor}) {
+        const bool sound = std::all_of(factors->begin(), factors->end(), [](double f) { return f > 0; });
+        if (!sound || (!factors->empty() && factors->size() != n))
+            return bad_input("scene", "yield or toughness factors are not one above 0 for each particle");
+    }
+    for (size_t e = 0; e < rest.n_edges(); ++e)
+        if (!(rest.edges[e].toughness_factor > 0))
+            return bad_input("scene", "edge " + std::to_string(e) + " has a toughness factor that is not above 0");
     for (const Pin& pin : scene.pins)
         for (uint32_t i : pin.particles)
             if (i >= n)
@@ -153,7 +161,7 @@ FrameState Solver::initial_state(const std::vector<Material>& materials) const {
         for (uint32_t i = body.particle_begin; i < body.particle_end; ++i) {
             s.velocity[i] = body.velocity + body.angular_velocity.cross(rest.rest_position[i] - center);
             s.angular_velocity[i] = body.angular_velocity;
-            s.yield[i] = materials[rest.body[i]].yield;
+            s.yield[i] = materials[rest.body[i]].yield * (rest.yield_factor.empty() ? 1.0 : rest.yield_factor[i]);
         }
     }
     for (const RigidBody& body : scene.rigid_bodies)

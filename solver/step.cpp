@@ -261,8 +261,11 @@ void Substep::flow_and_measure(double seconds) {
                 state.strain[g] = 0;
                 continue;
             }
-            const Material& m = material(g);
-            const double limit = std::min({state.yield[g], m.toughness, m.compressive_toughness});
+            const Material m = material_of(rest(), g, material(g));
+            const bool is_uneven = rest().group_uneven[g] != 0;
+            const double toughness = std::min(m.toughness, m.compressive_toughness) *
+                                     (is_uneven ? weakest_factor(rest(), work.live, g) : 1.0);
+            const double limit = std::min(state.yield[g], toughness);
             if (limit == kNever && !measure) continue;
 
             const GroupMoments A = group_moments(work.live, work.shapes, work.moving, g);
@@ -278,7 +281,9 @@ void Substep::flow_and_measure(double seconds) {
             const FlowResult result = flow(principal, m, seconds, plastic);
             state.strain[g] = result.elastic_log_strain.cwiseAbs().maxCoeff();
             if (principal.reliable)
-                work.strains[g] = group_strain(result.elastic_log_strain, principal.directions, R, m);
+                work.strains[g] = is_uneven ? uneven_group_strain(result.elastic_log_strain, principal.directions, R, m,
+                                                                  {rest(), work.live, work.shapes, work.moving}, g)
+                                            : group_strain(result.elastic_log_strain, principal.directions, R, m);
             if (!result.flowed) continue;
             state.plastic_deformation[g] = plastic.F_P;
             state.yield[g] = plastic.yield;
@@ -289,7 +294,8 @@ void Substep::flow_and_measure(double seconds) {
 }
 
 bool Substep::break_edges(double leading) {
-    const auto cuts = edges_to_cut(work.live, work.shapes, work.moving, work.strains, leading, state.time + h);
+    const auto cuts =
+        edges_to_cut({rest(), work.live, work.shapes, work.moving}, work.strains, leading, state.time + h);
     std::vector<uint32_t> broken;
     for (const BrokenEdge& cut : cuts) {
         state.edge_intact[cut.edge] = work.synced_edges[cut.edge] = 0;

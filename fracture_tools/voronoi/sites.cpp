@@ -189,7 +189,11 @@ private:
 
     std::vector<Vec3> dense_near_group() {
         std::vector<double> in_group(solid_.positions.size(), 0);
-        for (uint32_t v : solid_.vertex_groups.at(settings_.density_group)) in_group[v] = 1;
+        if (const auto painted = solid_.vertex_attributes.find(settings_.density_group);
+            painted != solid_.vertex_attributes.end())
+            for (size_t v = 0; v < in_group.size(); ++v) in_group[v] = std::clamp(double(painted->second[v]), 0.0, 1.0);
+        else
+            for (uint32_t v : solid_.vertex_groups.at(settings_.density_group)) in_group[v] = 1;
         const SurfaceLookup surface(solid_);
         std::vector<Vec3> sites;
         while (sites.size() < n_) {
@@ -256,10 +260,12 @@ Status SiteSettings::check(const std::string& where, const TriMesh& mesh) const 
     if (!(grid_jitter >= 0 && grid_jitter <= 1)) return refuse("grid_jitter", "the grid's jitter must be 0 to 1");
     if (!(density_factor >= 1 && density_factor <= 1000))
         return refuse("density_factor", "the density factor must be 1 to 1000");
-    if (kind == SiteKind::density && !mesh.vertex_groups.contains(density_group)) {
+    if (kind == SiteKind::density && !mesh.vertex_groups.contains(density_group) &&
+        !mesh.vertex_attributes.contains(density_group)) {
         std::string known;
         for (const auto& [name, vertices] : mesh.vertex_groups) known += (known.empty() ? "" : ", ") + name;
-        return refuse("density_group", "the mesh has no vertex group '" + density_group + "'",
+        for (const auto& [name, values] : mesh.vertex_attributes) known += (known.empty() ? "" : ", ") + name;
+        return refuse("density_group", "the mesh has no vertex group or attribute '" + density_group + "'",
                       known.empty() ? "it has none" : "it has " + known);
     }
     return {};

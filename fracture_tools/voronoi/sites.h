@@ -16,7 +16,7 @@ enum class SiteKind {
     impact,   // the smaller the nearer to where something hits
     grid,     // a cubic grid, disturbed
     points,   // as given
-    density,  // denser near a group of vertices
+    density,  // denser near a group of vertices, or where an attribute is painted
     kmeans,   // moved to the middles of their cells (Lloyd 1982): pieces of like size
 };
 
@@ -31,8 +31,8 @@ struct SiteSettings {
     ImpactShape shape = ImpactShape::points;
     double impact_radius = 0.1;  // m, > 0; up to there pieces are alike, beyond their size grows with the distance
     double grid_jitter = 0.3;    // share of half a grid cell, 0 .. 1
-    std::string density_group;   // of the mesh's vertex groups
-    double density_factor = 8;   // how many times more sites a volume has at the group, 1 .. 1000
+    std::string density_group;  // of the mesh's vertex groups, or of its attributes: 1 counts as in the group, 0 as out
+    double density_factor = 8;  // how many times more sites a volume has at the group, 1 .. 1000
 
     Status check(const std::string& where, const TriMesh& mesh) const;
 };

@@ -4,6 +4,17 @@
 #include <cassert>
 
 namespace sunder {
+namespace {
+
+// `n_before` particles have `io_factors`, `n` more have `added`; empty stands for ones.
+void append_factors(std::vector<double>& io_factors, size_t n_before, const std::vector<double>& added, size_t n) {
+    if (io_factors.empty() && added.empty()) return;
+    io_factors.resize(n_before, 1.0);
+    io_factors.insert(io_factors.end(), added.begin(), added.end());
+    io_factors.resize(n_before + n, 1.0);
+}
+
+}  // namespace
 
 void build_one_rings(SimulationMesh& m) {
     const uint32_t n = static_cast<uint32_t>(m.n_particles());
@@ -40,6 +51,10 @@ void build_one_rings(SimulationMesh& m) {
         }
     }
     for (const auto& [in_a, in_b] : edge_slots) m.member_twin[in_a] = in_b, m.member_twin[in_b] = in_a;
+
+    m.group_uneven.assign(n, 0);
+    for (const Edge& e : m.edges)
+        if (e.toughness_factor != 1) m.group_uneven[e.a] = m.group_uneven[e.b] = 1;
 }
 
 void append_body(SimulationMesh& scene, const SimulationMesh& body, const Pose& pose) {
@@ -55,7 +70,10 @@ void append_body(SimulationMesh& scene, const SimulationMesh& body, const Pose& 
     append(scene.volume, body.volume);
     append(scene.mass, body.mass);
     append(scene.fragment, body.fragment);
-    for (const Edge& e : body.edges) scene.edges.push_back({e.a + particle_base, e.b + particle_base, e.area});
+    append_factors(scene.yield_factor, particle_base, body.yield_factor, body.n_particles());
+    append_factors(scene.toughness_factor, particle_base, body.toughness_factor, body.n_particles());
+    for (const Edge& e : body.edges)
+        scene.edges.push_back({e.a + particle_base, e.b + particle_base, e.area, e.toughness_factor});
 }
 
 }  // namespace sunder

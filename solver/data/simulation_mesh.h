@@ -12,6 +12,8 @@ namespace sunder {
 struct Edge {
     uint32_t a = 0, b = 0;  // particles, a < b
     double area = 0;        // of the interface, m2
+    /// Of the toughness of the groups that would cut it, > 0; below 1: weak, infinite: glued, it never breaks.
+    double toughness_factor = 1;
 };
 
 /// One oriented particle a fragment, one edge an interface, and the one-rings in both directions.
@@ -31,10 +33,15 @@ struct SimulationMesh {
     std::vector<uint32_t> fragment;      // which fragment of that body    (n_particles)
     std::vector<Edge> edges;             // ascending by (a, b)            (n_edges)
 
+    // Factors on the body's material, > 0; empty: all 1.
+    std::vector<double> yield_factor;      // on the yield strain at the start (n_particles), -
+    std::vector<double> toughness_factor;  // on both toughnesses of its group (n_particles), -
+
     std::vector<uint32_t> group_offset;  // CSR                            (n_particles + 1)
     std::vector<uint32_t> group_member;  // particles, ascending in a ring (group_offset.back())
     std::vector<uint32_t> member_edge;   // edge to the centre, kNone for the centre itself (as group_member)
     std::vector<uint32_t> member_twin;   // slot of the centre in the member's own ring     (as group_member)
+    std::vector<uint8_t> group_uneven;  // 1 where an edge of the ring has a toughness factor other than 1 (n_particles)
 
     static constexpr uint32_t kNone = 0xffffffffu;
     size_t n_particles() const { return rest_position.size(); }

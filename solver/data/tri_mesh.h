@@ -10,6 +10,8 @@
 
 namespace sunder {
 
+using Color = std::array<float, 4>;  // red, green, blue, alpha; 0 .. 1, as in the file
+
 /// Vertices are unique by position (welded), so that a closed surface is closed by index; what differs
 /// between faces at one position (UV seams, sharp normals) is kept by corner: entry 3 * triangle + corner.
 struct TriMesh {
@@ -17,9 +19,11 @@ struct TriMesh {
     std::vector<Triangle> triangles;          // (n_triangles x 3), counter-clockwise from outside
     std::vector<Vec2f> corner_uvs;            // (3 n_triangles x 2), or empty
     std::vector<Vec3f> corner_normals;        // (3 n_triangles x 3), unit, or empty
+    std::vector<Color> corner_colors;         // (3 n_triangles), or empty
     std::vector<int32_t> triangle_material;   // (n_triangles), index into material_names, or empty (all 0)
     std::vector<std::string> material_names;  // may be empty
-    std::map<std::string, std::vector<uint32_t>> vertex_groups;  // name -> vertices, ascending
+    std::map<std::string, std::vector<uint32_t>> vertex_groups;   // name -> vertices, ascending
+    std::map<std::string, std::vector<float>> vertex_attributes;  // name -> a number each vertex (n_vertices)
 };
 
 /// What geometry functions read of a mesh.

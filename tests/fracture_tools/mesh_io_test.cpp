@@ -278,6 +278,32 @@ TEST_F(MeshIo, ply_keeps_doubles_materials_and_texture_coordinates) {
     EXPECT_NEAR(area, 0.7, 1e-9);
 }
 
+TEST_F(MeshIo, ply_keeps_colours_and_the_artists_own_numbers) {
+    const TriMesh mesh =
+        read(write("painted.ply",
+                   "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+                   "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+                   "property float toughness\nelement face 2\n"
+                   "property list uchar int vertex_indices\nend_header\n"
+                   "0 0 0 255 0 0 0.5\n1 0 0 0 255 0 1\n0 1 0 0 0 51 2\n0 0 0 0 0 0 9\n3 0 1 2\n3 3 2 1\n"));
+    ASSERT_EQ(mesh.positions.size(), 3u);
+    ASSERT_EQ(mesh.corner_colors.size(), 6u);
+    EXPECT_EQ(mesh.corner_colors[0], (Color{1, 0, 0, 1}));
+    EXPECT_EQ(mesh.corner_colors[2], (Color{0, 0, 0.2f, 1}));
+    EXPECT_EQ(mesh.corner_colors[3], (Color{0, 0, 0, 1}));  // by corner: a seam stays one
+    ASSERT_EQ(mesh.vertex_attributes.size(), 1u);
+    EXPECT_EQ(mesh.vertex_attributes.at("toughness"), (std::vector<float>{0.5, 1, 2}));  // the first of those welded
+}
+
+TEST_F(MeshIo, attributes_that_are_no_numbers_are_refused) {
+    const Error e = refused(write("nan.ply",
+                                  "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                                  "property float z\nproperty float paint\nelement face 1\n"
+                                  "property list uchar int vertex_indices\nend_header\n"
+                                  "0 0 0 1\n1 0 0 nan\n0 1 0 1\n3 0 1 2\n"));
+    EXPECT_NE(e.text().find("paint"), std::string::npos) << e.text();
+}
+
 TEST_F(MeshIo, ply_of_the_other_byte_order_reads_the_same) {
     std::string big =
         "ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty float x\nproperty short y\nproperty double z\n"

@@ -352,6 +352,24 @@ TEST(Prefracture, materials_uvs_and_groups_come_from_the_nearest_triangles) {
     EXPECT_TRUE(std::is_sorted(set.vertex_groups.at("all").begin(), set.vertex_groups.at("all").end()));
 }
 
+TEST(Prefracture, kmeans_over_voronoi_cells_keeps_the_surface) {
+    const TriMesh torus = make_torus();
+    PrefractureSettings settings;
+    settings.method = CutMethod::kmeans;
+    settings.source = CellSource::voronoi;
+    settings.cells_per_piece = 12;
+    settings.pieces = 25;
+    const Result<FragmentSet> set = prefracture(torus, settings, "torus");
+    ASSERT_TRUE(set) << set.error().text();
+    EXPECT_EQ(set->fragments.size(), 25u);
+    EXPECT_NEAR(volume_sum(*set), mesh_volume(torus), 1e-12);
+    TriMesh outer;
+    outer.positions = set->vertices, outer.triangles = set->outer_triangles;
+    EXPECT_NEAR(mesh_area(outer), mesh_area(torus), 1e-12);
+    const double mean = mesh_volume(torus) / 25;
+    for (const Fragment& f : set->fragments) EXPECT_NEAR(f.volume, mean, 0.7 * mean);
+}
+
 TEST(Prefracture, mass_is_density_times_volume) {
     const FragmentSet set = cut(bunny(), 20);
     SimulationMeshSettings settings;

@@ -19,6 +19,8 @@ def read_piece(path):
     row = [("n", "u1"), ("v", "<i4", 3), ("material", "<i4")]
     if ["property", "list", "uchar", "float", "texcoord"] in words:
         row += [("k", "u1"), ("uv", "<f4", 6)]
+    if ["property", "list", "uchar", "float", "corner_normals"] in words:
+        row += [("l", "u1"), ("normals", "<f4", 9)]
     faces = np.frombuffer(data, row, count["face"], at + positions.nbytes)
     assert at + positions.nbytes + faces.nbytes == len(data)
     return positions, faces["v"], faces["material"]

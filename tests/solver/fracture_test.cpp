@@ -2,30 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/lattice_scene.h"
+#include "tests/support/loaded_lattice.h"
 
 namespace sunder {
 namespace {
 
-// A lattice at rest with loads chosen by the test.
-struct Loaded {
-    SimulationMesh rest;
-    LiveTopology live;
-    GroupShapes shapes;
-    std::vector<MovingParticle> particles;
-    std::vector<GroupStrain> strains;
-
-    explicit Loaded(const test::LatticeBody& body) : rest(test::lattice_mesh(body)) {
-        live.reset(rest, std::vector<uint8_t>(rest.n_edges(), 1));
-        shapes.reset(rest, live, std::vector<Mat3>(rest.n_particles(), Mat3::Identity()));
-        for (const Vec3& x : rest.rest_position)
-            particles.push_back({x, Quat::Identity(), Mat3::Identity(), x, Quat::Identity()});
-        strains.resize(rest.n_particles());
-    }
-    std::vector<BrokenEdge> cut(double leading = 0) const {
-        return edges_to_cut(live, shapes, particles, strains, leading, 0.5);
-    }
-};
+using Loaded = test::LoadedLattice;
 
 GroupStrain pulled(double load, const Vec3& normal) { return {load, 0.1 * load, normal}; }
 

@@ -164,6 +164,11 @@ TEST(Sites, more_sites_lie_near_a_dense_group) {
     int left = 0;
     for (const Vec3& p : sites(mesh, s)) left += p.x() < 0.5;
     EXPECT_GT(left, 650);
+    for (const Vec3& p : mesh.positions) mesh.vertex_attributes["painted"].push_back(float(p.x()));
+    s.density_group = "painted";
+    int right = 0;
+    for (const Vec3& p : sites(mesh, s)) right += p.x() > 0.5;
+    EXPECT_GT(right, 650);
     s.density_group = "right";
     const Result<std::vector<Vec3>> unknown = choose_sites(mesh, s, "mesh");
     ASSERT_FALSE(unknown);

@@ -46,8 +46,7 @@ struct Body {
     std::vector<Mat3> plastic;
     std::vector<uint8_t> intact;
 
-    Body(const TriMesh& mesh, int pieces) {
-        PrefractureSettings settings;
+    Body(const TriMesh& mesh, int pieces, PrefractureSettings settings = {}) {
         settings.pieces = pieces;
         Result<FragmentSet> cut = prefracture(mesh, settings, "mesh");
         EXPECT_TRUE(cut) << (cut ? "" : cut.error().text());
@@ -195,6 +194,64 @@ TEST(VisualContract, breaking_any_share_of_the_interfaces_keeps_every_edge_balan
             EXPECT_NEAR(r.volume, mesh_volume(mesh), 1e-5 * mesh_volume(mesh));
         }
     }
+}
+
+// A contact too small to hold by itself must not tie the two sides of a crack together, nor open before it.
+TEST(VisualContract, an_interface_without_an_edge_parts_with_what_is_around_it) {
+    PrefractureSettings settings;
+    settings.weak_interface_share = 0.3;
+    Body body(bunny(), 60, settings);
+    size_t n_seen = 0;
+    for (uint32_t i = 0; i < body.set->interfaces.size(); ++i) {
+        const Interface& weak = body.set->interfaces[i];
+        if (weak.joins) continue;
+        std::fill(body.intact.begin(), body.intact.end(), uint8_t{1});
+        std::vector<uint32_t> around;  // edges of a to those that b is joined to as well
+        for (uint32_t e = 0; e < body.rest.n_edges(); ++e) {
+            const auto [a, b] = std::pair(body.rest.edges[e].a, body.rest.edges[e].b);
+            if (a != weak.a.value && b != weak.a.value) continue;
+            const uint32_t third = a == weak.a.value ? b : a;
+            for (const Edge& f : body.rest.edges)
+                if (std::pair(f.a, f.b) == std::pair(std::min(third, weak.b.value), std::max(third, weak.b.value)))
+                    around.push_back(e);
+        }
+        if (around.size() < 2 || ++n_seen > 8) continue;
+        auto visible = [&] {
+            const VisualMesh mesh = body.frame();
+            EXPECT_EQ(unbalanced_edges(mesh), 0u);
+            return std::count(mesh.triangle_interface.begin(), mesh.triangle_interface.end(), int32_t(i));
+        };
+        for (size_t k = 0; k + 1 < around.size(); ++k) body.intact[around[k]] = 0;
+        EXPECT_EQ(visible(), 0) << "interface " << i;
+        body.intact[around.back()] = 0;
+        EXPECT_EQ(visible(), std::ptrdiff_t{2} * (weak.triangle_end - weak.triangle_begin)) << "interface " << i;
+    }
+    EXPECT_GT(n_seen, 4u);
+}
+
+TEST(VisualContract, marks_of_the_cut_come_through) {
+    TriMesh mesh = bunny();
+    for (size_t c = 0; c < 3 * mesh.triangles.size(); ++c) mesh.corner_colors.push_back({0.5f, 0.25f, 0, 1});
+    Body body(mesh, 30);
+    std::fill(body.intact.begin(), body.intact.end(), uint8_t{0});
+    const VisualMesh visual = body.frame();
+    ASSERT_EQ(visual.triangle_interface.size(), visual.triangles.size());
+    ASSERT_EQ(visual.corner_rim.size(), 3 * visual.triangles.size());
+    ASSERT_EQ(visual.corner_colors.size(), 3 * visual.triangles.size());
+    size_t n_rim = 0;
+    for (size_t t = 0; t < visual.triangles.size(); ++t) {
+        const bool interior = visual.triangle_material[t] == body.set->interior_material;
+        EXPECT_EQ(visual.triangle_interface[t] >= 0, interior);
+        for (size_t c = 3 * t; c < 3 * t + 3; ++c) {
+            EXPECT_EQ(visual.corner_colors[c], interior ? (Color{1, 1, 1, 1}) : (Color{0.5f, 0.25f, 0, 1}));
+            EXPECT_TRUE(visual.corner_rim[c] == 0 || (interior && visual.corner_rim[c] == 1));
+            n_rim += visual.corner_rim[c] == 1;
+        }
+        if (!interior) continue;
+        const Interface& from = body.set->interfaces[size_t(visual.triangle_interface[t])];
+        EXPECT_TRUE(visual.triangle_fragment[t] == from.a.value || visual.triangle_fragment[t] == from.b.value);
+    }
+    EXPECT_GT(n_rim, 100u);
 }
 
 }  // namespace
