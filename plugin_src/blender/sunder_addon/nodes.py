@@ -37,7 +37,7 @@ class SunderNode:
             sockets.add(self.inputs, socket, True)
         for socket in description["outputs"]:
             sockets.add(self.outputs, socket, False)
-        self.width = 220
+        self.width = drawing.NODE
         trees.identity(self.id_data)
         self.graph_name = _fresh_name(self)
 
@@ -73,7 +73,7 @@ class SunderNode:
 
     def draw_buttons(self, context, layout):
         if self.error:
-            drawing.sentence(layout, self.error, "ERROR", alert=True)
+            drawing.sentence(layout, self.error, "ERROR", alert=True, width=self.width)
         self._draw_pickers(layout)
         column = layout.column()
         for p in descriptions.parameters(self.sunder_type):
