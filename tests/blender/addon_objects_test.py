@@ -350,6 +350,34 @@ class Points(ObjectCase):
         self.assertEqual(self.compiled(tree).description["nodes"]["prefracture"]["roughness"], 8)
 
 
+class Maps(ObjectCase):
+    def numbered(self):
+        """A block whose upper half is in a group by half and which has an attribute of its own."""
+        thing = self.cube(location=(1, 0, 0.5))
+        thing.vertex_groups.new(name="Upper half").add([v.index for v in thing.data.vertices if v.co.z > 0], 0.5, "REPLACE")
+        values = thing.data.attributes.new("heavy", "FLOAT", "POINT")
+        values.data.foreach_set("value", np.arange(1.0, 9.0, dtype=np.float32))
+        return thing
+
+    def test_groups_and_attributes_travel_with_the_mesh_under_names_that_a_file_can_have(self):
+        thing = self.numbered()
+        export, depsgraph = addon("mesh_export"), bpy.context.evaluated_depsgraph_get()
+        made = export.geometry(thing, depsgraph, Matrix(), True, map_names=["Upper half", "heavy"])
+        path = self.folder / "numbers.ply"
+        path.write_bytes(export.ply_bytes(made))
+        vertex = addon("bake_reader").read_ply(str(path))["vertex"]
+        names = [export.map_property(n) for n in ("Upper half", "heavy")]
+        self.assertEqual([n for n in vertex.dtype.names if n.startswith("map_")], names)
+        self.assertEqual([names[1], " " in names[0]], ["map_heavy", False])
+        np.testing.assert_array_equal(vertex["map_heavy"][:8], np.arange(1, 9))
+        np.testing.assert_array_equal(vertex["map_heavy"][8:], np.arange(1, 9)[made.corners.ravel()])
+        np.testing.assert_array_equal(vertex[names[0]][:8], [0.5 if v.co.z > 0 else 0 for v in thing.data.vertices])
+        graph = addon("core").sunder().Graph.from_dict({"sunder": 1, "nodes": {"m": {"type": "mesh_file", "path": str(path)}}})
+        self.assertEqual(len(graph.evaluate("m.mesh").positions), 8)
+        with self.assertRaisesRegex(addon("core").Refused, "neither a vertex group nor a vertex attribute 'Nothing'"):
+            export.geometry(thing, depsgraph, Matrix(), True, map_names=["Nothing"])
+
+
 class Forces(ObjectCase):
     def blown(self, kind, **fields):
         bpy.ops.object.effector_add(type=kind, rotation=(math.radians(90), 0, 0))

@@ -134,6 +134,9 @@ class _Compiler:
                     self.nodes[name][p["name"]] = found
             if p["type"] in parameters.NO_FIELD:
                 continue
+            if p["name"] in pickers.map_parameters(node.sunder_type):
+                self._add_map(node, p["name"])
+                continue
             if parameters.attribute(p["name"]) in animated:
                 self._channel(name, p["name"], lambda _, p=p: parameters.value(p, node), True)
             else:
@@ -209,17 +212,32 @@ class _Compiler:
         self.nodes.update({name: fields for name, fields, *_ in shapes})
         return [(name, thing, center) for name, _, thing, center in shapes]
 
+    def _add_map(self, node, parameter):
+        """A map by its name in the mesh's file, which is not the artist's where the mesh comes from Blender."""
+        name, source = getattr(node, parameter), wiring.upstream(node, "mesh_file")
+        if name:
+            is_ours = source is not None and source.source != pickers.VALUES
+            self.nodes[node.graph_name][parameter] = mesh_export.map_property(name) if is_ours else name
+
+    def _add_fragment_region(self, node, depsgraph):
+        if node.source == pickers.OBJECT and node.region in ("box", "sphere"):
+            thing, = scene_input.objects_of(node)
+            scene_input.check_evaluated(thing, depsgraph, node)
+            self._region(node, *scene_input.own_bounds(thing, node, depsgraph))
+
+    def _region(self, node, low, high):
+        fields = self.nodes[node.graph_name]
+        if node.region == "box":
+            fields.update(box_min=scene_input.vector(low), box_max=scene_input.vector(high))
+        else:
+            fields.update(center=scene_input.vector((low + high) / 2), radius=scene_input.decimal(max(high - low) / 2))
+
     def _add_pin(self, node, depsgraph):
         fields = self.nodes[node.graph_name]
         if node.source == pickers.OBJECT and node.region != "group":
             thing = scene_input.objects_of(node)[0]
             scene_input.check_evaluated(thing, depsgraph, node)
-            low, high = scene_input.world_bounds(thing, depsgraph)
-            if node.region == "box":
-                fields.update(box_min=scene_input.vector(low), box_max=scene_input.vector(high))
-            else:
-                fields.update(center=scene_input.vector((low + high) / 2),
-                              radius=scene_input.decimal(max(high - low) / 2))
+            self._region(node, *scene_input.world_bounds(thing, depsgraph))
         mover = node.motion_object
         if mover is None:
             return
