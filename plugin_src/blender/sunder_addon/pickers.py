@@ -142,8 +142,9 @@ HIDDEN = {
         ("shape", ("box",), ("radius",)),
     ],
     "collider": [
-        ("source", (OBJECT, COLLECTION), ("radius", "size", "height", "position", "rotation")),
-        ("shape", ("plane",), ("radius", "size", "height")),
+        ("source", (OBJECT, COLLECTION), ("radius", "size", "height", "position", "rotation", "path", "scale")),
+        ("shape", ("plane", "mesh"), ("radius", "size", "height")),
+        ("shape", ("plane", "sphere", "box", "capsule"), ("path", "scale", "resolution", "voxel_size", "thickness")),
         ("shape", ("sphere",), ("size", "height")),
         ("shape", ("box",), ("radius", "height")),
         ("shape", ("capsule",), ("size",)),
