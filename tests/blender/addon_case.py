@@ -78,6 +78,29 @@ class AddonCase(unittest.TestCase):
         self.scene = bpy.context.scene
 
 
+class ObjectCase(AddonCase):
+    def compiled(self, tree):
+        return addon("compiler").compile_tree(tree, self.scene)
+
+    def graph(self, tree):
+        """The tree as the library has it, meshes written where it looks for them."""
+        compiled = self.compiled(tree)
+        addon("mesh_export").write(str(self.folder), compiled.files)
+        return addon("core").sunder().Graph.from_dict(compiled.description, base_folder=str(self.folder))
+
+    def placed(self, tree):
+        """Corners of all triangles of the first frame in the scene (t, 3, 3)."""
+        mesh = self.graph(tree).evaluate("deformer.mesh")
+        return mesh.positions[mesh.triangles].astype(float)
+
+    def wired_collider(self, **parameters):
+        """A tree with one collider that a test sets up."""
+        tree, nodes = self.tree()
+        for name, value in parameters.items():
+            setattr(nodes["collider"], name, value)
+        return tree
+
+
 def positions(thing):
     array = np.empty(3 * len(thing.data.vertices), np.float32)
     thing.data.vertices.foreach_get("co", array)

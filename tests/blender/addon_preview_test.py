@@ -248,6 +248,11 @@ class Meshes(PreviewCase):
         self.assertIsNone(addon("preview").update(self.result, self.scene))
         self.assertEqual(addon("preview").problems[self.result.name], "nothing baked yet")
 
+    def test_an_object_that_plays_no_deformer_of_the_bake_says_so(self):
+        self.result.sunder.preview, self.result.sunder.node = "PIECES", "deformer_7"
+        self.assertIsNone(addon("preview")._updated(self.result))
+        self.assertIn("nothing of node 'deformer_7'", addon("preview").problems[self.result.name])
+
 
 if __name__ == "__main__":
     main()

@@ -30,8 +30,8 @@ class Nodes(AddonCase):
                     self.assertEqual([i.identifier for i in shown.enum_items], [str(c) for c in p["choices"]])
 
     def test_names_that_python_or_blender_has_end_in_an_underscore(self):
-        changed = [p["name"] for d in addon("descriptions").NODES.values() for p in d["parameters"]
-                   if addon("parameters").attribute(p["name"]) != p["name"]]
+        changed = {p["name"] for d in addon("descriptions").NODES.values() for p in d["parameters"]
+                   if addon("parameters").attribute(p["name"]) != p["name"]}
         self.assertEqual(sorted(changed), ["height", "yield"])
 
     def test_values_beyond_the_range_are_clamped_to_it(self):

@@ -191,13 +191,20 @@ def error():
     except RuntimeError:
         pass
     yield 1.2
+    with within("SunderTree"):
+        bpy.ops.node.select_all(action="DESELECT")
+        node("mesh_file").select = node("prefracture").select = True
+        bpy.ops.node.view_selected()
+        bpy.ops.node.select_all(action="DESELECT")
+    yield 1.0
     shot("5-error-on-the-node")
     assert node("prefracture").error, "the node at fault says so"
     bpy.data.objects.remove(bpy.context.object)
     node("mesh_file").object = thing
     addon("runtime").forget_errors(tree().name_full)
     bpy.context.view_layer.objects.active = result()
-    yield 1.2
+    result().select_set(True)
+    yield from frame_nodes()
 
 
 def previews():

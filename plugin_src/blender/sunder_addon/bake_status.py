@@ -34,14 +34,15 @@ def status(tree, scene, compute=True):
     return Status("partial" if last < wanted else "complete", text, is_stale)
 
 
-def draw_bake(layout, tree, scene):
+def draw_bake(layout, tree, scene, width=drawing.SIDEBAR):
     """Progress, or what is baked and what can be done about it."""
     now = status(tree, scene, compute=False)
     if now.state == "baking":
-        drawing.sentence(layout, now.text, "RENDER_ANIMATION")
+        drawing.sentence(layout, now.text, "RENDER_ANIMATION", width=width)
         layout.operator("sunder.cancel_bake", icon="CANCEL").tree = tree.name
         return
-    drawing.sentence(layout, now.text, "ERROR" if now.is_stale else "CHECKMARK" if now.state == "complete" else "INFO")
+    icon = "ERROR" if now.is_stale else "CHECKMARK" if now.state == "complete" else "INFO"
+    drawing.sentence(layout, now.text, icon, width=width)
     row = layout.row(align=True)
     resumes = now.state == "partial" and not now.is_stale
     row.operator("sunder.bake", text="Resume" if resumes else "Bake", icon="PHYSICS").tree = tree.name
@@ -56,25 +57,25 @@ def draw_bake(layout, tree, scene):
 def draw_node(context, layout, node):
     tree = node.id_data
     if node.sunder_type == "solver":
-        draw_bake(layout, tree, context.scene)
+        draw_bake(layout, tree, context.scene, node.width)
         return
     if node.note:
-        drawing.sentence(layout, node.note, "INFO")
+        drawing.sentence(layout, node.note, "INFO", width=node.width)
     shows = [o for o in player.result_objects(tree) if o.sunder.node == node.graph_name]
     for thing in shows:
         layout.label(text=thing.name, icon="MESH_DATA")
-        draw_preview(layout, thing)
+        draw_preview(layout, thing, node.width)
     add = layout.operator("sunder.add_results", text="Add Result Object" if not shows else "Add Another", icon="ADD")
     add.tree, add.node = tree.name, node.name
 
 
-def draw_preview(layout, thing):
+def draw_preview(layout, thing, width=drawing.SIDEBAR):
     """What viewports show of a result object."""
     layout.prop(thing.sunder, "preview")
     if thing.sunder.preview == "STRAIN":
         layout.prop(thing.sunder, "preview_limit")
-    if thing.sunder.preview != "OFF" and preview.problems.get(thing.name):
-        drawing.sentence(layout, preview.problems[thing.name], "INFO")
+    if thing.sunder.preview != "OFF" and preview.problems.get(thing.name_full):
+        drawing.sentence(layout, preview.problems[thing.name_full], "INFO", width=width)
 
 
 def draw_tree(layout, tree, scene):

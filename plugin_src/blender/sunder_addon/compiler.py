@@ -134,10 +134,15 @@ class _Compiler:
                     self.nodes[name][p["name"]] = found
             if p["type"] in parameters.NO_FIELD:
                 continue
+            if p["name"] in pickers.map_parameters(node.sunder_type):
+                self._add_map(node, p["name"])
+                continue
             if parameters.attribute(p["name"]) in animated:
                 self._channel(name, p["name"], lambda _, p=p: parameters.value(p, node), True)
             else:
                 value = parameters.value(p, node)
+                if p["type"] == "path" and value:
+                    value = bpy.path.abspath(value)
                 if value != p["default"]:
                     self.nodes[name][p["name"]] = value
         special = getattr(self, "_add_" + node.sunder_type, None)
@@ -145,11 +150,9 @@ class _Compiler:
             special(node, depsgraph)
 
     def _add_mesh_file(self, node, depsgraph):
-        fields = self.nodes[node.graph_name]
         if node.source == pickers.VALUES:
-            if fields.get("path"):
-                fields["path"] = bpy.path.abspath(fields["path"])
             return
+        fields = self.nodes[node.graph_name]
         geometry = scene_input.mesh(node, depsgraph)
         self.geometries[node.graph_name] = geometry
         data = mesh_export.ply_bytes(geometry)
@@ -203,23 +206,52 @@ class _Compiler:
         shapes, common = [], self.nodes[node.graph_name]
         for i, thing in enumerate(scene_input.objects_of(node)):
             name = node.graph_name if i == 0 else f"{node.graph_name}:{i + 1}"
-            size, center = scene_input.shape(node.shape, thing, depsgraph, node)
+            if node.shape == "mesh":
+                size, center = self._solid(name, thing, depsgraph, node), Vector()
+            else:
+                size, center = scene_input.shape(node.shape, thing, depsgraph, node)
             shapes.append((name, {**common, **size}, thing, center))
         self.names[node.graph_name] = [name for name, *_ in shapes]
         self.nodes.update({name: fields for name, fields, *_ in shapes})
         return [(name, thing, center) for name, _, thing, center in shapes]
+
+    def _solid(self, name, thing, depsgraph, node):
+        """An object's mesh in its own axes (scale in), as a collider of shape mesh reads it."""
+        scene_input.check_evaluated(thing, depsgraph, node)
+        if thing.type != "MESH":
+            raise core.Refused(f"object '{thing.name}' is a {thing.type.lower()}, not a mesh", node.graph_name)
+        data = mesh_export.ply_bytes(
+            mesh_export.geometry(thing, depsgraph, scene_input.placement(thing.matrix_world)[2], True))
+        path = mesh_export.path_of(name.replace(":", "_"), data)
+        self.result.files[path] = data
+        return {"path": path}
+
+    def _add_map(self, node, parameter):
+        """A map by its name in the mesh's file, which is not the artist's where the mesh comes from Blender."""
+        name, source = getattr(node, parameter), wiring.upstream(node, "mesh_file")
+        if name:
+            is_ours = source is not None and source.source != pickers.VALUES
+            self.nodes[node.graph_name][parameter] = mesh_export.map_property(name) if is_ours else name
+
+    def _add_fragment_region(self, node, depsgraph):
+        if node.source == pickers.OBJECT and node.region in ("box", "sphere"):
+            thing, = scene_input.objects_of(node)
+            scene_input.check_evaluated(thing, depsgraph, node)
+            self._region(node, *scene_input.own_bounds(thing, node, depsgraph))
+
+    def _region(self, node, low, high):
+        fields = self.nodes[node.graph_name]
+        if node.region == "box":
+            fields.update(box_min=scene_input.vector(low), box_max=scene_input.vector(high))
+        else:
+            fields.update(center=scene_input.vector((low + high) / 2), radius=scene_input.decimal(max(high - low) / 2))
 
     def _add_pin(self, node, depsgraph):
         fields = self.nodes[node.graph_name]
         if node.source == pickers.OBJECT and node.region != "group":
             thing = scene_input.objects_of(node)[0]
             scene_input.check_evaluated(thing, depsgraph, node)
-            low, high = scene_input.world_bounds(thing, depsgraph)
-            if node.region == "box":
-                fields.update(box_min=scene_input.vector(low), box_max=scene_input.vector(high))
-            else:
-                fields.update(center=scene_input.vector((low + high) / 2),
-                              radius=scene_input.decimal(max(high - low) / 2))
+            self._region(node, *scene_input.world_bounds(thing, depsgraph))
         mover = node.motion_object
         if mover is None:
             return

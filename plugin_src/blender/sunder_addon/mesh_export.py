@@ -1,6 +1,7 @@
 """Blender meshes as PLY files that the library reads: vertices as Blender numbers them, normals, UVs and materials."""
 import hashlib
 import os
+import re
 
 import numpy as np
 
@@ -11,11 +12,11 @@ _VERTEX = np.dtype([(n, "<f8") for n in "xyz"] + [(n, "<f4") for n in ("nx", "ny
 
 class Geometry:
     """positions (v, 3) f64, corners (t, 3) int32, corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None,
-    material (t,) int32; groups {name: [vertex, ...]}."""
+    material (t,) int32; groups {name: [vertex, ...]}; maps {name: (v,) f32}."""
 
-    def __init__(self, positions, corners, corner_normals, uvs, material, groups):
+    def __init__(self, positions, corners, corner_normals, uvs, material, groups, maps):
         self.positions, self.corners, self.corner_normals = positions, corners, corner_normals
-        self.uvs, self.material, self.groups = uvs, material, groups
+        self.uvs, self.material, self.groups, self.maps = uvs, material, groups, maps
 
 
 def _read(sequence, attribute, width, dtype):
@@ -31,8 +32,30 @@ def _corner_normals(mesh):
     return _read(mesh.loops, "normal", 3, np.float32)
 
 
-def geometry(thing, depsgraph, matrix, use_modifiers, group_names=()):
-    """An object's mesh, its vertices taken through `matrix`."""
+def vertex_numbers(thing, mesh, name):
+    """(v,) f32 of a vertex group (0 outside) or of an attribute of `mesh`, colours by their mean; None if there is none."""
+    if name in thing.vertex_groups:
+        index = thing.vertex_groups[name].index
+        return np.array([next((g.weight for g in v.groups if g.group == index), 0.0) for v in mesh.vertices], np.float32)
+    attribute = mesh.attributes.get(name)
+    if attribute is None or attribute.domain != "POINT":
+        return None
+    if attribute.data_type in ("FLOAT_COLOR", "BYTE_COLOR"):
+        return _read(attribute.data, "color", 4, np.float32)[:, :3].mean(1)
+    if attribute.data_type in ("FLOAT", "INT", "BOOLEAN"):
+        kind = {"FLOAT": np.float32, "INT": np.int32, "BOOLEAN": bool}[attribute.data_type]
+        return _read(attribute.data, "value", 1, kind).astype(np.float32)
+    return None
+
+
+def map_property(name):
+    """What a map is called in the file, where names have neither blanks nor a meaning of their own."""
+    clean = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    return "map_" + clean + ("" if clean == name else "_" + content_hash(name.encode())[:6])
+
+
+def geometry(thing, depsgraph, matrix, use_modifiers, group_names=(), map_names=()):
+    """An object's mesh, its vertices taken through `matrix`. Refuses maps that it has not."""
     source = thing.evaluated_get(depsgraph) if use_modifiers else thing
     mesh = source.to_mesh()
     try:
@@ -58,8 +81,12 @@ def geometry(thing, depsgraph, matrix, use_modifiers, group_names=()):
                 for name, members in groups.items():
                     if indices[name] in held:
                         members.append(v.index)
+        maps = {name: vertex_numbers(thing, mesh, name) for name in map_names}
+        for name, values in maps.items():
+            if values is None:
+                raise core.Refused(f"object '{thing.name}' has neither a vertex group nor a vertex attribute '{name}'")
         return Geometry(positions, corners.astype(np.int32), (normals / length)[flat].astype(np.float32),
-                        None if uvs is None else uvs[flat], material, groups)
+                        None if uvs is None else uvs[flat], material, groups, maps)
     finally:
         source.to_mesh_clear()
 
@@ -82,6 +109,7 @@ def joined(parts):
         if has_uvs else None,
         np.concatenate([g.material for g in parts]),
         groups,
+        {name: np.concatenate([g.maps[name] for g in parts]) for name in parts[0].maps},
     )
 
 
@@ -89,10 +117,13 @@ def ply_bytes(g):
     """The file: Blender's vertices first, which number the welded mesh, then one vertex a corner with its normal."""
     n, t = len(g.positions), len(g.corners)
     flat = g.corners.ravel()
-    vertex = np.zeros(n + 3 * t, _VERTEX)
+    maps = {map_property(name): values for name, values in g.maps.items()}
+    vertex = np.zeros(n + 3 * t, np.dtype(_VERTEX.descr + [(name, "<f4") for name in maps]))
     for axis, name in enumerate("xyz"):
         vertex[name] = np.concatenate([g.positions[:, axis], g.positions[flat, axis]])
         vertex["n" + name][n:] = g.corner_normals[:, axis]
+    for name, values in maps.items():
+        vertex[name] = np.concatenate([values, values[flat]])
     fields = [("count", "u1"), ("vertex_indices", "<i4", 3), ("material", "<i4")]
     lines = ["list uchar int vertex_indices", "int material"]
     if g.uvs is not None:
@@ -104,7 +135,7 @@ def ply_bytes(g):
     if g.uvs is not None:
         face["texcoords"], face["texcoord"] = 6, g.uvs.reshape(-1, 6)
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertex)}"]
-    header += [f"property double {n}" for n in "xyz"] + [f"property float n{n}" for n in "xyz"]
+    header += [f"property double {n}" for n in "xyz"] + [f"property float {n}" for n in ("nx", "ny", "nz", *maps)]
     header += [f"element face {t}", *(f"property {line}" for line in lines), "end_header\n"]
     return "\n".join(header).encode() + vertex.tobytes() + face.tobytes()
 

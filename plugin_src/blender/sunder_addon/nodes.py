@@ -14,6 +14,15 @@ def _changed(self, _context):
     runtime.node_errors.pop((self.id_data.name_full, self.graph_name), None)
 
 
+def _map_names(self, _context, text):
+    """What of the source's mesh could be a map."""
+    thing = self._mesh_object()
+    if thing is None:
+        return []
+    names = [g.name for g in thing.vertex_groups] + [a.name for a in thing.data.attributes if a.domain == "POINT"]
+    return [n for n in names if text.lower() in n.lower() and not n.startswith(".") and n != "position"]
+
+
 def _fresh_name(node):
     """A name in the graph that no other node of the tree has: "body", "body_2", ..."""
     taken = {n.graph_name for n in node.id_data.nodes if trees.is_node(n) and n != node}
@@ -37,7 +46,7 @@ class SunderNode:
             sockets.add(self.inputs, socket, True)
         for socket in description["outputs"]:
             sockets.add(self.outputs, socket, False)
-        self.width = 220
+        self.width = drawing.NODE
         trees.identity(self.id_data)
         self.graph_name = _fresh_name(self)
 
@@ -73,7 +82,7 @@ class SunderNode:
 
     def draw_buttons(self, context, layout):
         if self.error:
-            drawing.sentence(layout, self.error, "ERROR", alert=True)
+            drawing.sentence(layout, self.error, "ERROR", alert=True, width=self.width)
         self._draw_pickers(layout)
         column = layout.column()
         for p in descriptions.parameters(self.sunder_type):
@@ -87,7 +96,7 @@ class SunderNode:
             bake_status.draw_node(context, layout, self)
 
     def _draw_pickers(self, layout):
-        if not hasattr(self, "source"):
+        if not pickers.has_source(self):
             return
         row = layout.row()
         row.prop(self, "source", expand=True)
@@ -131,7 +140,14 @@ def _make(description):
     annotations = {"graph_name": StringProperty(options={"HIDDEN"})}
     for p in description["parameters"]:
         annotations.update(parameters.properties(p, _changed))
-    annotations.update(pickers.properties(node_type, _changed))
+        if p["name"] in pickers.map_parameters(node_type):
+            annotations[p["name"]] = StringProperty(
+                name=p["label"], description=p["sentence"].rstrip("."), default=p["default"], options=set(),
+                update=_changed, search=_map_names, search_options={"SUGGESTION"})
+    picked = pickers.properties(node_type, _changed)
+    if annotations.keys() & picked.keys():
+        raise ValueError(f"{node_type}: {', '.join(annotations.keys() & picked.keys())} is both parameter and picker")
+    annotations.update(picked)
     is_mesh = node_type == "mesh_file"
     sentence = "A solid from Blender's objects, or from a file" if is_mesh else description["sentence"].rstrip(".")
     members = {

@@ -39,6 +39,19 @@ def group_parameters(node_type):
             if p["type"] == "text" and (p["name"] == "group" or p["name"].endswith("_group"))]
 
 
+def map_parameters(node_type):
+    """Names of the parameters that name a number at every vertex of the mesh."""
+    return [p["name"] for p in descriptions.parameters(node_type) if p["type"] == "text" and p["name"].endswith("_map")]
+
+
+def has_source(node):
+    """Whether a node has a choice of objects or values. (A parameter of the library may be called `source`, too.)"""
+    return node.sunder_type in _SOURCED
+
+
+_SOURCED = ("mesh_file", "body", "rigid_body", "collider", "force", "pin", "fragment_region")
+
+
 def properties(node_type, changed):
     """{attribute: Blender property} of one node type."""
     return {**_own_properties(node_type, changed), **_points_properties(node_type, changed)}
@@ -102,6 +115,13 @@ def _own_properties(node_type, changed):
             "object": thing("Wind", "A wind force field: it blows along the object's z axis, its strength in m/s, "
                             "everywhere alike", has_wind),
         }
+    if node_type == "fragment_region":
+        return {
+            "source": _source("The bounding box of", ("Values", "Numbers, in the fragments' own coordinates"), VALUES, False,
+                              changed),
+            "object": thing("Region", "Its bounding box at the first frame, along the fragments' own axes: an empty or a "
+                            "mesh"),
+        }
     if node_type == "pin":
         return {
             "source": _source("The bounding box of", ("Values", "Numbers"), VALUES, False, changed),
@@ -122,11 +142,19 @@ HIDDEN = {
         ("shape", ("box",), ("radius",)),
     ],
     "collider": [
-        ("source", (OBJECT, COLLECTION), ("radius", "size", "height", "position", "rotation")),
-        ("shape", ("plane",), ("radius", "size", "height")),
+        ("source", (OBJECT, COLLECTION), ("radius", "size", "height", "position", "rotation", "path", "scale")),
+        ("shape", ("plane", "mesh"), ("radius", "size", "height")),
+        ("shape", ("plane", "sphere", "box", "capsule"), ("path", "scale", "resolution", "voxel_size", "thickness")),
         ("shape", ("sphere",), ("size", "height")),
         ("shape", ("box",), ("radius", "height")),
         ("shape", ("capsule",), ("size",)),
+    ],
+    "fragment_region": [
+        ("source", (OBJECT,), ("box_min", "box_max", "center", "radius")),
+        ("region", ("all", "sphere", "group", "cluster"), ("box_min", "box_max")),
+        ("region", ("all", "box", "group", "cluster"), ("center", "radius")),
+        ("region", ("all", "box", "sphere", "cluster"), ("group",)),
+        ("region", ("all", "box", "sphere", "group"), ("cluster",)),
     ],
     "pin": [
         ("source", (OBJECT,), ("box_min", "box_max", "center", "radius")),
@@ -151,7 +179,7 @@ HIDDEN = {
 
 def uses_motion(node):
     """Whether a body or rigid body begins with the motion of its object."""
-    return getattr(node, "use_motion", False) and node.source != VALUES
+    return getattr(node, "use_motion", False) and has_source(node) and node.source != VALUES
 
 
 def is_hidden(node, parameter):

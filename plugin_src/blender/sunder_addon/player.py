@@ -101,6 +101,7 @@ def _solver_of(manifest, node):
 
 def state_file(folder, manifest, frame, node):
     """Path and hash of the state that a deformer's mesh was made from."""
+    _file(folder, manifest, frame, node)  # refuses what is no deformer of this bake
     return _file(folder, manifest, frame, _solver_of(manifest, node))
 
 

@@ -35,10 +35,15 @@ def _frame_key(thing, scene):
     return (folder, path, stamp, thing.sunder.preview, thing.sunder.preview_limit), manifest, folder, shown
 
 
+def _cut_of(graph):
+    """What a Source depends on: a longer shot is the same one."""
+    return graph["nodes"], graph["frame_range"][0], graph["frame_rate"]
+
+
 def _source(folder, manifest, node):
     """The bake's body; None while the library prepares it."""
     known = _sources.get((folder, node))
-    if known is None or known.graph != manifest.graph:
+    if known is None or _cut_of(known.graph) != _cut_of(manifest.graph):
         for old in [k for k, s in _sources.items() if k[1] == node and s.is_ready]:
             del _sources[old]
         known = _sources[folder, node] = preview_source.Source(folder, manifest.graph, node)
@@ -69,17 +74,17 @@ def redraw():
 
 def update(thing, scene):
     """Brings an object's preview to the scene's frame; returns its _Drawn, None while there is nothing to draw."""
-    drawn = _drawn.setdefault(thing.name, _Drawn())
+    drawn = _drawn.setdefault(thing.name_full, _Drawn())
     wanted = _frame_key(thing, scene)
     if wanted is None:
-        problems[thing.name] = "nothing baked yet"
+        problems[thing.name_full] = "nothing baked yet"
         return None
     key, manifest, folder, shown = wanted
     if drawn.key == key:
         return drawn if drawn.frame else None
     source = _source(folder, manifest, thing.sunder.node)
     if source is None:
-        problems[thing.name] = "the library is cutting the mesh for the preview ..."
+        problems[thing.name_full] = "the library is cutting the mesh for the preview ..."
         return None
     drawn.key, drawn.frame = key, None  # what fails once is not tried again with every redraw
     frame = source.frame(key[1], shown, thing.sunder.preview, thing.sunder.preview_limit)
@@ -93,7 +98,7 @@ def update(thing, scene):
             drawn.balls, drawn.n_balls = preview_shader.Skin(preview_source.spheres(n)), n
         drawn.ellipsoids = preview_shader.texture(frame.ellipsoids, "RGBA32F")
     drawn.frame = frame
-    problems.pop(thing.name, None)
+    problems.pop(thing.name_full, None)
     return drawn
 
 
@@ -169,11 +174,11 @@ def _updated(thing):
     try:
         return update(thing, bpy.context.scene)
     except (core.Refused, core.Unusable, bake_reader.BakeError) as error:
-        problems[thing.name] = str(error)
+        problems[thing.name_full] = str(error)
     except Exception as error:
         if type(error).__module__.split(".")[-1] != "errors":  # the library's own are told, all else is ours
             raise
-        problems[thing.name] = str(error)
+        problems[thing.name_full] = str(error)
     return None
 
 
@@ -187,7 +192,7 @@ _LEGENDS = {
 def _draw_legend():
     """A bar of the colours, with what they stand for, for the active object's preview."""
     thing = bpy.context.view_layer.objects.active
-    drawn = _drawn.get(thing.name) if thing else None
+    drawn = _drawn.get(thing.name_full) if thing else None
     if drawn is None or drawn.frame is None or thing.sunder.preview not in _LEGENDS:
         return
     colors, title, least = _LEGENDS[thing.sunder.preview]

@@ -75,13 +75,13 @@ class SUNDER_OT_quick_fracture(bpy.types.Operator):
     def invoke(self, context, event):
         if bpy.app.background:
             return self.execute(context)
-        return context.window_manager.invoke_props_dialog(self, width=320)
+        return context.window_manager.invoke_props_dialog(self, width=drawing.DIALOG)
 
     def draw(self, _context):
         column = self.layout.column()
         column.use_property_split = True
         column.prop(self, "preset")
-        drawing.sentence(self.layout, presets.PRESETS[self.preset][1], "INFO")
+        drawing.sentence(self.layout, presets.PRESETS[self.preset][1], "INFO", width=drawing.DIALOG)
         column = self.layout.column()
         column.use_property_split = True
         for name in ("pieces", "seed", "fall_speed", "has_floor", "bake"):

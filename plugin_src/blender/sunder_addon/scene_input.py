@@ -69,11 +69,15 @@ def vector(v):
     return [decimal(c) for c in v]
 
 
+def _rigid(matrix):
+    location, rotation, _ = matrix.decompose()
+    return Matrix.Translation(location) @ rotation.to_matrix().to_4x4()
+
+
 def placement(matrix):
     """A matrix as location, rotation (quaternion) and what is left: scale, shear, mirror (3x3 as 4x4)."""
     location, rotation, _ = matrix.decompose()
-    rigid = Matrix.Translation(location) @ rotation.to_matrix().to_4x4()
-    return location, rotation, rigid.inverted() @ matrix
+    return location, rotation, _rigid(matrix).inverted() @ matrix
 
 
 def _extremes(thing, depsgraph, matrix):
@@ -131,6 +135,13 @@ def motion(before, now, center, rate):
     return {"velocity": vector(velocity), "angular_velocity": vector(axis * math.degrees(angle) * rate)}
 
 
+def own_bounds(thing, node, depsgraph):
+    """Lowest and highest corner of an object's bounding box along the axes of the mesh that comes up the wires."""
+    source = placed_by(node)
+    matrix = Matrix() if source is None else _rigid(source.matrix_world).inverted()
+    return _extremes(thing, depsgraph, matrix @ thing.matrix_world)
+
+
 def wind(thing, node):
     """Velocity (m/s) of the air that a wind force field stands for, as the frame is now."""
     field = thing.field
@@ -141,11 +152,11 @@ def wind(thing, node):
     return vector(placement(thing.matrix_world)[1] @ Vector((0, 0, field.strength)))
 
 
-def wanted_groups(tree, node):
-    """Names of vertex groups that other nodes ask of the mesh that `node` gives."""
+def wanted(tree, node, parameters_of):
+    """Names of vertex groups, or of maps, that other nodes ask of the mesh that `node` gives."""
     found = set()
     for n in wiring.needed(tree):
-        names = [g for g in pickers.group_parameters(n.sunder_type) if not pickers.is_hidden(n, g)]
+        names = [g for g in parameters_of(n.sunder_type) if not pickers.is_hidden(n, g)]
         if names and wiring.upstream(n, "mesh_file") == node:
             found.update(getattr(n, g) for g in names)
     return sorted(found - {""})
@@ -166,13 +177,9 @@ def points(node, name, depsgraph):
         check_evaluated(thing, depsgraph, node)
         is_whole = getattr(node, f"{name}_source") == pickers.OBJECT and thing.type in ("MESH", "CURVE")
         found += _vertices(thing, depsgraph) if is_whole else [thing.matrix_world.translation]
-    source = wiring.upstream(node, "mesh_file")
-    thing = source.object if source is not None and source.source == pickers.OBJECT else None
-    if thing is None:
-        return [vector(p) for p in found]
-    location, rotation, _ = placement(thing.matrix_world)
-    inverse = rotation.to_matrix().inverted()
-    return [vector(inverse @ (p - location)) for p in found]
+    source = placed_by(node)
+    inverse = Matrix() if source is None else _rigid(source.matrix_world).inverted()
+    return [vector(inverse @ p) for p in found]
 
 
 def _vertices(thing, depsgraph):
@@ -190,12 +197,12 @@ def mesh(node, depsgraph):
     found = mesh_objects(node)
     for thing in found:
         check_evaluated(thing, depsgraph, node)
-    groups = wanted_groups(node.id_data, node)
+    groups, maps = (wanted(node.id_data, node, of) for of in (pickers.group_parameters, pickers.map_parameters))
     parts = []
     for thing in found:
         own = placement(thing.matrix_world)[2] if node.source == pickers.OBJECT else thing.matrix_world
-        part = mesh_export.geometry(thing, depsgraph, own, node.use_modifiers, groups)
         try:
+            part = mesh_export.geometry(thing, depsgraph, own, node.use_modifiers, groups, maps)
             mesh_export.check(part, f"object '{thing.name}'")
         except core.Refused as error:
             raise core.Refused(str(error), node.graph_name) from error

@@ -8,7 +8,7 @@ import json
 import bpy
 import numpy as np
 
-from . import animation, core, descriptions, parameters, pickers, runtime, scene_input, wiring
+from . import animation, core, descriptions, mesh_export, parameters, pickers, runtime, scene_input, wiring
 
 
 def _mesh_hash(thing, use_modifiers):
@@ -47,16 +47,14 @@ def _mesh_hash(thing, use_modifiers):
 
 
 def _groups(node):
-    """Which vertices the groups hold that a node names."""
+    """Vertices and weights of the groups, and numbers of the maps, that a node names."""
     held = []
-    for name in pickers.group_parameters(node.sunder_type):
+    for name in pickers.group_parameters(node.sunder_type) + pickers.map_parameters(node.sunder_type):
         source = None if pickers.is_hidden(node, name) else wiring.upstream(node, "mesh_file")
-        group = getattr(node, name)
         for thing in scene_input.mesh_objects(source) if source is not None and source.source != pickers.VALUES else ():
-            if group in thing.vertex_groups:
-                index = thing.vertex_groups[group].index
-                members = [v.index for v in thing.data.vertices if any(g.group == index and g.weight > 0 for g in v.groups)]
-                held.append(hashlib.blake2b(repr(members).encode(), digest_size=8).hexdigest())
+            values = mesh_export.vertex_numbers(thing, thing.data, getattr(node, name))
+            if values is not None:
+                held.append(hashlib.blake2b(values.tobytes(), digest_size=8).hexdigest())
     return held
 
 
@@ -75,12 +73,12 @@ def _points(node):
 
 def _objects(node):
     described = _groups(node) + _points(node)
-    if not hasattr(node, "source"):
+    if not pickers.has_source(node):
         return described
     if node.sunder_type == "pin" and node.motion_object:
         described.append(animation.describe_motion(node.motion_object))
     uses_objects = node.source != pickers.VALUES and hasattr(node, "object")
-    if not uses_objects or node.sunder_type == "pin" and node.region == "group":
+    if not uses_objects or getattr(node, "region", "box") not in ("box", "sphere"):
         return described
     for thing in scene_input.objects_of(node):
         described.append(animation.describe_motion(thing))
