@@ -18,14 +18,15 @@ double edge_weight_of(const SimulationMesh& rest, const Edge& edge) {
 
 // A ring on a face of a body has more members along the face than across it. Weighed by A_qq alone the group would be
 // too stiff along it, 1.24 times on a face of a lattice and 1.67 times on an edge; weighed by s it is mu |F - R|^2 in
-// every direction. Where the ring is thin, s falls with a: what few members tell of F there must not be blown up.
+// every direction. Where the ring is thin, s falls with a: what few members tell of F there must not be blown up. Where
+// it is flat they tell nothing, and their goal is carried by R as in the paper.
 void balance_directions(const Mat3& A, GroupShape& io_shape) {
     constexpr double kThinnest = 0.25, kFlattest = 1e-6;
     const Eigen::SelfAdjointEigenSolver<Mat3> eigen(A);
     const Vec3& a = eigen.eigenvalues();
     const Mat3& E = eigen.eigenvectors();
     const double mean = a.sum() / 3, most = a(2);
-    Vec3 inverse = Vec3::Zero(), ratio = Vec3::Zero();
+    Vec3 inverse = Vec3::Zero(), ratio = Vec3::Ones();
     for (int i = 0; i < 3; ++i) {
         if (!(a(i) > kFlattest * most)) continue;
         inverse(i) = 1 / a(i);

@@ -33,7 +33,8 @@ struct GroupShape {
     StretchBasis stretch;        // of A_qq
     // Of the members' part of A_qq, sum a_i e_i e_i^T:
     Mat3 affine_inverse = Mat3::Zero();    // pseudo-inverse: F = A_pq affine_inverse, 1/(kg m2)
-    Mat3 isotropy = Mat3::Identity();      // Q = sum (s_i / a_i) e_i e_i^T, s_i = tr / 3 bounded in thin directions
+    Mat3 isotropy = Mat3::Identity();      // Q = sum (s_i / a_i) e_i e_i^T, s_i = tr / 3 bounded in thin directions;
+                                           // s_i = a_i in flat ones
     Mat3 stiffness_moment = Mat3::Zero();  // sum s_i e_i e_i^T, kg m2
     double most_isotropy = 1;              // largest s_i / a_i, or 1
     Mat3 volume_gradient = Mat3::Zero();   // W ~ A_qq^-1, bounded: tr(R^T A_pq W) - volume_rest measures volume strain

@@ -1,7 +1,9 @@
 // Energy of a state, computed from the formulas of docs/theory.md and not by the solver's own code.
 #pragma once
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
+#include <algorithm>
 
 #include "solver/motion.h"
 #include "solver/solver.h"
@@ -12,7 +14,7 @@ struct Energy {
     double motion = 0;   // of particles' centres, J
     double turning = 0;  // of particles about their centres, J
     double rigid = 0;    // of rigid bodies, J
-    double elastic = 0;  // of groups, without the pressure term: exact for Poisson's ratio 0, J
+    double elastic = 0;  // of groups, J
     double height = 0;   // in gravity, J
     double kinetic() const { return motion + turning + rigid; }
     double total() const { return kinetic() + elastic + height; }
@@ -27,49 +29,99 @@ inline Mat3 nearest_rotation(const Mat3& A) {
     return svd.matrixU() * sign * svd.matrixV().transpose();
 }
 
-inline Vec3 mean(const SimulationMesh& rest, const std::vector<uint32_t>& members, const std::vector<Vec3>& x) {
-    Vec3 sum = Vec3::Zero();
-    double mass = 0;
-    for (uint32_t j : members) sum += rest.mass[j] * x[j], mass += rest.mass[j];
-    return sum / mass;
+/// Eigenvalues a_i (ascending) and vectors of a positive semidefinite matrix, and sum f(a_i) e_i e_i^T of it.
+struct Spectrum {
+    Vec3 a;
+    Mat3 e;
+    explicit Spectrum(const Mat3& A) {
+        const Eigen::SelfAdjointEigenSolver<Mat3> eigen(A);
+        a = eigen.eigenvalues(), e = eigen.eigenvectors();
+    }
+    template <class Function>
+    Mat3 map(Function f) const {
+        return e * a.unaryExpr(f).asDiagonal() * e.transpose();
+    }
+};
+
+// A member of a group: its weight, mass, goal before turning and present offset, and D and N of its ellipsoid.
+struct Member {
+    double w, m;
+    Vec3 q, p;
+    Mat3 D, N;
+};
+
+inline double member_weight(const SimulationMesh& rest, uint32_t edge) {
+    if (edge == SimulationMesh::kNone) return 1;
+    const Edge& e = rest.edges[edge];
+    return std::clamp(4 * e.area / std::cbrt(rest.volume[e.a] * rest.volume[e.b]), 0.02, 1.0);
 }
 
-/// k_g/2 { sum m_j |x_j - c - R q_j|^2 + 2 sum [tr N_j - tr(D_j N_j R^T)] },   k_g = 6 mu V_g / tr(rest one-ring).
-inline double elastic_energy(const SimulationMesh& rest, const Material& material, const FrameState& state,
-                             uint32_t g) {
-    std::vector<uint32_t> ring, live;
-    for (uint32_t s = rest.group_offset[g]; s < rest.group_offset[g + 1]; ++s) {
-        ring.push_back(rest.group_member[s]);
-        const uint32_t edge = rest.member_edge[s];
-        if (edge == SimulationMesh::kNone || state.edge_intact[edge]) live.push_back(rest.group_member[s]);
-    }
-    if (live.size() < 2) return 0;
-    double trace = 0;
-    const Vec3 ring_center = mean(rest, ring, rest.rest_position);
-    for (uint32_t j : ring) trace += rest.mass[j] * (rest.rest_position[j] - ring_center).squaredNorm();
-    const double k = 3 * material.youngs_modulus / (1 + material.poisson_ratio) * rest.volume[g] / trace;
+/// Weighted second moment of the rest positions of the whole one-ring, kg m2.
+inline double rest_trace(const SimulationMesh& rest, uint32_t g) {
+    Vec3 center = Vec3::Zero();
+    double mass = 0, trace = 0;
+    for (const bool second : {false, true})
+        for (uint32_t s = rest.group_offset[g]; s < rest.group_offset[g + 1]; ++s) {
+            const uint32_t j = rest.group_member[s];
+            const double m = member_weight(rest, rest.member_edge[s]) * rest.mass[j];
+            if (second)
+                trace += m * (rest.rest_position[j] - center / mass).squaredNorm();
+            else
+                center += m * rest.rest_position[j], mass += m;
+        }
+    return trace;
+}
 
+inline std::vector<Member> living_members(const SimulationMesh& rest, const FrameState& state, uint32_t g) {
+    std::vector<Member> members;
     const Mat3& F_P = state.plastic_deformation[g];
-    const Vec3 rest_center = mean(rest, live, rest.rest_position), center = mean(rest, live, state.position);
-    Mat3 A_pq = Mat3::Zero();
-    std::vector<Mat3> D, N;
-    for (uint32_t j : live) {
+    Vec3 rest_center = Vec3::Zero(), center = Vec3::Zero();
+    double mass = 0;
+    for (uint32_t s = rest.group_offset[g]; s < rest.group_offset[g + 1]; ++s) {
+        const uint32_t j = rest.group_member[s], edge = rest.member_edge[s];
+        if (edge != SimulationMesh::kNone && !state.edge_intact[edge]) continue;
         const Mat3 Q = rest.rest_orientation[j].toRotationMatrix();
         const Vec3 A_j = rest.mass[j] / 5 * rest.radii[j].cwiseProduct(rest.radii[j]);
-        N.push_back(F_P * Q * A_j.asDiagonal() * Q.transpose() * F_P.transpose());
-        D.push_back(state.orientation[j].toRotationMatrix() * Q.transpose());
-        A_pq += rest.mass[j] * (state.position[j] - center) * (F_P * (rest.rest_position[j] - rest_center)).transpose();
-        A_pq += D.back() * N.back();
+        members.push_back({member_weight(rest, edge), rest.mass[j], rest.rest_position[j], state.position[j],
+                           state.orientation[j].toRotationMatrix() * Q.transpose(),
+                           F_P * Q * A_j.asDiagonal() * Q.transpose() * F_P.transpose()});
+        const Member& i = members.back();
+        rest_center += i.w * i.m * i.q, center += i.w * i.m * i.p, mass += i.w * i.m;
     }
-    const Mat3 R = nearest_rotation(A_pq);
-    double energy = 0;
-    for (size_t i = 0; i < live.size(); ++i) {
-        const uint32_t j = live[i];
-        const Vec3 goal = center + R * F_P * (rest.rest_position[j] - rest_center);
-        energy += 0.5 * rest.mass[j] * (state.position[j] - goal).squaredNorm();
-        energy += N[i].trace() - (D[i] * N[i] * R.transpose()).trace();
+    for (Member& i : members) i.q = F_P * (i.q - rest_center / mass), i.p -= center / mass;
+    return members;
+}
+
+/// E_g of docs/theory.md, "The step".
+inline double elastic_energy(const SimulationMesh& rest, const Material& material, const FrameState& state,
+                             uint32_t g) {
+    const std::vector<Member> members = living_members(rest, state, g);
+    if (members.size() < 2) return 0;
+    constexpr double kOrientations = 0.15, kStretches = 0.02, kThinnest = 0.25, kFlat = 1e-6;
+    Mat3 A_pq = Mat3::Zero(), A_qq = Mat3::Zero(), turned = Mat3::Zero(), ellipsoids = Mat3::Zero();
+    for (const Member& i : members) {
+        A_pq += i.w * i.m * i.p * i.q.transpose(), A_qq += i.w * i.m * i.q * i.q.transpose();
+        turned += i.w * i.D * i.N, ellipsoids += i.w * i.N;
     }
-    return k * energy;
+    const Spectrum spectrum(A_qq), with_ellipsoids(A_qq + kStretches * ellipsoids);
+    const double most = spectrum.a.maxCoeff(), a_max = with_ellipsoids.a.maxCoeff();
+    const auto thick = [&](double a) { return a > kFlat * most; };
+    const Mat3 inverse = spectrum.map([&](double a) { return thick(a) ? 1 / a : 0.0; });
+    const Mat3 flat = spectrum.map([&](double a) { return thick(a) ? 0.0 : 1.0; });
+    const Mat3 Q =
+        spectrum.map([&](double a) { return thick(a) ? A_qq.trace() / 3 / std::max(a, kThinnest * most) : 1; });
+    const Mat3 R = nearest_rotation(A_pq * Q + kOrientations * turned), F = A_pq * inverse + R * flat;
+    const Mat3 W = with_ellipsoids.map([&](double a) { return 1 / std::max(a, kThinnest * a_max); });
+
+    double sum = ((F - R) * Q * A_qq * (F - R).transpose()).trace();
+    for (const Member& i : members) {
+        sum += i.w * i.m * (i.p - F * i.q).squaredNorm();
+        sum += 2 * kOrientations * i.w * (i.N.trace() - (i.D * i.N * R.transpose()).trace());
+    }
+    const double nu = material.poisson_ratio, mu = material.youngs_modulus / (2 * (1 + nu));
+    const double volume = rest.volume[g] / rest_trace(rest, g), lambda = 2 * mu * nu / (1 - 2 * nu);
+    const double pressed = (R.transpose() * A_pq * W).trace() - (A_qq * W).trace();
+    return 3 * mu * volume * sum + lambda / 2 * volume * A_qq.trace() * pressed * pressed;
 }
 
 }  // namespace detail
