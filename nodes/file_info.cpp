@@ -6,6 +6,7 @@
 
 #include "fracture_tools/mesh_checks.h"
 #include "fracture_tools/mesh_io.h"
+#include "fracture_tools/suggest_pieces.h"
 #include "nodes/graph.h"
 #include "nodes/manifest.h"
 #include "nodes/mesh_frame_file.h"
@@ -42,6 +43,9 @@ Result<Lines> describe_mesh(const std::string& path) {
     for (const std::string& name : mesh->material_names) lines.push_back("material       " + name);
     lines.push_back(std::string("UVs, normals   ") + (mesh->corner_uvs.empty() ? "no" : "yes") + ", " +
                     (mesh->corner_normals.empty() ? "no" : "yes"));
+    if (r.is_solid())
+        lines.push_back(format("pieces         about %d, %d or %d to deform within 10, 5 or 2 %% of the continuum",
+                               suggest_pieces(*mesh, 0.1), suggest_pieces(*mesh, 0.05), suggest_pieces(*mesh, 0.02)));
     lines.push_back(r.is_solid() ? "bounds a solid" : "bounds no solid:");
     for (const std::string& fault : r.faults) lines.push_back("  " + fault);
     return lines;

@@ -41,7 +41,7 @@ def test_info_tells_what_things_are(sunder, scene, tmp_path):
     scene()
     assert sunder("bake", "scene.json", "-o", "out", "--frames", "1:2").status == 0
     for path, needles in {
-        "mesh.obj": ["mesh", "volume", "1 m3", "bounds a solid"],
+        "mesh.obj": ["mesh", "volume", "1 m3", "pieces", "bounds a solid"],
         "scene.json": ["graph", "sim: solver", "1 to 10"],
         "out": ["2 of 1 to 2", "complete"],
         "out/manifest.json": ["bake"],
