@@ -83,6 +83,35 @@ TEST(error_budget, a_smaller_budget_takes_more_substeps) {
     }
 }
 
+// When a ductile bar first tears whose head is pulled with a speed that grows to 1 m/s in a quarter second, s.
+double first_tear(int substeps, double budget) {
+    Scene scene = test::lattice_scene({});
+    test::add_pin(scene, [](const Vec3& x) { return x.z() < 0.1; });
+    test::add_pin(scene, [](const Vec3& x) { return x.z() > 0.9; });
+    Material material;
+    material.youngs_modulus = 2e6, material.yield = 0.05, material.flow_rate = 5, material.toughness = 0.15;
+    const auto solver = test::make_solver(scene);
+    FrameState state = solver->initial_state({material});
+    SolverSettings settings;
+    settings.substeps = substeps, settings.iterations = 1, settings.error_budget = budget;
+    const auto height = [](double t) { return t < 0.25 ? 2 * t * t : t - 0.125; };  // m
+    for (int f = 0; f < 24 && state.broken.empty(); ++f) {
+        FrameInput in = test::quiet_input(scene, material);
+        in.pins[1].begin.position.z() = height(f / 24.0), in.pins[1].end.position.z() = height((f + 1) / 24.0);
+        test::advance(*solver, in, settings, state);
+    }
+    return state.broken.empty() ? -1 : state.broken.front().time;
+}
+
+TEST(error_budget, a_tear_under_a_pull_that_sets_in_gradually_comes_in_time) {
+    const double limit = first_tear(320, 0);
+    for (const double budget : {0.05, 0.02}) {
+        const double found = first_tear(1, budget);
+        std::printf("budget %.2f: first tear at %.4f s, in the limit %.4f s\n", budget, found, limit);
+        EXPECT_NEAR(found, limit, budget * limit);
+    }
+}
+
 TEST(error_budget, a_resumed_fall_takes_the_same_steps_to_the_same_bits) {
     Block whole(0.1, 1, Vec3(0, 0, -2));
     whole.material.yield = 0.03, whole.material.toughness = 0.1;

@@ -29,6 +29,7 @@ CASES = {
 }
 WORST, BEST = 3.0, 1e-3  # what the axis shows; errors beyond are drawn on its edge
 INK, MUTED = "#22272e", "#6a737d"
+HELD, MISSED = "#9ecae9", "#f4a3a3"  # error budgets
 
 
 def read(path):
@@ -102,7 +103,13 @@ def draw_panel(axes, rows, budgeted):
 def draw_budgets(axes, rows):
     rows = sorted(rows, key=lambda r: r["cpu_s_per_s"])
     axes.plot([r["cpu_s_per_s"] for r in rows], [shown(r["error"]) for r in rows], color=INK, linewidth=0.9,
-              linestyle=":", marker="D", markersize=5, markerfacecolor="#9ecae9", markeredgewidth=0.9, zorder=4)
+              linestyle=":", zorder=4)
+    for row in rows:  # a bar at what is allowed, joined to what was reached
+        x, reached, allowed = row["cpu_s_per_s"], shown(row["error"]), shown(row["error_budget"])
+        axes.plot([x, x], [reached, allowed], color=INK, linewidth=0.9, zorder=4)
+        axes.scatter(x, allowed, s=70, marker="_", color=INK, linewidths=1.4, zorder=4)
+        axes.scatter(x, reached, s=26, marker="D", edgecolors=INK, linewidths=0.9, zorder=5,
+                     facecolors=HELD if row["error"] <= row["error_budget"] else MISSED)
     for row in rows[:1] + rows[-1:]:
         axes.annotate(percent(row["error_budget"], None), (row["cpu_s_per_s"], shown(row["error"])), xytext=(-6, -11),
                       textcoords="offset points", ha="right", fontsize=8, color=INK, zorder=6)
@@ -161,8 +168,10 @@ def draw(rows, stem):
     handles += [
         Line2D([], [], color="#f2c94c", alpha=0.45, linewidth=9, label="Pareto front of all"),
         Line2D([], [], marker="*", markersize=13, color="white", markeredgecolor=INK, linestyle="", label="presets, 320 particles"),
-        Line2D([], [], marker="D", markersize=5, color=INK, linewidth=0.9, linestyle=":", markerfacecolor="#9ecae9",
-               label="projective within an error budget"),
+        Line2D([], [], marker="D", markersize=5, color=INK, linewidth=0.9, linestyle=":", markerfacecolor=HELD,
+               label="projective, error budget (bar) held"),
+        Line2D([], [], marker="D", markersize=5, color=INK, linewidth=0.9, linestyle=":", markerfacecolor=MISSED,
+               label="the same, budget missed"),
         Line2D([], [], marker="o", markersize=4, color=MUTED, alpha=0.5, linestyle="", label="one run"),
         Line2D([], [], marker="x", markersize=5, color=MUTED, linestyle="", label="no answer, or lost"),
     ]
