@@ -71,7 +71,7 @@ def main():
     options.engine = "cycles"
     render_bake.set_engine(options)
     scene = bpy.context.scene
-    scene.render.resolution_y = int(options.width * 0.42)
+    scene.render.resolution_y = int(options.width * 0.36)
     inner = render_bake.material("inside", render_bake.INNER_COLOR, 0.7)
     right, ground = 0.0, []
     for i, folder in enumerate(options.cuts):
