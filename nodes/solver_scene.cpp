@@ -9,6 +9,7 @@ namespace {
 
 void add(KeyHasher& io_hasher, const Shape& s) {
     io_hasher.add(static_cast<int>(s.kind)).add(s.radius).add(s.half_extents).add(s.half_height);
+    if (s.kind == ShapeKind::mesh) io_hasher.add(s.grid->key);
 }
 
 void add(KeyHasher& io_hasher, const Material& m) {

@@ -31,6 +31,7 @@ struct BodyValue {
 struct ColliderValue {
     Collider collider;
     Pose pose;
+    std::vector<std::string> warnings = {};  // of what was done to its mesh
 };
 
 /// Particles of one body that are held, and where they are held at the frame asked for.

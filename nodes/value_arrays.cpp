@@ -304,6 +304,11 @@ Json json_of(const Shape& s) {
             return {{"kind", "box"}, {"half_extents", json_of(s.half_extents)}};
         case ShapeKind::capsule:
             return {{"kind", "capsule"}, {"radius", s.radius}, {"half_height", s.half_height}};
+        case ShapeKind::mesh:
+            return {{"kind", "mesh"},
+                    {"voxel_size", s.grid->voxel_size},
+                    {"nodes", s.grid->nodes},
+                    {"bounds", {json_of(s.grid->bounds.min), json_of(s.grid->bounds.max)}}};
     }
     return nullptr;
 }
@@ -337,7 +342,10 @@ Json info_of(const RigidBody& r) {
     return {{"name", r.name}, {"shape", json_of(r.shape)}, {"mass", r.mass}, {"pose", json_of(r.pose)}};
 }
 Json info_of(const ColliderValue& c) {
-    return {{"name", c.collider.name}, {"shape", json_of(c.collider.shape)}, {"pose", json_of(c.pose)}};
+    return {{"name", c.collider.name},
+            {"shape", json_of(c.collider.shape)},
+            {"pose", json_of(c.pose)},
+            {"warnings", c.warnings}};
 }
 Json info_of(const PinValue& p) {
     return {{"name", p.name}, {"on_body", p.body}, {"pose", json_of(p.pose)}, {"active", p.active}};

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "solver/data/frame_state.h"
 #include "solver/data/result.h"
+#include "solver/data/signed_distance_grid.h"
 #include "solver/data/simulation_mesh.h"
 
 namespace sunder {
@@ -52,15 +54,16 @@ struct Pin {
     std::vector<uint32_t> particles;  // scene particles, ascending
 };
 
-enum class ShapeKind { plane, sphere, box, capsule };
+enum class ShapeKind { plane, sphere, box, capsule, mesh };
 
 /// A solid in its own frame: plane z <= 0; sphere of `radius`; box of `half_extents`; capsule along z,
-/// `radius` around the segment |z| <= half_height.
+/// `radius` around the segment |z| <= half_height; mesh where `grid` is negative.
 struct Shape {
     ShapeKind kind = ShapeKind::sphere;
-    double radius = 0.5;                      // m, > 0
-    Vec3 half_extents = Vec3::Constant(0.5);  // m, > 0
-    double half_height = 0.5;                 // m, > 0
+    double radius = 0.5;                       // m, > 0
+    Vec3 half_extents = Vec3::Constant(0.5);   // m, > 0
+    double half_height = 0.5;                  // m, > 0
+    const SignedDistanceGrid* grid = nullptr;  // of a mesh: its Collider owns it
 };
 
 /// Moves as it is told, is pushed by nothing.
@@ -68,6 +71,7 @@ struct Collider {
     std::string name;
     Shape shape;
     double friction = 0.5, restitution = 0.0;
+    std::shared_ptr<const SignedDistanceGrid> grid = {};  // what shape.grid points to
 };
 
 /// Pushes and is pushed with its mass. Sphere or box.

@@ -68,6 +68,16 @@ Status check_scene(const Scene& scene) {
             if (i >= n)
                 return bad_input("pin '" + pin.name + "'",
                                  "holds particle " + std::to_string(i) + " of " + std::to_string(n));
+    for (const Collider& collider : scene.colliders) {
+        const std::string where = "collider '" + collider.name + "'";
+        const SignedDistanceGrid* grid = collider.shape.grid;
+        if (collider.shape.kind != ShapeKind::mesh) continue;
+        if (!grid || grid != collider.grid.get())
+            return bad_input(where, "is a mesh without a distance grid of its own");
+        const size_t n_nodes = size_t(grid->nodes[0]) * grid->nodes[1] * grid->nodes[2];
+        if (std::ranges::min(grid->nodes) < 2 || grid->distance.size() != n_nodes || !(grid->voxel_size > 0))
+            return bad_input(where, "has a distance grid of fewer values than nodes, or none");
+    }
     for (const RigidBody& body : scene.rigid_bodies) {
         const std::string where = "rigid body '" + body.name + "'";
         if (body.shape.kind != ShapeKind::sphere && body.shape.kind != ShapeKind::box)

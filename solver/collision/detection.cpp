@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "solver/collision/first_touch.h"
+#include "solver/collision/grid_contacts.h"
 
 namespace sunder {
 namespace {
@@ -174,6 +175,7 @@ void contacts_of_pairs(const DetectionInput& in, std::span<const Aabb> boxes, st
 void contacts_with_colliders(const DetectionInput& in, std::span<const Aabb> boxes, size_t begin, size_t end,
                              std::vector<Contact>& out) {
     const double h = in.duration;
+    std::vector<Separation> on_mesh;
     for (size_t k = begin; k < end; ++k) {
         const auto i = static_cast<uint32_t>(k);
         if (is_driven(in, i)) continue;
@@ -196,7 +198,13 @@ void contacts_with_colliders(const DetectionInput& in, std::span<const Aabb> box
             box.max.array() += turning;
             if (!overlap(box, bounding_box(placed))) continue;
             const double reach = in.margin + turning_reach(in, i) + turning;
-            if (is_particle(in, i)) {
+            if (placed.shape.kind == ShapeKind::mesh) {
+                if (is_particle(in, i))
+                    grid_contacts(in.particles[i], placed, shift, reach, on_mesh);
+                else
+                    grid_contacts(rigid(in, i), placed, shift, reach, on_mesh);
+                for (const Separation& s : on_mesh) add(i, Contact::kStatic | c, s, out);
+            } else if (is_particle(in, i)) {
                 const auto at = [&](const Vec3& offset) {
                     Ellipsoid a = in.particles[i];
                     a.center += offset;

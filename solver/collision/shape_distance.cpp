@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "solver/collision/box_contacts.h"
+#include "solver/collision/grid_distance.h"
 #include "solver/collision/support_ascent.h"
 
 namespace sunder {
@@ -140,6 +141,8 @@ double bounding_radius(const Shape& shape) {
             return shape.half_extents.norm();
         case ShapeKind::capsule:
             return shape.radius + shape.half_height;
+        case ShapeKind::mesh:
+            return shape.grid->bounds.max.cwiseAbs().cwiseMax(shape.grid->bounds.min.cwiseAbs()).norm();
     }
     return kInfinity;
 }
@@ -160,6 +163,12 @@ Aabb bounding_box(const PlacedShape& placed) {
         case ShapeKind::capsule:
             half = Q.col(2).cwiseAbs() * shape.half_height + Vec3::Constant(shape.radius);
             break;
+        case ShapeKind::mesh: {
+            const Aabb& bounds = shape.grid->bounds;
+            const Vec3 center = placed.pose.apply(0.5 * (bounds.min + bounds.max));
+            half = Q.cwiseAbs() * (0.5 * (bounds.max - bounds.min));
+            return {center - half, center + half};
+        }
     }
     return {placed.pose.position - half, placed.pose.position + half};
 }
@@ -175,6 +184,8 @@ Separation ellipsoid_shape_distance(const Ellipsoid& a, const PlacedShape& b) {
             return ellipsoid_rounded_box(a, b.pose, shape.half_extents, 0);
         case ShapeKind::capsule:
             return ellipsoid_rounded_box(a, b.pose, Vec3(0, 0, shape.half_height), shape.radius);
+        case ShapeKind::mesh:
+            return ellipsoid_grid_contacts(a, *shape.grid, b.pose).points[0];
     }
     assert(false);
     return {};
@@ -199,6 +210,8 @@ Separation point_shape_distance(const Vec3& point, const PlacedShape& b) {
             const double z = std::clamp(b.pose.inverse_apply(point).z(), -shape.half_height, shape.half_height);
             return point_core(point, b.pose.apply(Vec3(0, 0, z)), shape.radius, b.pose.orientation * Vec3::UnitX());
         }
+        case ShapeKind::mesh:
+            return point_grid_distance(point, *shape.grid, b.pose);
     }
     assert(false);
     return {};
@@ -206,6 +219,7 @@ Separation point_shape_distance(const Vec3& point, const PlacedShape& b) {
 
 Manifold rigid_contacts(const PlacedShape& a, const PlacedShape& b) {
     Manifold m;
+    if (b.shape.kind == ShapeKind::mesh) return rigid_grid_contacts(a, *b.shape.grid, b.pose, kInfinity);
     if (a.shape.kind == ShapeKind::sphere) {
         m.add(grown(point_shape_distance(a.pose.position, b), a.shape.radius));
         return m;
@@ -221,6 +235,8 @@ Manifold rigid_contacts(const PlacedShape& a, const PlacedShape& b) {
             return box_box_contacts(a, b);
         case ShapeKind::capsule:
             return box_capsule_contacts(a, b);
+        case ShapeKind::mesh:
+            break;  // above
     }
     return m;
 }
