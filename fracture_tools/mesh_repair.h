@@ -41,8 +41,8 @@ struct RepairedMesh {
 /// have a neighbour's. Crossings stay, and are told.
 ///
 /// Errors, with the place of the fault: no triangles, coordinates that are not finite, no volume; a sheet (a
-/// border longer than half its shell's diagonal, with more than 15 % of its area within) without a thickness; faults that
-/// are left; cancelled.
+/// border longer than half its shell's diagonal, with more than 15 % of its area within) without a thickness; faults
+/// that are left; cancelled.
 Result<RepairedMesh> repair_mesh(const TriMesh& mesh, const RepairSettings& settings, const std::string& where,
                                  std::vector<std::string>& io_warnings, const Progress& progress = {});
 
