@@ -11,6 +11,7 @@
 #include "fracture_tools/repair_shells.h"
 #include "fracture_tools/repair_surface.h"
 #include "fracture_tools/repair_thickness.h"
+#include "fracture_tools/repair_union.h"
 #include "fracture_tools/repair_walls.h"
 #include "fracture_tools/repair_wrap.h"
 
@@ -88,19 +89,23 @@ public:
         }
         if (!progress.report(0.6, "looking for crossings")) return cancelled();
         wrap_may_help_ = true;
-        const std::vector<std::array<uint32_t, 2>> crossing = crossing_triangles(mesh_);
-        if (!progress.report(0.9, "orienting shells")) return cancelled();
-        const Vec3 first_crossing =
-            crossing.empty() ? Vec3::Zero() : mesh_.positions[mesh_.triangles[crossing[0][0]][0]];
+        std::vector<std::array<uint32_t, 2>> crossing = crossing_triangles(mesh_);
+        if (!progress.report(0.8, "orienting shells")) return cancelled();
         const ShellReport shells = arrange_shells(mesh_, sense_, crossing);
         is_changed_ |= shells.turned + shells.buried + shells.flat > 0;
         if (shells.flat == shells.n_shells) {
             wrap_may_help_ = false;
             return bad_input(where_, "the mesh bounds no solid: no volume", "give a solid, or a sheet and a thickness");
         }
+        if (!progress.report(0.9, "uniting shells")) return cancelled();
+        if (shells.buried + shells.flat > 0) crossing = crossing_triangles(mesh_);
+        if (const size_t n = unite_shells(mesh_, crossing); n > 0) {
+            told.push_back(std::to_string(n) + " shells that cross or touch united");
+            crossing = crossing_triangles(mesh_);
+        }
         if (is_changed_)
             if (Status s = require_solid(mesh_, where_); !s) return s.error();
-        tell(shells, crossing.size(), first_crossing);
+        tell(shells, crossing);
         return RepairedMesh{std::move(mesh_), crossing.size(), false};
     }
 
@@ -207,7 +212,7 @@ private:
         return {};
     }
 
-    void tell(const ShellReport& shells, size_t n_crossings, const Vec3& first_crossing) {
+    void tell(const ShellReport& shells, std::span<const std::array<uint32_t, 2>> crossing) {
         if (n_dropped_ > 0)
             told.push_back(
                 counted(n_dropped_, "degenerate or duplicate triangle", "degenerate or duplicate triangles") +
@@ -221,10 +226,10 @@ private:
         if (shells.flat > 0)
             told.push_back(counted(shells.flat, "shell", "shells") + " without volume dropped, first near " +
                            place_text(shells.first_flat));
-        if (n_crossings > 0)
+        if (!crossing.empty())
             told.push_back("the surface crosses or touches itself at " +
-                           counted(n_crossings, "pair of triangles", "pairs of triangles") + ", first near " +
-                           place_text(first_crossing));
+                           counted(crossing.size(), "pair of triangles", "pairs of triangles") + ", first near " +
+                           place_text(mesh_.positions[mesh_.triangles[crossing[0][0]][0]]));
     }
 
     const TriMesh& source_;

@@ -37,8 +37,8 @@ struct RepairedMesh {
 ///
 /// Keeping triangles: equal positions and borders closer than a millionth of the diagonal are welded, duplicate and
 /// degenerate triangles dropped, surfaces parted where they touch themselves, holes closed, sheets given thickness,
-/// shells oriented (arrange_shells). Triangles that stay keep corner attributes and material; those that close a hole
-/// have a neighbour's. Crossings stay, and are told.
+/// shells oriented (arrange_shells), shells that cross one another united. Triangles that stay keep corner attributes
+/// and material; those that close a hole have a neighbour's. Crossings stay, and are told.
 ///
 /// Errors, with the place of the fault: no triangles, coordinates that are not finite, no volume; a sheet (a
 /// border longer than half its shell's diagonal, with more than 15 % of its area within) without a thickness; faults

@@ -91,6 +91,37 @@ std::vector<Origin> carry_attributes(const TriMesh& source, TriMesh& io_mesh) {
     return origin;
 }
 
+void carry_cut_attributes(const TriMesh& source, TriMesh& io_mesh) {
+    const TriangleFinder finder(source);
+    const SurfaceLookup lookup(source);
+    for (uint32_t t = 0; t < io_mesh.triangles.size(); ++t) {
+        std::array<Vec3, 3> at, weights;
+        for (int c = 0; c < 3; ++c) at[c] = io_mesh.positions[io_mesh.triangles[t][c]];
+        std::array<uint32_t, 3> from{};
+        const bool is_whole = finder.find(corner_keys(io_mesh, t), from);
+        const uint32_t home = is_whole ? from[0] / 3 : lookup.nearest((at[0] + at[1] + at[2]) / 3).triangle;
+        const auto& [a, b, d] = source.triangles[home];
+        for (int c = 0; c < 3; ++c)
+            weights[c] = is_whole
+                             ? Vec3(Vec3::Unit(from[c] % 3))
+                             : nearest_on_triangle(at[c], source.positions[a], source.positions[b], source.positions[d])
+                                   .barycentric;
+        if (!source.triangle_material.empty()) io_mesh.triangle_material.push_back(source.triangle_material[home]);
+        for (const Vec3& w : weights) {
+            Vec2f uv = Vec2f::Zero();
+            Vec3f n = Vec3f::Zero();
+            for (uint32_t k = 0; k < 3; ++k) {
+                if (!source.corner_uvs.empty()) uv += float(w[k]) * source.corner_uvs[3 * home + k];
+                if (!source.corner_normals.empty()) n += float(w[k]) * source.corner_normals[3 * home + k];
+            }
+            if (!source.corner_uvs.empty()) io_mesh.corner_uvs.push_back(uv);
+            if (!source.corner_normals.empty()) io_mesh.corner_normals.push_back(is_whole ? n : Vec3f(n.normalized()));
+        }
+    }
+    io_mesh.material_names = source.material_names;
+    carry_groups(source, io_mesh);
+}
+
 void resample_attributes(const TriMesh& source, TriMesh& io_mesh) {
     const SurfaceLookup lookup(source);
     const SourceUvs uvs(source);

@@ -20,6 +20,10 @@ struct Origin {
 };
 std::vector<Origin> carry_attributes(const TriMesh& source, TriMesh& io_mesh);
 
+/// `io_mesh` has triangles of the source and parts of them, in any order. Gives each what its triangle has at its
+/// place.
+void carry_cut_attributes(const TriMesh& source, TriMesh& io_mesh);
+
 /// `io_mesh` is a new surface near the source: attributes are those of the nearest triangle (UVs go on beyond its
 /// border where that is a seam), groups have the vertices whose nearest triangle's nearest corner they have. Normals
 /// are left out: they belong to a surface that is no longer there.

@@ -241,10 +241,37 @@ TEST(MeshRepair, solids_that_share_a_wall_become_one_and_fins_go) {
     EXPECT_TRUE(tells(r, "1 triangle of walls and fins dropped, first edge near (0.5 0 0)"));
 }
 
-TEST(MeshRepair, crossing_surfaces_are_told) {
-    const Repaired r = repaired(joined(make_box(), make_box(), Vec3(0.5, 0.25, 0.1)));
-    ASSERT_FALSE(r.warnings.empty());
-    EXPECT_NE(r.warnings.front().find("crosses or touches itself"), std::string::npos);
+TEST(MeshRepair, shells_that_cross_are_united_and_keep_what_is_left_of_their_triangles) {
+    TriMesh mesh = joined(make_box(), make_box(), Vec3(0.5, 0.25, 0.1));
+    mesh.material_names = {"a", "b"};
+    for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        mesh.triangle_material.push_back(t < 12 ? 0 : 1);
+        for (uint32_t v : mesh.triangles[t])  // tells the place: x and y + 3 z
+            mesh.corner_uvs.push_back(
+                Vec2f(float(mesh.positions[v].x()), float(mesh.positions[v].y() + 3 * mesh.positions[v].z())));
+    }
+    const Repaired r = repaired(mesh);
+    EXPECT_NEAR(mesh_volume(r.mesh), 2 - 0.5 * 0.75 * 0.9, 1e-12);
+    EXPECT_TRUE(tells(r, "2 shells that cross or touch united"));
+    ASSERT_EQ(r.mesh.corner_uvs.size(), 3 * r.mesh.triangles.size());
+    for (uint32_t t = 0; t < r.mesh.triangles.size(); ++t)
+        for (uint32_t c = 0; c < 3; ++c) {
+            const Vec3& p = r.mesh.positions[r.mesh.triangles[t][c]];
+            EXPECT_LT((r.mesh.corner_uvs[3 * t + c] - Vec2f(float(p.x()), float(p.y() + 3 * p.z()))).norm(), 1e-6f);
+            if (p.x() > 1.01) EXPECT_EQ(r.mesh.triangle_material[t], 1);
+            if (p.x() < 0.49) EXPECT_EQ(r.mesh.triangle_material[t], 0);
+        }
+    // The walls of a face that both have, one beside the other.
+    const Repaired beside = repaired(joined(make_box(), make_box(), Vec3(1, 0.3, 0.2)));
+    EXPECT_NEAR(mesh_volume(beside.mesh), 2, 1e-12);
+    EXPECT_NEAR(mesh_area(beside.mesh), 12 - 2 * 0.7 * 0.8, 1e-12);
+}
+
+TEST(MeshRepair, a_surface_that_crosses_itself_is_told) {
+    TriMesh torus = make_torus(0.35, 0.15, 24, 12);
+    torus.positions[60] *= -1.1;
+    const Repaired r = repaired(torus);
+    EXPECT_TRUE(tells(r, "crosses or touches itself"));
 }
 
 TEST(MeshRepair, triangles_that_stay_keep_material_uvs_and_turned_normals) {

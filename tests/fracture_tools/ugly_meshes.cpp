@@ -190,18 +190,27 @@ std::vector<UglyMesh> make_list() {
          kAnew, true, 1, kWrap});
     add({"many_shells", "a torus and 200 crumbs", many_crumbs, "", true, torus + 200 * 6.4e-8});
     // Crossings.
-    add({"overlap", "two boxes that overlap", [] { return joined(make_box(), make_box(), Vec3(0.5, 0.25, 0.1)); },
-         kAnew, true, 2 - 0.5 * 0.75 * 0.9, kWrap});
-    add({"overlap_keep",
-         "the same, with repair keep",
-         [] { return joined(make_box(), make_box(), Vec3(0.5, 0.25, 0.1)); },
-         "overlap",
-         false,
-         0,
-         0,
-         {.mode = RepairMode::keep}});
+    const double both = 2 - 0.5 * 0.75 * 0.9;
+    const auto overlap = [] { return joined(make_box(), make_box(), Vec3(0.5, 0.25, 0.1)); };
+    add({"overlap", "two boxes that overlap", overlap, "2 shells that cross or touch united", true, both});
+    add({"overlap_wrapped",
+         "the same, with repair wrap",
+         overlap,
+         kAnew,
+         true,
+         both,
+         kWrap,
+         {.mode = RepairMode::wrap, .wrap_detail = 0.04}});
     add({"touching", "two boxes that touch in part of a face",
-         [] { return joined(make_box(), make_box(), Vec3(1, 0.3, 0.2)); }, "", true, 2, kWrap});
+         [] { return joined(make_box(), make_box(), Vec3(1, 0.3, 0.2)); }, "2 shells that cross or touch united", true,
+         2});
+    add({"chain", "three rings through one another, crossing",
+         [] {
+             TriMesh mesh = make_torus();
+             for (double x : {0.55, 1.1}) mesh = joined(mesh, make_torus(), Vec3(x, 0.01, 0.02));
+             return mesh;
+         },
+         "3 shells that cross or touch united", true});
     add({"spikes", "vertices pulled through the other side", spikes, "crosses or touches itself", true});
     add({"shaken", "a torus shaken until it crosses itself",
          [] { return shaken(make_torus(0.35, 0.15, 32, 16), 0.03, 4); }, "", true});
@@ -214,9 +223,8 @@ std::vector<UglyMesh> make_list() {
     add({"overflow", "a coordinate of 1e300", [] { return with_coordinate(1e300); }, "too small or large", false});
     add({"tiny", "coordinates of 1e-6", [] { return scaled(make_torus(), 1e-6); }, "", true, torus * 1e-18});
     add({"huge", "coordinates of 1e6", [] { return scaled(make_torus(), 1e6); }, "", true, torus * 1e18});
-    add({"tiny_overlap", "overlapping boxes of 1e-6",
-         [] { return scaled(joined(make_box(), make_box(), Vec3(0.5, 0.25, 0.1)), 1e-6); }, kAnew, true,
-         (2 - 0.5 * 0.75 * 0.9) * 1e-18, kWrap});
+    add({"tiny_overlap", "overlapping boxes of 1e-6", [=] { return scaled(overlap(), 1e-6); },
+         "2 shells that cross or touch united", true, both * 1e-18});
     add({"far_away", "a torus of size 1, 1e6 from the origin",
          [] { return shifted(make_torus(), Vec3(1e6, -1e6, 1e6)); }, "", true, torus, 1e-8});
     add({"thin", "a plate a hundred thousand times wider than thick", [] { return make_box(Vec3(1, 1, 1e-5)); }, "",
