@@ -9,6 +9,7 @@
 #include "fracture_tools/mesh_checks.h"
 #include "fracture_tools/prefracture.h"
 #include "fracture_tools/surface_lookup.h"
+#include "fracture_tools/surface_uvs.h"
 
 namespace sunder {
 namespace {
@@ -84,42 +85,6 @@ void gather_vertices(const CellComplex& complex, FragmentSet& io_set) {
         for (Triangle& t : *triangles)
             for (uint32_t& v : t) v = number[v];
 }
-
-/// UVs of the source at points of the new surface.
-class SourceUvs {
-public:
-    explicit SourceUvs(const TriMesh& source) : source_(source), lookup_(source) {}
-
-    /// Of a corner at `p` of a face with centroid `middle`, which belongs to source triangle `home`. The nearest
-    /// point's UVs, unless they lie beyond a seam: then those that `home` would have if it went on.
-    Vec2f at(const Vec3& p, const Vec3& middle, uint32_t home) const {
-        const Vec2f extended = in_plane_of(home, p);
-        const SurfacePoint near = lookup_.nearest(p + 0.01 * (middle - p));  // from edges a little into the own face
-        const Vec2f exact = blend(near.triangle, near.barycentric);
-        const float spread = (extended - in_plane_of(home, middle)).norm();
-        return (exact - extended).norm() <= 1.5f * spread ? exact : extended;
-    }
-
-private:
-    Vec2f blend(uint32_t t, const Vec3& weights) const {
-        Vec2f uv = Vec2f::Zero();
-        for (int c = 0; c < 3; ++c) uv += float(weights[c]) * source_.corner_uvs[3 * t + c];
-        return uv;
-    }
-    /// Barycentric coordinates of the foot of p on the plane of t, which may be outside of t.
-    Vec2f in_plane_of(uint32_t t, const Vec3& p) const {
-        const Vec3 &a = source_.positions[source_.triangles[t][0]], &b = source_.positions[source_.triangles[t][1]],
-                   &c = source_.positions[source_.triangles[t][2]];
-        const Vec3 n = (b - a).cross(c - a);
-        if (n.squaredNorm() == 0) return source_.corner_uvs[3 * t];
-        const double v = (p - a).cross(c - a).dot(n) / n.squaredNorm(),
-                     w = (b - a).cross(p - a).dot(n) / n.squaredNorm();
-        return blend(t, Vec3(1 - v - w, v, w));
-    }
-
-    const TriMesh& source_;
-    SurfaceLookup lookup_;
-};
 
 /// On the source's own surface: each corner has what the source has there. Where it has no normals, what they would be:
 /// from the finer triangles others would follow, and show where it will break.

@@ -1,248 +1,304 @@
-// The only file that includes CGAL's polygon mesh processing for repair.
 #include "fracture_tools/mesh_repair.h"
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/border.h>
-#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
-#include <CGAL/Polygon_mesh_processing/orientation.h>
-#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
-#include <CGAL/Polygon_mesh_processing/repair_polygon_soup.h>
-#include <CGAL/Polygon_mesh_processing/self_intersections.h>
-#include <CGAL/Polygon_mesh_processing/stitch_borders.h>
-#include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
-#include <CGAL/Surface_mesh.h>
-
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
-#include <map>
+#include <optional>
 
 #include "fracture_tools/mesh_checks.h"
+#include "fracture_tools/repair_attributes.h"
+#include "fracture_tools/repair_holes.h"
+#include "fracture_tools/repair_shells.h"
+#include "fracture_tools/repair_surface.h"
+#include "fracture_tools/repair_thickness.h"
+#include "fracture_tools/repair_union.h"
+#include "fracture_tools/repair_walls.h"
+#include "fracture_tools/repair_wrap.h"
 
 namespace sunder {
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
-namespace PMP = CGAL::Polygon_mesh_processing;
-
-/// A border longer than this share of the bounding box's diagonal is no hole in a solid but the rim of a sheet.
-constexpr double kLargestHole = 0.5;
-
-std::string place(const Kernel::Point_3& p) {
-    char text[96];
-    std::snprintf(text, sizeof text, "(%.6g %.6g %.6g)", p.x(), p.y(), p.z());
-    return text;
-}
-
-/// Closes holes. Errors: one that is too large, or that CGAL cannot fill.
-Status close_holes(Surface& io_surface, double diagonal, const std::string& where, size_t& out_closed) {
-    std::vector<Surface::Halfedge_index> borders;
-    PMP::extract_boundary_cycles(io_surface, std::back_inserter(borders));
-    size_t open_edges = 0;
-    double largest = 0;
-    for (const auto start : borders) {
-        double perimeter = 0;
-        for (const auto h : CGAL::halfedges_around_face(start, io_surface)) {
-            ++open_edges;
-            perimeter += std::sqrt(
-                CGAL::squared_distance(io_surface.point(io_surface.source(h)), io_surface.point(io_surface.target(h))));
-        }
-        largest = std::max(largest, perimeter);
-    }
-    if (borders.empty()) return {};
-    const std::string open = "the mesh is open: " + std::to_string(open_edges) + " boundary edges, first near " +
-                             place(io_surface.point(io_surface.source(borders.front())));
-    if (largest > kLargestHole * diagonal) return bad_input(where, open, "close it, or give a sheet thickness");
-    for (const auto start : borders) {
-        std::vector<Surface::Face_index> faces;
-        PMP::triangulate_hole(io_surface, start, std::back_inserter(faces));
-        if (faces.empty()) return bad_input(where, open + ", and a hole could not be filled", "close it by hand");
-    }
-    out_closed = borders.size();
-    return {};
-}
-
-struct Chain {
-    Surface surface;
-    size_t n_holes = 0, n_self_intersections = 0;
-};
-
-Result<Chain> run_chain(const TriMesh& mesh, double diagonal, const std::string& where) {
-    std::vector<Kernel::Point_3> points;
-    for (const Vec3& p : mesh.positions) points.emplace_back(p.x(), p.y(), p.z());
-    std::vector<std::vector<size_t>> triangles;
-    for (const Triangle& t : mesh.triangles) triangles.push_back({t[0], t[1], t[2]});
-
-    PMP::repair_polygon_soup(points, triangles);
-    if (triangles.empty()) return bad_input(where, "no triangle of the mesh has an area");
-    PMP::orient_polygon_soup(points, triangles);
-    if (!PMP::is_polygon_soup_a_polygon_mesh(triangles))
-        return bad_input(where, "triangles of the mesh cannot be joined into a surface");
-    Chain chain;
-    PMP::polygon_soup_to_polygon_mesh(points, triangles, chain.surface);
-    PMP::stitch_borders(chain.surface);
-    if (Status s = close_holes(chain.surface, diagonal, where, chain.n_holes); !s) return s.error();
-
-    std::vector<std::pair<Surface::Face_index, Surface::Face_index>> crossing;
-    PMP::self_intersections(chain.surface, std::back_inserter(crossing));
-    chain.n_self_intersections = crossing.size();
-    // Nested shells (cavities) are told apart only where surfaces do not cross; else each one faces outward.
-    if (crossing.empty())
-        PMP::orient_to_bound_a_volume(chain.surface);
-    else
-        PMP::orient(chain.surface);
-    return chain;
-}
-
-/// Corner attributes of the source, found again by position: the chain drops, reverses and duplicates.
-class Attributes {
-public:
-    explicit Attributes(const TriMesh& source) : source_(source) {
-        for (uint32_t t = 0; t < source.triangles.size(); ++t) {
-            triangle_.try_emplace(key(corners(source, t)), t);
-            for (int c = 0; c < 3; ++c)
-                corner_.try_emplace(as_array(source.positions[source.triangles[t][c]]), 3 * t + c);
-        }
-    }
-
-    /// Gives `io_mesh`, which has positions and triangles, the attributes that the source has.
-    void carry(TriMesh& io_mesh) const {
-        for (uint32_t t = 0; t < io_mesh.triangles.size(); ++t) {
-            const std::array<Vec3, 3> at = corners(io_mesh, t);
-            const auto known = triangle_.find(key(at));
-            const uint32_t from = known != triangle_.end() ? known->second : neighbour(at);
-            const bool kept = known != triangle_.end();
-            if (!source_.triangle_material.empty())
-                io_mesh.triangle_material.push_back(source_.triangle_material[from]);
-            for (int c = 0; c < 3; ++c) {
-                const uint32_t corner = kept ? corner_of(from, at[c]) : near_corner(at[c], 3 * from);
-                if (!source_.corner_uvs.empty()) io_mesh.corner_uvs.push_back(source_.corner_uvs[corner]);
-                if (!source_.corner_colors.empty()) io_mesh.corner_colors.push_back(source_.corner_colors[corner]);
-                if (!source_.corner_normals.empty()) io_mesh.corner_normals.push_back(normal(at, corner, kept));
-            }
-        }
-        io_mesh.material_names = source_.material_names;
-    }
-
-private:
-    using Key = std::array<double, 3>;
-    static Key as_array(const Vec3& p) { return {p.x(), p.y(), p.z()}; }
-    static std::array<Vec3, 3> corners(const TriMesh& m, uint32_t t) {
-        return {m.positions[m.triangles[t][0]], m.positions[m.triangles[t][1]], m.positions[m.triangles[t][2]]};
-    }
-    static std::array<Key, 3> key(const std::array<Vec3, 3>& at) {
-        std::array<Key, 3> k = {as_array(at[0]), as_array(at[1]), as_array(at[2])};
-        std::sort(k.begin(), k.end());
-        return k;
-    }
-    uint32_t near_corner(const Vec3& p, uint32_t otherwise) const {
-        const auto found = corner_.find(as_array(p));
-        return found == corner_.end() ? otherwise : found->second;
-    }
-    uint32_t neighbour(const std::array<Vec3, 3>& at) const { return near_corner(at[0], 0) / 3; }
-    uint32_t corner_of(uint32_t triangle, const Vec3& p) const {
-        for (uint32_t c = 0; c < 3; ++c)
-            if (source_.positions[source_.triangles[triangle][c]] == p) return 3 * triangle + c;
-        return 3 * triangle;
-    }
-    /// The artist's normal on the outer side, whichever side that is now; a new triangle has its own.
-    Vec3f normal(const std::array<Vec3, 3>& at, uint32_t corner, bool kept) const {
-        const Vec3f own = (at[1] - at[0]).cross(at[2] - at[0]).normalized().cast<float>();
-        if (!kept) return own;
-        const Vec3f& artist = source_.corner_normals[corner];
-        const std::array<Vec3, 3> before = corners(source_, corner / 3);
-        const bool reversed =
-            (before[1] - before[0]).cross(before[2] - before[0]).dot((at[1] - at[0]).cross(at[2] - at[0])) < 0;
-        return reversed ? Vec3f(-artist) : artist;
-    }
-
-    const TriMesh& source_;
-    std::map<std::array<Key, 3>, uint32_t> triangle_;
-    std::map<Key, uint32_t> corner_;
-};
-
-TriMesh to_tri_mesh(const Surface& surface) {
-    TriMesh mesh;
-    std::vector<uint32_t> number(surface.number_of_vertices() + surface.number_of_removed_vertices());
-    for (const auto v : surface.vertices()) {
-        number[v.idx()] = static_cast<uint32_t>(mesh.positions.size());
-        const auto& p = surface.point(v);
-        mesh.positions.push_back(Vec3(p.x(), p.y(), p.z()));
-    }
-    for (const auto f : surface.faces()) {
-        const auto h = surface.halfedge(f);
-        mesh.triangles.push_back({number[surface.source(h).idx()], number[surface.target(h).idx()],
-                                  number[surface.target(surface.next(h)).idx()]});
-    }
-    return mesh;
-}
-
-/// Groups name vertices by number; their positions find them again.
-void carry_groups(const TriMesh& source, TriMesh& io_mesh) {
-    if (source.vertex_groups.empty()) return;
-    std::map<std::array<double, 3>, std::vector<uint32_t>> at;
-    for (uint32_t v = 0; v < io_mesh.positions.size(); ++v)
-        at[{io_mesh.positions[v].x(), io_mesh.positions[v].y(), io_mesh.positions[v].z()}].push_back(v);
-    for (const auto& [name, vertices] : source.vertex_groups) {
-        std::vector<uint32_t>& out = io_mesh.vertex_groups[name];
-        for (uint32_t v : vertices) {
-            const Vec3& p = source.positions[v];
-            if (const auto found = at.find({p.x(), p.y(), p.z()}); found != at.end())
-                out.insert(out.end(), found->second.begin(), found->second.end());
-        }
-        std::sort(out.begin(), out.end());
-        out.erase(std::unique(out.begin(), out.end()), out.end());
-    }
-}
+/// A border longer than this share of its shell's diagonal, with more than kLargestPatch of its shell's area within it,
+/// is no hole in a solid but the rim of a sheet. (A box without its lid lacks a fifth; the neck of a bust, a tenth; a
+/// seam that came apart, nothing.)
+constexpr double kLargestHole = 0.5, kLargestPatch = 0.15;
+/// Borders closer than this share of the mesh's diagonal are one: what rounding in files makes of a seam.
+constexpr double kWeld = 1e-6;
+/// Squares and cubes of lengths must be numbers, m.
+constexpr double kLeastSize = 1e-50, kLargestSize = 1e50;
 
 std::string counted(size_t n, const char* one, const char* many) {
     return std::to_string(n) + " " + (n == 1 ? one : many);
 }
 
-Result<TriMesh> repair(const TriMesh& mesh, const std::string& where, std::vector<std::string>& io_warnings) {
-    const MeshReport before = check_mesh(mesh);
-    if (!before.is_usable()) return bad_input(where, before.faults.front());
-    Result<Chain> chain = run_chain(mesh, before.bounds.diagonal(), where);
-    if (!chain) return chain.error();
-    if (chain->n_self_intersections > 0)
-        io_warnings.push_back(where + ": the surface crosses itself at " +
-                              counted(chain->n_self_intersections, "pair of triangles", "pairs of triangles"));
-
-    TriMesh repaired = to_tri_mesh(chain->surface);
-    const double volume = mesh_volume(repaired);
-    const bool same = before.is_solid() && before.degenerate_triangles + before.duplicate_triangles == 0 &&
-                      std::abs(volume - before.volume) <= 1e-9 * std::abs(before.volume);
-    if (same) return mesh;
-    if (Status s = require_solid(repaired, where); !s) return s.error();
-
-    if (chain->n_holes > 0) io_warnings.push_back(where + ": " + counted(chain->n_holes, "hole", "holes") + " closed");
-    const size_t dropped = before.degenerate_triangles + before.duplicate_triangles;
-    if (dropped > 0)
-        io_warnings.push_back(
-            where + ": " + counted(dropped, "degenerate or duplicate triangle", "degenerate or duplicate triangles") +
-            " dropped");
-    if (before.inconsistent_edges > 0 || before.volume < 0) io_warnings.push_back(where + ": triangles turned outward");
-    if (before.non_manifold_edges + before.non_manifold_vertices > 0)
-        io_warnings.push_back(where + ": the surface was parted where it touched itself");
-    Attributes(mesh).carry(repaired);
-    carry_groups(mesh, repaired);
-    return repaired;
+std::string number(double x) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", x);
+    return text;
 }
+
+double area_of(const Vec3& a, const Vec3& b, const Vec3& c) { return 0.5 * (b - a).cross(c - a).norm(); }
+
+/// Of the triangles that would close a border.
+double area_within(const TriMesh& mesh, const Border& border) {
+    std::vector<Vec3> outline;
+    for (uint32_t v : border.vertices) outline.push_back(mesh.positions[v]);
+    double area = 0;
+    for (const auto& [a, b, c] : fill_hole(outline)) area += area_of(outline[a], outline[b], outline[c]);
+    return area;
+}
+
+/// Equal positions are one vertex, and no triangle has a vertex twice: what is closed by index is all there is to know.
+bool is_welded(const TriMesh& mesh) {
+    for (const auto& [a, b, c] : mesh.triangles)
+        if (a == b || b == c || c == a) return false;
+    std::vector<std::array<double, 3>> sorted;
+    for (const Vec3& p : mesh.positions) sorted.push_back({p.x(), p.y(), p.z()});
+    std::sort(sorted.begin(), sorted.end());
+    return std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end();
+}
+
+/// What is far from the surface would enlarge its box.
+TriMesh without_loose_vertices(TriMesh mesh) {
+    keep_marked(mesh, std::vector<uint8_t>(mesh.triangles.size(), 1));
+    return mesh;
+}
+
+/// The chain that keeps the artist's triangles.
+class KeepChain {
+public:
+    KeepChain(const TriMesh& source, const RepairSettings& settings, const std::string& where)
+        : source_(source), settings_(settings), where_(where), before_(check_mesh(source)) {}
+
+    Result<RepairedMesh> run(const Progress& progress) {
+        if (!before_.is_usable()) return bad_input(where_, "the mesh cannot be used: " + before_.faults.front());
+        if (before_.area == 0) return bad_input(where_, "no triangle of the mesh has an area");
+        const double farthest = before_.bounds.max.cwiseAbs().cwiseMax(before_.bounds.min.cwiseAbs()).maxCoeff();
+        if (!(before_.bounds.diagonal() > kLeastSize && farthest < kLargestSize))
+            return bad_input(where_,
+                             "coordinates of up to " + number(farthest) + " m are too small or large to compute with",
+                             "check its scale");
+        if (!progress.report(0, "checking the mesh")) return cancelled();
+        mesh_ = without_loose_vertices(source_);
+        is_changed_ = !before_.is_solid() || before_.duplicate_triangles > 0 || !is_welded(source_);
+        if (is_changed_) {
+            if (Status s = make_closed(progress.part(0.1, 0.6)); !s) return s.error();
+            const MeshReport closed = check_mesh(mesh_);
+            if (closed.open_edges + closed.non_manifold_edges + closed.inconsistent_edges > 0)
+                return require_solid(mesh_, where_).error();
+        }
+        if (!progress.report(0.6, "looking for crossings")) return cancelled();
+        wrap_may_help_ = true;
+        std::vector<std::array<uint32_t, 2>> crossing = crossing_triangles(mesh_);
+        if (!progress.report(0.8, "orienting shells")) return cancelled();
+        const ShellReport shells = arrange_shells(mesh_, sense_, crossing);
+        is_changed_ |= shells.turned + shells.buried + shells.flat > 0;
+        if (shells.flat == shells.n_shells) {
+            wrap_may_help_ = false;
+            return bad_input(where_, "the mesh bounds no solid: no volume", "give a solid, or a sheet and a thickness");
+        }
+        if (!progress.report(0.9, "uniting shells")) return cancelled();
+        if (shells.buried + shells.flat > 0) crossing = crossing_triangles(mesh_);
+        if (const size_t n = unite_shells(mesh_, crossing); n > 0) {
+            told.push_back(std::to_string(n) + " shells that cross or touch united");
+            crossing = crossing_triangles(mesh_);
+        }
+        if (is_changed_)
+            if (Status s = require_solid(mesh_, where_); !s) return s.error();
+        tell(shells, crossing);
+        return RepairedMesh{std::move(mesh_), crossing.size(), false};
+    }
+
+    std::vector<std::string> told;  // what was done
+    bool wrap_may_help() const { return wrap_may_help_; }
+
+private:
+    void join() {
+        Result<TriMesh> joined = join_triangles(mesh_, where_);
+        if (!joined) {
+            failure_ = joined.error();
+            return;
+        }
+        TriMesh next = joined.take();
+        std::vector<Sense> sense;
+        for (const Origin& o : carry_attributes(mesh_, next)) {
+            const Sense before = sense_.empty() ? Sense::same : sense_[o.triangle];
+            sense.push_back(Sense(int(o.sense) * int(before)));
+        }
+        sense_ = std::move(sense);
+        mesh_ = std::move(next);
+    }
+
+    Status make_closed(const Progress& progress) {
+        wrap_may_help_ = true;
+        n_dropped_ = weld_positions(mesh_);
+        welded_ = check_mesh(mesh_);
+        if (welded_.non_manifold_edges > 0)
+            if (const size_t n = drop_walls(mesh_); n > 0) tell_walls(n);
+        join();
+        if (failure_) return *failure_;
+        std::vector<Border> borders = find_borders(mesh_);
+        if (!borders.empty() && weld_borders(mesh_, borders, kWeld * before_.bounds.diagonal()) > 0) {
+            join();
+            if (failure_) return *failure_;
+            const size_t n_before = borders.size();
+            borders = find_borders(mesh_);
+            if (borders.size() != n_before) told.push_back("borders closer than rounding welded");
+        }
+        if (borders.empty()) return {};
+        if (Status s = make_walls(borders); !s) return s;
+        if (Status s = close_borders(mesh_, borders, progress); !s) return s;
+        sense_.resize(mesh_.triangles.size(), Sense::none);
+        if (borders.empty()) return {};
+        const Border& largest = *std::ranges::max_element(borders, {}, &Border::length);
+        told.push_back(counted(borders.size(), "hole", "holes") + " closed, the largest " + number(largest.length) +
+                       " m around, near " + place_text(mesh_.positions[largest.vertices[0]]));
+        return {};
+    }
+
+    void tell_walls(size_t n_dropped) {
+        const auto edge = std::ranges::find(welded_.found, MeshFaultKind::non_manifold_edge, &MeshFault::kind);
+        told.push_back(counted(n_dropped, "triangle", "triangles") + " of walls and fins dropped, first edge near " +
+                       place_text(edge->first));
+        welded_ = check_mesh(mesh_);
+    }
+
+    /// Sheets get their thickness; leaves the borders that are holes.
+    Status make_walls(std::vector<Border>& io_borders) {
+        const Shells shells = find_shells(mesh_);
+        std::vector<uint32_t> shell_at(mesh_.positions.size(), 0);
+        std::vector<Aabb> box(shells.n);
+        std::vector<double> area(shells.n, 0.0);  // m2
+        for (uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
+            const auto& [a, b, c] = mesh_.triangles[t];
+            area[shells.of_triangle[t]] += area_of(mesh_.positions[a], mesh_.positions[b], mesh_.positions[c]);
+            for (uint32_t v : mesh_.triangles[t]) {
+                shell_at[v] = shells.of_triangle[t];
+                box[shell_at[v]].extend(mesh_.positions[v]);
+            }
+        }
+        std::vector<uint8_t> is_sheet(shells.n, 0);
+        size_t n_open = 0;
+        const Border* rim = nullptr;
+        for (const Border& b : io_borders) {
+            const uint32_t shell = shell_at[b.vertices[0]];
+            n_open += b.vertices.size();
+            if (b.length <= kLargestHole * box[shell].diagonal()) continue;
+            if (area_within(mesh_, b) <= kLargestPatch * area[shell]) continue;
+            is_sheet[shell] = 1;
+            if (!rim) rim = &b;
+        }
+        if (!rim) return {};
+        if (welded_.open_edges == 0) {  // it came apart where it was made manifold
+            if (welded_.non_manifold_edges == 0)
+                return bad_input(where_, "the surface has one side only, hence no inside");
+            return bad_input(where_, "the mesh bounds no solid: " + welded_.faults.front(), "set repair to wrap");
+        }
+        if (settings_.thickness == 0) {
+            wrap_may_help_ = false;
+            Error e = bad_input(where_,
+                                "the mesh is open: " + std::to_string(n_open) + " boundary edges, first near " +
+                                    place_text(mesh_.positions[rim->vertices[0]]),
+                                "close it, or set thickness to give a sheet walls");
+            e.parameter = "thickness";
+            return e;
+        }
+        std::vector<uint8_t> marked;
+        for (uint32_t shell : shells.of_triangle) marked.push_back(is_sheet[shell]);
+        thicken(mesh_, marked, settings_.thickness);
+        std::erase_if(io_borders, [&](const Border& b) { return is_sheet[shell_at[b.vertices[0]]]; });
+        const auto n = static_cast<size_t>(std::count(is_sheet.begin(), is_sheet.end(), 1));
+        told.push_back(counted(n, "sheet", "sheets") + " given walls of " + number(settings_.thickness) + " m");
+        return {};
+    }
+
+    void tell(const ShellReport& shells, std::span<const std::array<uint32_t, 2>> crossing) {
+        if (n_dropped_ > 0)
+            told.push_back(
+                counted(n_dropped_, "degenerate or duplicate triangle", "degenerate or duplicate triangles") +
+                " dropped");
+        if (before_.inconsistent_edges > 0 || shells.turned > 0) told.push_back("triangles turned outward");
+        if (welded_.non_manifold_edges + welded_.non_manifold_vertices > 0)
+            told.push_back("the surface was parted where it touched itself");
+        if (shells.buried > 0)
+            told.push_back(counted(shells.buried, "shell", "shells") + " within solid matter dropped, first near " +
+                           place_text(shells.first_buried) + " (turned round it would be a cavity)");
+        if (shells.flat > 0)
+            told.push_back(counted(shells.flat, "shell", "shells") + " without volume dropped, first near " +
+                           place_text(shells.first_flat));
+        if (!crossing.empty())
+            told.push_back("the surface crosses or touches itself at " +
+                           counted(crossing.size(), "pair of triangles", "pairs of triangles") + ", first near " +
+                           place_text(mesh_.positions[mesh_.triangles[crossing[0][0]][0]]));
+    }
+
+    const TriMesh& source_;
+    const RepairSettings& settings_;
+    const std::string& where_;
+    const MeshReport before_;
+    MeshReport welded_;
+    TriMesh mesh_;
+    std::vector<Sense> sense_;  // of each triangle against the artist's; empty: all the same
+    std::optional<Error> failure_;
+    size_t n_dropped_ = 0;
+    bool is_changed_ = false, wrap_may_help_ = false;
+};
 
 }  // namespace
 
-Result<TriMesh> repair_mesh(const TriMesh& mesh, const std::string& where, std::vector<std::string>& io_warnings) {
-    try {
-        return repair(mesh, where, io_warnings);
-    } catch (const std::bad_alloc&) {
-        return Error{ErrorCode::internal, "memory ran out while repairing the mesh", where, {}, {}, {}};
-    } catch (const CGAL::Failure_exception& failure) {  // its what() is a page; the expression tells experts enough
-        return bad_input(where, "the mesh could not be repaired: " + failure.expression().substr(0, 80),
-                         "close and clean it in a modelling program");
-    } catch (const std::exception& failure) {
-        return bad_input(where, std::string("the mesh could not be repaired: ") + failure.what(),
-                         "close and clean it in a modelling program");
+Status RepairSettings::check(const std::string& where) const {
+    auto refuse = [&](const char* parameter, const char* what) {
+        Error e = bad_input(where, what);
+        e.parameter = parameter;
+        return e;
+    };
+    if (!(thickness >= 0 && std::isfinite(thickness))) return refuse("thickness", "the thickness must be 0 or more");
+    if (!(wrap_detail >= 0.002 && wrap_detail <= 0.2))
+        return refuse("wrap_detail", "the detail of a wrap must be 0.002 to 0.2");
+    return {};
+}
+
+Result<RepairedMesh> repair_mesh(const TriMesh& mesh, const RepairSettings& settings, const std::string& where,
+                                 std::vector<std::string>& io_warnings, const Progress& progress) {
+    if (Status s = settings.check(where); !s) return s.error();
+    if (settings.mode == RepairMode::refuse) {
+        if (Status s = require_solid(mesh, where); !s) return s.error();
+        return RepairedMesh{without_loose_vertices(mesh), 0, false};
     }
+    if (settings.mode == RepairMode::wrap && settings.thickness == 0)
+        return wrap_mesh(mesh, settings, "repair is set to wrap", where, io_warnings, progress);
+    KeepChain chain(mesh, settings, where);
+    Result<RepairedMesh> kept = chain.run(progress.part(0, 0.5));
+    if (!kept) {
+        const bool may_wrap = settings.mode != RepairMode::keep && chain.wrap_may_help();
+        if (!may_wrap || kept.error().code != ErrorCode::bad_input) return kept;
+        return wrap_mesh(mesh, settings, kept.error().what, where, io_warnings, progress.part(0.5, 1));
+    }
+    for (const std::string& sentence : chain.told) io_warnings.push_back(where + ": " + sentence);
+    if (settings.mode == RepairMode::wrap)
+        return wrap_mesh(kept->mesh, settings, "repair is set to wrap", where, io_warnings, progress.part(0.5, 1));
+    return kept;
+}
+
+Result<RepairedMesh> wrap_mesh(const TriMesh& mesh, const RepairSettings& settings, const std::string& reason,
+                               const std::string& where, std::vector<std::string>& io_warnings,
+                               const Progress& progress) {
+    const MeshReport before = check_mesh(mesh);
+    if (!before.is_usable()) return bad_input(where, "the mesh cannot be used: " + before.faults.front());
+    if (before.area == 0) return bad_input(where, "no triangle of the mesh has an area");
+    const double detail = settings.wrap_detail * before.bounds.diagonal();
+    Result<TriMesh> wrap = wrap_surface(mesh, detail, where, progress);
+    if (!wrap) return wrap.error();
+    if (Status s = require_solid(*wrap, where); !s) return s.error();
+    resample_attributes(mesh, *wrap);
+    const MeshReport after = check_mesh(*wrap);
+    io_warnings.push_back(
+        where + ": the surface was made anew (" + reason +
+        "): UVs, materials and groups are those of the nearest triangle, normals are lost, detail and "
+        "gaps below " +
+        number(detail) + " m too, cavities are filled; volume " + number(before.volume) + " -> " +
+        number(after.volume) + " m3, area " + number(before.area) + " -> " + number(after.area) + " m2");
+    return RepairedMesh{wrap.take(), 0, true};
 }
 
 }  // namespace sunder

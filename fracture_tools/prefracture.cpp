@@ -10,7 +10,6 @@
 #include "fracture_tools/kmeans.h"
 #include "fracture_tools/label_repair.h"
 #include "fracture_tools/mesh_checks.h"
-#include "fracture_tools/mesh_repair.h"
 #include "fracture_tools/point_grid.h"
 #include "fracture_tools/sharp_edges.h"
 #include "fracture_tools/tetrahedralize.h"
@@ -51,14 +50,6 @@ double volume_of(const TetMesh& mesh) {
                    .dot(mesh.vertices[d] - mesh.vertices[a]) /
                6;
     return sum;
-}
-
-/// The mesh as cut, or why it cannot be.
-Result<TriMesh> make_solid(const TriMesh& mesh, const PrefractureSettings& settings, const std::string& where,
-                           std::vector<std::string>& io_warnings) {
-    if (settings.repair) return repair_mesh(mesh, where, io_warnings);
-    if (Status s = require_solid(mesh, where); !s) return s.error();
-    return mesh;
 }
 
 /// Meshes once; where the features that were chosen for the mesh stand in the way, without them.
@@ -207,6 +198,26 @@ Result<LabelledCells> cut_by_voronoi(const TriMesh& solid, const PrefractureSett
     return cut;
 }
 
+Result<FragmentSet> cut_solid(const TriMesh& solid, const PrefractureSettings& settings, const std::string& where,
+                              std::vector<std::string>& io_warnings, const Progress& progress) {
+    const auto cut_by = settings.method == CutMethod::voronoi    ? cut_by_voronoi
+                        : settings.source == CellSource::voronoi ? cut_cells_by_kmeans
+                                                                 : cut_by_kmeans;
+    const Result<LabelledCells> cut = cut_by(solid, settings, where, io_warnings, progress.part(0, 0.9));
+    if (!cut) return cut.error();
+    const bool counts_pieces = settings.method == CutMethod::kmeans;
+    if (counts_pieces && cut->n_labels != uint32_t(settings.pieces))
+        io_warnings.push_back(where + ": " + std::to_string(cut->n_labels) + " pieces were made instead of " +
+                              std::to_string(settings.pieces) + ": the mesh has separate parts");
+
+    if (!progress.report(0.9, "making fragments")) return cancelled();
+    FragmentSet set = make_fragments(cut->complex, cut->label, cut->n_labels, solid);
+    if (Status s = shape_interior(settings.interior, settings.threads, progress.part(0.9, 1), set); !s)
+        return s.error();
+    if (Status s = check_fragments(set); !s) return s.error();
+    return set;
+}
+
 }  // namespace
 
 Status PrefractureSettings::check(const std::string& where) const {
@@ -236,30 +247,24 @@ Status PrefractureSettings::check(const std::string& where) const {
 Result<FragmentSet> prefracture(const TriMesh& mesh, const PrefractureSettings& settings, const std::string& where,
                                 const Progress& progress) {
     if (Status s = settings.check(where); !s) return s.error();
-    if (!progress.report(0, "checking the mesh")) return cancelled();
     std::vector<std::string> warnings;
-    Result<TriMesh> solid = make_solid(mesh, settings, where, warnings);
+    Result<RepairedMesh> solid = repair_mesh(mesh, settings.repair, where, warnings, progress.part(0, 0.1));
     if (!solid) return solid.error();
-
-    const auto cut_by = settings.method == CutMethod::voronoi    ? cut_by_voronoi
-                        : settings.source == CellSource::voronoi ? cut_cells_by_kmeans
-                                                                 : cut_by_kmeans;
-    const Result<LabelledCells> cut = cut_by(*solid, settings, where, warnings, progress.part(0.1, 0.9));
-    if (!cut) return cut.error();
-    const bool counts_pieces = settings.method == CutMethod::kmeans;
-    if (counts_pieces && cut->n_labels != uint32_t(settings.pieces))
-        warnings.push_back(where + ": " + std::to_string(cut->n_labels) + " pieces were made instead of " +
-                           std::to_string(settings.pieces) + ": the mesh has separate parts");
-
-    if (!progress.report(0.9, "making fragments")) return cancelled();
-    FragmentSet set = make_fragments(cut->complex, cut->label, cut->n_labels, *solid);
-    set.warnings = std::move(warnings);
-    if (Status s = shape_interior(settings.interior, settings.threads, progress.part(0.9, 0.98), set); !s)
-        return s.error();
-    if (Status s = apply_maps(mesh, settings.maps, where, set); !s) return s.error();
-    if (settings.clusters > 0) gather_clusters(settings.clusters, settings.cluster_toughness, settings.seed, set);
-    if (settings.weak_interface_share > 0) leave_out_weak_interfaces(settings.weak_interface_share, set);
-    if (Status s = check_fragments(set); !s) return s.error();
+    const size_t n_warnings = warnings.size();
+    Result<FragmentSet> set = cut_solid(solid->mesh, settings, where, warnings, progress.part(0.1, 0.95));
+    if (!set && set.error().code == ErrorCode::bad_input && solid->n_crossings > 0 &&
+        settings.repair.mode == RepairMode::automatic) {
+        warnings.resize(n_warnings);
+        const std::string reason = "as it was, " + set.error().what;
+        solid = wrap_mesh(solid->mesh, settings.repair, reason, where, warnings, progress.part(0.95, 0.96));
+        if (!solid) return solid.error();
+        set = cut_solid(solid->mesh, settings, where, warnings, progress.part(0.96, 1));
+    }
+    if (!set) return set;
+    set->warnings = std::move(warnings);
+    if (Status s = apply_maps(mesh, settings.maps, where, *set); !s) return s.error();
+    if (settings.clusters > 0) gather_clusters(settings.clusters, settings.cluster_toughness, settings.seed, *set);
+    if (settings.weak_interface_share > 0) leave_out_weak_interfaces(settings.weak_interface_share, *set);
     if (!progress.report(1, "fragments are ready")) return cancelled();
     return set;
 }

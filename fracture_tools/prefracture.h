@@ -5,6 +5,7 @@
 
 #include "fracture_tools/fragment_factors.h"
 #include "fracture_tools/interior.h"
+#include "fracture_tools/mesh_repair.h"
 #include "fracture_tools/voronoi/sites.h"
 #include "solver/data/fragment_set.h"
 #include "solver/data/progress.h"
@@ -35,7 +36,7 @@ struct PrefractureSettings {
     CellSource source = CellSource::tets;  // kmeans
     double cells_per_piece = 30;           // kmeans: cells per fragment aimed at, 4 .. 1000
     double sharp_angle = 0;           // kmeans: degrees; edges sharper than this are kept as features; 0: automatic
-    bool repair = true;               // weld, orient and close small holes of the input first (warned about)
+    RepairSettings repair;            // of the input, before it is cut
     InteriorSettings interior;        // looks of break surfaces
     PaintedMaps maps;                 // factors painted on the mesh
     int clusters = 0;                 // that fragments are gathered into, 0 .. pieces; 0: none
@@ -48,8 +49,9 @@ struct PrefractureSettings {
 /// Fragments whose volumes sum to something farther from the source's than this share are refused.
 constexpr double kMaxVolumeError = 0.05;
 
-/// Cuts a solid mesh. `where` names the mesh in errors. Errors: open / self-intersecting / zero-volume mesh, more
-/// pieces than cells, a fragment that could not be closed. Deterministic: same mesh and settings, same bits.
+/// Cuts a solid mesh, repaired first; where the repaired one cannot be cut because its surface crosses itself, a wrap
+/// of it (RepairMode::automatic). `where` names the mesh in errors. Errors: open / self-intersecting / zero-volume
+/// mesh, more pieces than cells, a fragment that could not be closed. Deterministic: same mesh and settings, same bits.
 Result<FragmentSet> prefracture(const TriMesh& mesh, const PrefractureSettings& settings, const std::string& where,
                                 const Progress& progress = {});
 

@@ -45,13 +45,22 @@ struct UnitBox {
 };
 
 Result<Surface> make_surface(const MeshView& mesh, const UnitBox& unit, const std::string& where) {
+    // Vertices without a triangle are left out: CGAL follows the edges of each vertex, also where there are none.
+    constexpr size_t kUnused = ~size_t{0};
+    std::vector<size_t> number(mesh.positions.size(), kUnused);
     std::vector<Kernel::Point_3> points;
-    for (const Vec3& p : mesh.positions) {
-        const Vec3 q = (p - unit.center) * unit.scale;
-        points.emplace_back(q.x(), q.y(), q.z());
-    }
     std::vector<std::array<size_t, 3>> triangles;
-    for (const Triangle& t : mesh.triangles) triangles.push_back({t[0], t[1], t[2]});
+    for (const Triangle& t : mesh.triangles) {
+        triangles.emplace_back();
+        for (int c = 0; c < 3; ++c) {
+            if (number[t[c]] == kUnused) {
+                const Vec3 q = (mesh.positions[t[c]] - unit.center) * unit.scale;
+                number[t[c]] = points.size();
+                points.emplace_back(q.x(), q.y(), q.z());
+            }
+            triangles.back()[c] = number[t[c]];
+        }
+    }
     if (!CGAL::Polygon_mesh_processing::is_polygon_soup_a_polygon_mesh(triangles))
         return bad_input(where, "the surface is not a manifold");
     Surface surface;

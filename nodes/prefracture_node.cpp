@@ -22,6 +22,11 @@ constexpr std::array<std::pair<const char*, SiteKind>, 7> kSites = {{{"kmeans", 
 constexpr std::array<std::pair<const char*, ImpactShape>, 2> kShapes = {
     {{"points", ImpactShape::points}, {"curve", ImpactShape::curve}}};
 
+constexpr std::array<std::pair<const char*, RepairMode>, 4> kRepairs = {{{"auto", RepairMode::automatic},
+                                                                         {"keep", RepairMode::keep},
+                                                                         {"wrap", RepairMode::wrap},
+                                                                         {"refuse", RepairMode::refuse}}};
+
 template <class Choices>
 auto chosen(const Choices& choices, const std::string& name) {
     return std::ranges::find(choices, name, [](const auto& c) { return std::string(c.first); })->second;
@@ -50,7 +55,9 @@ PrefractureSettings settings_of(const Parameters& p) {
     settings.source = chosen(kSources, p.text("source"));
     settings.cells_per_piece = p.number("cells_per_piece");
     settings.sharp_angle = p.number("sharp_angle");
-    settings.repair = p.boolean("repair");
+    settings.repair.mode = chosen(kRepairs, p.text("repair"));
+    settings.repair.thickness = p.number("thickness");
+    settings.repair.wrap_detail = p.number("wrap_detail");
     settings.interior = {.detail = p.number("interior_detail"),
                          .noise = p.number("noise"),
                          .noise_scale = p.number("noise_scale"),
@@ -151,6 +158,34 @@ std::vector<ParameterDescription> site_parameters() {
          .default_value = 0.05,
          .sentence = "Pieces of method voronoi below this share of their neighbours' volume join the neighbour that "
                      "they share most area with"}};
+}
+
+std::vector<ParameterDescription> repair_parameters() {
+    return {
+        {.name = "repair",
+         .label = "Repair",
+         .type = ParameterType::choice,
+         .default_value = "auto",
+         .sentence = "What is done about a mesh that is no solid; what was done is told as a warning. keep: the mesh's "
+                     "own triangles stay, welded, oriented, holes closed; wrap: a new surface around them; auto: keep, "
+                     "or where that cannot be cut, wrap; refuse: nothing, it is an error",
+         .choices = names(kRepairs)},
+        {.name = "thickness",
+         .label = "Thickness",
+         .type = ParameterType::number,
+         .unit = "m",
+         .min = 0,
+         .max = 1e6,
+         .default_value = 0.0,
+         .sentence = "Open sheets become walls as thick as this, their surface the outer side; 0: they are refused"},
+        {.name = "wrap_detail",
+         .label = "Wrap Detail",
+         .type = ParameterType::number,
+         .min = 0.002,
+         .max = 0.2,
+         .default_value = 0.02,
+         .sentence = "Share of the mesh's diagonal: gaps and details narrower than this are lost in a wrap; smaller "
+                     "ones cost triangles"}};
 }
 
 std::vector<ParameterDescription> interior_parameters() {
@@ -297,11 +332,7 @@ NodeType prefracture_node() {
          .max = 180,
          .default_value = 0.0,
          .sentence = "Edges sharper than this stay edges with method kmeans; 0 decides by the mesh"});
-    d.parameters.push_back({.name = "repair",
-                            .label = "Repair",
-                            .type = ParameterType::boolean,
-                            .default_value = true,
-                            .sentence = "Welds, orients and closes small holes of the mesh first, with a warning"});
+    for (ParameterDescription& p : repair_parameters()) d.parameters.push_back(std::move(p));
     for (ParameterDescription& p : interior_parameters()) d.parameters.push_back(std::move(p));
     for (ParameterDescription& p : factor_parameters()) d.parameters.push_back(std::move(p));
     return {.description = d, .cook = cook, .check = check};

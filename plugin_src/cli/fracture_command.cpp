@@ -1,10 +1,14 @@
-// sunder fracture: pre-fracture alone. Its options are the parameters of the nodes that do the work.
+// sunder fracture: pre-fracture alone, or a look at what is wrong with a mesh. Its options are the parameters of the
+// nodes that do the work.
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <map>
 #include <string>
 
+#include "nodes/file_io.h"
 #include "nodes/fragment_folder.h"
+#include "nodes/mesh_fault_report.h"
 #include "nodes/registry.h"
 #include "nodes/strict_json.h"
 #include "plugin_src/cli/commands.h"
@@ -18,7 +22,8 @@ constexpr const char* kReader = "mesh";  // names of the two nodes, as errors te
 constexpr const char* kCutter = "fracture";
 
 struct Options {
-    std::string mesh, folder = "fragments";
+    std::string mesh, folder;
+    bool only_checks = false, as_json = false;
     std::map<std::string, std::map<std::string, std::string>> parameters;  // node -> parameter -> text
 };
 
@@ -36,6 +41,46 @@ Status set_up(Graph& graph, const Options& options) {
     return {};
 }
 
+Status write_faces(const MeshFaultReport& report, const std::string& folder) {
+    if (folder.empty() || report.faces.view().empty()) return {};
+    if (Status s = make_folders(folder); !s) return s;
+    const Result<FileStamp> written = write_file(std::filesystem::path(folder) / "faults.ply", report.faces.view());
+    return written ? Status() : Status(written.error());
+}
+
+/// Lists the faults, and cuts the mesh to see what repair does about them; writes no pieces.
+int run_check(const Options& options) {
+    Graph graph;
+    if (Status s = set_up(graph, options); !s) return fail(s.error(), "sunder fracture");
+    ProgressBar bar;
+    const auto mesh = graph.evaluate(kReader, "mesh", graph.frame_range()[0], bar.progress().part(0, 0.1));
+    if (!mesh) return fail((bar.clear(), mesh.error()), "sunder fracture");
+    MeshFaultReport report = report_mesh_faults(*std::get<std::shared_ptr<const TriMesh>>(*mesh));
+    const auto cut = graph.evaluate(kCutter, "fragments", graph.frame_range()[0], bar.progress().part(0.1, 1));
+    bar.clear();
+    if (!cut && cut.error().code == ErrorCode::cancelled) return fail(cut.error(), "sunder fracture");
+    if (Status s = write_faces(report, options.folder); !s) return fail(s.error(), options.folder);
+
+    const std::string prefix = std::string("node '") + kCutter + "': ";
+    Json told = Json::array();
+    if (cut)
+        for (const std::string& w : std::get<std::shared_ptr<const FragmentSet>>(*cut)->warnings)
+            told.push_back(w.starts_with(prefix) ? w.substr(prefix.size()) : w);
+    if (options.as_json) {
+        report.json["can_be_cut"] = bool(cut);
+        report.json["repairs"] = told;
+        if (!cut) report.json["error"] = cut.error().text();
+        std::printf("%s\n", report.json.dump(2).c_str());
+    } else {
+        std::printf("%s: %zu triangles, %s\n", options.mesh.c_str(), report.json["triangles"].get<size_t>(),
+                    report.n_faults == 0 ? "no faults" : "with faults:");
+        for (const std::string& line : report.table) std::printf("%s\n", line.c_str());
+        for (const Json& line : told) std::printf("repair: %s\n", line.get<std::string>().c_str());
+    }
+    if (!cut) return fail(cut.error(), "sunder fracture");
+    return std::fflush(stdout) == 0 ? kDone : kFailed;
+}
+
 int run_fracture(const Options& options) {
     Graph graph;
     if (Status s = set_up(graph, options); !s) return fail(s.error(), "sunder fracture");
@@ -45,13 +90,13 @@ int run_fracture(const Options& options) {
     if (!value) return fail((bar.clear(), value.error()), "sunder fracture");
     FragmentSet set = *std::get<std::shared_ptr<const FragmentSet>>(*value);
     set.source_path = options.mesh;
-    const Status written = write_fragments(set, options.folder, bar.progress().part(kCuttingShare, 1));
+    const std::string folder = options.folder.empty() ? "fragments" : options.folder;
+    const Status written = write_fragments(set, folder, bar.progress().part(kCuttingShare, 1));
     bar.clear();
     if (!written) return fail(written.error(), "sunder fracture");
     for (const std::string& warning : set.warnings)
         std::fprintf(stderr, "sunder: warning: %s: %s\n", options.mesh.c_str(), warning.c_str());
-    std::printf("%s: %zu fragments, %zu interfaces\n", options.folder.c_str(), set.fragments.size(),
-                set.interfaces.size());
+    std::printf("%s: %zu fragments, %zu interfaces\n", folder.c_str(), set.fragments.size(), set.interfaces.size());
     return kDone;
 }
 
@@ -79,10 +124,19 @@ void add_fracture_command(CLI::App& app, Run& out_run) {
     CLI::App* command =
         app.add_subcommand("fracture", "Cut a mesh into fragments: fragments.json and one closed mesh a fragment");
     command->add_option("MESH", options->mesh, "mesh file")->required();
-    command->add_option("-o,--output", options->folder, "output folder")->capture_default_str()->type_name("DIR");
+    command
+        ->add_option("-o,--output", options->folder,
+                     "output folder [fragments]; with --check the faulty faces are written there as faults.ply")
+        ->type_name("DIR");
+    auto* check = command->add_flag("--check", options->only_checks,
+                                    "list the mesh's faults and what repair does about them, write no pieces; exit "
+                                    "status 0 if it can be cut, else 3");
+    command->add_flag("--json", options->as_json, "with --check: the list as JSON")->needs(check);
     add_parameters(command, kCutter, "prefracture", *options);
     add_parameters(command, kReader, "mesh_file", *options);
-    command->callback([options, &out_run] { out_run = [options] { return run_fracture(*options); }; });
+    command->callback([options, &out_run] {
+        out_run = [options] { return options->only_checks ? run_check(*options) : run_fracture(*options); };
+    });
 }
 
 }  // namespace sunder::cli

@@ -284,7 +284,7 @@ TEST(Prefracture, a_small_mass_of_work_is_repaired_and_told) {
         ASSERT_FALSE(set.warnings.empty());
         EXPECT_NE(set.warnings[0].find("1 hole closed"), std::string::npos);
         PrefractureSettings as_is;
-        as_is.repair = false;
+        as_is.repair.mode = RepairMode::refuse;
         EXPECT_NE(refused(mesh, as_is, method).what.find("3 open edges"), std::string::npos);
     }
 }
@@ -419,13 +419,29 @@ TEST(Prefracture, refuses_what_is_no_solid_and_names_it) {
     EXPECT_EQ(refused(TriMesh()).code, ErrorCode::bad_input);
 }
 
-TEST(Prefracture, overlapping_solids_are_refused_or_told_never_cut_silently) {
-    // Volumes of 2 and a union of 1.5: the cells cannot have the mesh's volume.
+TEST(Prefracture, a_surface_that_crosses_itself_too_much_is_wrapped_and_told_or_refused_never_cut_silently) {
+    TriMesh mesh = make_torus(0.35, 0.15, 24, 12);
+    for (size_t v : {5, 60, 111, 200}) mesh.positions[v] *= -1.1;
+    PrefractureSettings settings;
+    settings.pieces = 20;
+    settings.repair.wrap_detail = 0.04;
+    settings.repair.mode = RepairMode::keep;
+    EXPECT_EQ(refused(mesh, settings, CutMethod::voronoi).code, ErrorCode::bad_input);
+    settings.repair.mode = RepairMode::automatic;
+    const Result<FragmentSet> set = prefracture(mesh, settings, "mesh");
+    ASSERT_TRUE(set) << set.error().text();
+    EXPECT_NEAR(volume_sum(*set), set->source_volume, 1e-10 * set->source_volume);
+    ASSERT_FALSE(set->warnings.empty());
+    EXPECT_NE(set->warnings.back().find("made anew"), std::string::npos);
+}
+
+TEST(Prefracture, overlapping_solids_are_united_and_told) {
     const TriMesh mesh = joined(make_box(), make_box(), Vec3(0.5, 0, 0.0));
     for (CutMethod method : kMethods) {
-        const Error e = refused(mesh, method);
-        EXPECT_EQ(e.code, ErrorCode::bad_input);
-        EXPECT_FALSE(e.what.empty());
+        const FragmentSet set = cut(mesh, 20, 0, method);
+        EXPECT_NEAR(volume_sum(set), 1.5, 1e-9);
+        ASSERT_FALSE(set.warnings.empty());
+        EXPECT_NE(set.warnings[0].find("united"), std::string::npos);
     }
 }
 

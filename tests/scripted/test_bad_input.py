@@ -103,10 +103,10 @@ BAD_MESHES = {
 def test_a_bad_mesh_is_refused_with_its_fault(sunder, scene, tmp_path, name):
     text, needles = BAD_MESHES[name]
     (tmp_path / "mesh.obj").write_text(text)
-    error = refused(sunder("bake", scene(mesh_scene(repair=False)), "-o", "out"), *needles)
+    error = refused(sunder("bake", scene(mesh_scene(repair="refuse")), "-o", "out"), *needles)
     assert "mesh.obj" in error.where or "'file'" in error.where or "'pieces'" in error.where, error
     assert not list((tmp_path / "out").glob("state/*"))
-    refused(sunder("fracture", "mesh.obj", "--pieces", "8", "--repair", "false", "-o", "cut"), *needles)
+    refused(sunder("fracture", "mesh.obj", "--pieces", "8", "--repair", "refuse", "-o", "cut"), *needles)
     assert not (tmp_path / "cut" / "fragments.json").exists()
 
 

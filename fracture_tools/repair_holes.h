@@ -1,0 +1,35 @@
+// Borders of open surfaces: found, measured, welded, closed.
+#pragma once
+
+#include <vector>
+
+#include "solver/data/progress.h"
+#include "solver/data/result.h"
+#include "solver/data/tri_mesh.h"
+
+namespace sunder {
+
+/// One loop of open edges.
+struct Border {
+    std::vector<uint32_t> vertices;  // in the order in which triangles that close it have them
+    double length = 0;               // m
+};
+
+/// Borders of a surface as join_triangles() gives it, ascending by their lowest vertex.
+std::vector<Border> find_borders(const MeshView& mesh);
+
+/// The shell (part of the surface) of every triangle, numbered by their lowest triangles.
+struct Shells {
+    std::vector<uint32_t> of_triangle;  // (n_triangles)
+    uint32_t n = 0;
+};
+Shells find_shells(const MeshView& mesh);
+
+/// Gives vertices of borders that lie within `tolerance` (m) of one another one position. The number of vertices moved.
+size_t weld_borders(TriMesh& io_mesh, const std::vector<Border>& borders, double tolerance);
+
+/// Closes borders with triangles that have a neighbour's material and UVs; around a point in the middle where no others
+/// do. Errors: cancelled.
+Status close_borders(TriMesh& io_mesh, const std::vector<Border>& borders, const Progress& progress);
+
+}  // namespace sunder
