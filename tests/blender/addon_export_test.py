@@ -43,6 +43,8 @@ class Exports(AddonCase):
             np.testing.assert_array_equal(shown, frame.positions)
             moved = max(moved, np.abs(shown - frames[0].positions).max())
         self.assertGreater(moved, 0.05)
+        bpy.ops.sunder.free_bake(tree=tree.name)
+        self.assertFalse(folder.exists())
 
     def test_gltf_fragments_move_as_the_bake_does(self):
         tree, nodes = self.constant_tree(toughness=1e-6, youngs_modulus=1e7)
