@@ -38,12 +38,22 @@ public:
                   std::span<const Mat3> plastic_deformation, std::span<const uint8_t> edge_intact,
                   std::vector<Affine>& out);
 
+    /// Gives d/dt of the maps that the last `evaluate` gave, which saw these positions and edges: the derivative of
+    /// its formula along `velocity` (m/s) and `angular_velocity` (rad/s, world), 1/s and m/s. F_P stands still: a state
+    /// does not tell how fast it flows, and where it does E shrinks as F_P grows, so that (I + E) R F_P follows the
+    /// ring all the same. (n_particles)
+    void rates(std::span<const Vec3> position, std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity,
+               std::span<const uint8_t> edge_intact, std::vector<Affine>& out);
+
 private:
     std::vector<Vec3> rest_position_;
     std::vector<Quat> rest_orientation_;
     std::vector<Edge> edges_;
-    std::vector<double> edge_weight_;  // interface area / rest distance, m  (n_edges)
-    std::vector<Mat3> qq_, dq_;        // sums of a particle's ring, scratch (n_particles)
+    std::vector<double> edge_weight_;      // interface area / rest distance, m  (n_edges)
+    std::vector<Mat3> plain_;              // R_rel F_P                          (n_particles)
+    std::vector<Mat3> elastic_;            // E before it is limited             (n_particles)
+    std::vector<Mat3> qq_, dq_;            // sums of a particle's ring          (n_particles)
+    std::vector<Mat3> qq_rate_, dq_rate_;  // scratch of rates                   (n_particles)
 };
 
 }  // namespace sunder

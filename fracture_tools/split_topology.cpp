@@ -9,9 +9,10 @@
 
 namespace sunder {
 
-Result<SplitTopology> SplitTopology::make(FragmentFaces faces) {
+Result<SplitTopology> SplitTopology::make(FragmentFaces faces, ListedFaces listed) {
     SplitTopology topology;
     topology.faces_ = std::move(faces);
+    topology.listed_ = listed;
     if (Status s = topology.make_fans(); !s) return s.error();
     topology.make_joins();
     return topology;
@@ -137,20 +138,22 @@ void SplitTopology::unite_fans_around(uint32_t v, std::span<const uint8_t> inter
 
 // Triangles of classes here; number_vertices turns them into visual vertices.
 void SplitTopology::list_triangles(std::span<const uint8_t> interface_intact) {
-    triangle_face_.clear();
-    triangles_.clear();
+    triangle_face_.clear(), triangles_.clear(), triangle_hidden_.clear();
     auto class_of = [&](uint32_t corner) { return fan_class_[corner_fan_[corner]]; };
     for (uint32_t f = 0; f < faces_.n_faces(); ++f) {
-        if (!faces_.is_outer(f) && interface_intact[faces_.interface[f]]) continue;
         const Triangle t = {class_of(3 * f), class_of(3 * f + 1), class_of(3 * f + 2)};
+        bool hidden = false;
         if (!faces_.is_outer(f)) {
             // Both sides on the same three vertices enclose nothing: a blister inside of a body that still holds
             // together all around. It would be a component of its own, with no volume.
             const uint32_t twin = 3 * faces_.twin(f);
-            if (t[0] == class_of(twin) && t[1] == class_of(twin + 2) && t[2] == class_of(twin + 1)) continue;
+            hidden = interface_intact[faces_.interface[f]] ||
+                     (t[0] == class_of(twin) && t[1] == class_of(twin + 2) && t[2] == class_of(twin + 1));
         }
+        if (hidden && listed_ == ListedFaces::visible) continue;
         triangle_face_.push_back(f);
         triangles_.push_back(t);
+        triangle_hidden_.push_back(hidden);
     }
 }
 

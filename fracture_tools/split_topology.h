@@ -9,6 +9,11 @@
 
 namespace sunder {
 
+enum class ListedFaces {
+    visible,  // what can be seen: no face at an interface that holds (section 4.1)
+    all,      // every face of every fragment, those at interfaces that hold marked as hidden (section 4.2)
+};
+
 /// Splits the vertices that fragments share, as the interfaces between them break.
 ///
 /// The paper asks, around each vertex, which fragments are still connected through unbroken interfaces there. We ask
@@ -26,7 +31,7 @@ namespace sunder {
 class SplitTopology {
 public:
     /// Errors: a fragment that is not closed. Cost: sorts the corners once, O(n log n).
-    static Result<SplitTopology> make(FragmentFaces faces);
+    static Result<SplitTopology> make(FragmentFaces faces, ListedFaces listed = ListedFaces::visible);
 
     /// Makes vertices and triangles for a state of the interfaces; true when something changed. The result depends on
     /// `interface_intact` (n_interfaces) alone. Fans are joined anew only around vertices of interfaces that changed;
@@ -35,13 +40,21 @@ public:
 
     const FragmentFaces& faces() const { return faces_; }
 
-    std::span<const uint32_t> triangle_face() const { return triangle_face_; }  // visible faces, ascending
+    std::span<const uint32_t> triangle_face() const { return triangle_face_; }  // listed faces, ascending
     std::span<const Triangle> triangles() const { return triangles_; }          // of visual vertices
+    /// 1: at an interface that holds, or both sides of a broken one on the same three vertices. ListedFaces::visible
+    /// lists none of them. (n_triangles)
+    std::span<const uint8_t> triangle_hidden() const { return triangle_hidden_; }
     size_t n_vertices() const { return vertex_class_.size(); }
     /// Pool vertex of a visual vertex; visual vertices are ascending by it.
     uint32_t pool_vertex(uint32_t vertex) const { return fan_vertex_[vertex_class_[vertex]]; }
     /// Number that the vertex had before the last update if the fragments around it are the same ones, else kNone.
     uint32_t previous_vertex(uint32_t vertex) const { return previous_vertex_[vertex]; }
+    /// Fans, the instances of vertices of section 4.2: their number and order do not change while fracture goes on.
+    size_t n_fans() const { return fan_vertex_.size(); }
+    uint32_t corner_fan(uint32_t corner) const { return corner_fan_[corner]; }  // corner: of FragmentFaces
+    /// The visual vertex that a fan is an instance of; kNone: it is not seen.
+    uint32_t vertex_of_fan(uint32_t fan) const { return class_vertex_[fan_class_[fan]]; }
     /// Fragments connected at the vertex, ascending.
     void connected_fragments(uint32_t vertex, std::vector<uint32_t>& out) const;
 
@@ -59,6 +72,7 @@ private:
     void number_vertices(const std::vector<uint8_t>& vertex_changed);
 
     FragmentFaces faces_;
+    ListedFaces listed_ = ListedFaces::visible;
     std::vector<uint32_t> corner_fan_;    // fan of each face corner                 (3 n_faces)
     std::vector<uint32_t> fan_vertex_;    // fans ascending by (pool vertex, fragment)   (n_fans)
     std::vector<uint32_t> fan_fragment_;  // (n_fans)
@@ -74,6 +88,7 @@ private:
     std::vector<uint32_t> vertex_class_, previous_vertex_;
     std::vector<uint32_t> triangle_face_;
     std::vector<Triangle> triangles_;
+    std::vector<uint8_t> triangle_hidden_;
 };
 
 }  // namespace sunder

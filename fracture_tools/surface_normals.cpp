@@ -148,7 +148,8 @@ void SurfaceNormals::evaluate(const SplitTopology& topology, std::span<const Vec
     auto has_artist_normal = [&](uint32_t t) { return !artist_normal_.empty() && topology.faces().is_outer(face[t]); };
 
     for (size_t t = 0; t < triangles.size(); ++t) {
-        if (has_artist_normal(t) || sliver_[face[t]]) continue;
+        // What is hidden has no say in how its neighbours at a rim are shaded.
+        if (has_artist_normal(t) || sliver_[face[t]] || topology.triangle_hidden()[t]) continue;
         const auto [i, j, k] = triangles[t];
         const Vec3 &a = positions[i], &b = positions[j], &c = positions[k];
         const FaceNormal n = face_normal(a, b, c);

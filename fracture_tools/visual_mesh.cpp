@@ -36,6 +36,15 @@ Status check_rest(const SimulationMesh& rest, size_t n_fragments) {
     return {};
 }
 
+Error not_finite(const char* thing, size_t particle) {
+    return {ErrorCode::numerical,
+            std::string("the ") + thing + " of particle " + std::to_string(particle) + " is not finite",
+            "frame",
+            "take more substeps, or a softer or slower scene",
+            {},
+            {}};
+}
+
 // Interface of an edge, kNone for an edge whose fragments share none.
 std::vector<uint32_t> edge_interfaces(const FragmentSet& set, const SimulationMesh& rest) {
     std::vector<uint32_t> of_edge;
@@ -80,7 +89,9 @@ std::vector<Detour> find_detours(const FragmentSet& set, const SimulationMesh& r
 }  // namespace
 
 struct VisualMeshBuilder::Impl {
-    Impl(std::shared_ptr<const FragmentSet> fragments, const SimulationMesh& rest, const Pose& pose) {
+    Impl(std::shared_ptr<const FragmentSet> fragments, const SimulationMesh& rest, const Pose& pose,
+         VisualTopology wanted)
+        : is_constant(wanted == VisualTopology::constant) {
         if (!fragments) {
             status = bad_usage("no fragments were given");
             return;
@@ -95,7 +106,8 @@ struct VisualMeshBuilder::Impl {
         if (Status s = check_rest(rest, set->fragments.size()); !s) return s;
         if (!pose.position.allFinite() || !pose.orientation.coeffs().allFinite())
             return bad_input("pose", "it is not finite");
-        Result<SplitTopology> split = SplitTopology::make(faces.take());
+        Result<SplitTopology> split =
+            SplitTopology::make(faces.take(), is_constant ? ListedFaces::all : ListedFaces::visible);
         if (!split) return split.error();
         topology = split.take();
 
@@ -124,15 +136,18 @@ struct VisualMeshBuilder::Impl {
         if (frame.edge_intact.size() != edges.size())
             return bad_input("frame", "it tells of " + std::to_string(frame.edge_intact.size()) +
                                           " edges, the body has " + std::to_string(edges.size()));
+        const size_t n_moving = frame.velocity.size();
+        if ((n_moving != n && n_moving != 0) || frame.angular_velocity.size() != n_moving)
+            return bad_input("frame", "it has " + std::to_string(n_moving) + " velocities and " +
+                                          std::to_string(frame.angular_velocity.size()) + " angular velocities for " +
+                                          std::to_string(n) + " particles");
+        for (size_t i = 0; i < n_moving; ++i)
+            if (!frame.velocity[i].allFinite() || !frame.angular_velocity[i].allFinite())
+                return not_finite("velocity", i);
         for (size_t i = 0; i < n; ++i)
             if (!frame.position[i].allFinite() || !frame.orientation[i].coeffs().allFinite() ||
                 !(frame.orientation[i].norm() > 0) || !frame.plastic_deformation[i].allFinite())
-                return Error{ErrorCode::numerical,
-                             "the state of particle " + std::to_string(i) + " is not finite",
-                             "frame",
-                             "take more substeps, or a softer or slower scene",
-                             {},
-                             {}};
+                return not_finite("state", i);
         return {};
     }
 
@@ -162,7 +177,7 @@ struct VisualMeshBuilder::Impl {
         const bool split = topology->update(interface_intact(edge_intact));
         skin->bind(*topology, edge_intact);
         if (split) normals->bind(*topology), list_attributes(), list_marks();
-        mesh.skin = skin->binding();
+        mesh.skin = is_constant ? instances(*skin->binding()) : skin->binding();
         mesh.vertex_fragment = mesh.skin->nearest;
         bound_edges.assign(edge_intact.begin(), edge_intact.end());
         bound = true;
@@ -171,7 +186,15 @@ struct VisualMeshBuilder::Impl {
     void list_attributes() {
         const FragmentFaces& faces = topology->faces();
         const bool has_uvs = !set->outer_corner_uvs.empty() || !set->interface_corner_uvs.empty();
-        mesh.triangles.assign(topology->triangles().begin(), topology->triangles().end());
+        if (!is_constant) {
+            mesh.triangles.assign(topology->triangles().begin(), topology->triangles().end());
+        } else {
+            mesh.triangles.clear();
+            for (uint32_t f = 0; f < faces.n_faces(); ++f)
+                mesh.triangles.push_back(
+                    {topology->corner_fan(3 * f), topology->corner_fan(3 * f + 1), topology->corner_fan(3 * f + 2)});
+            mesh.triangle_hidden.assign(topology->triangle_hidden().begin(), topology->triangle_hidden().end());
+        }
         mesh.triangle_material.clear(), mesh.triangle_fragment.clear(), mesh.corner_uvs.clear();
         for (uint32_t f : topology->triangle_face()) {
             mesh.triangle_material.push_back(faces.is_outer(f) ? set->outer_material[f] : set->interior_material);
@@ -207,16 +230,47 @@ struct VisualMeshBuilder::Impl {
         return faces.is_side_b(face) ? Vec2f(-uv.x(), uv.y()) : uv;
     }
 
+    // What visual vertices of the split topology have, as vertices of the mesh have it.
+    void expand(const std::vector<Vec3f>& of_split, std::vector<Vec3f>& out) const {
+        out.resize(is_constant ? topology->n_fans() : of_split.size());
+        for (uint32_t v = 0; v < out.size(); ++v) out[v] = of_split[is_constant ? topology->vertex_of_fan(v) : v];
+    }
+
+    std::shared_ptr<const SkinBinding> instances(const SkinBinding& of_split) const {
+        auto out = std::make_shared<SkinBinding>();
+        out->rest_vertex = of_split.rest_vertex;
+        for (uint32_t fan = 0; fan < topology->n_fans(); ++fan) {
+            const uint32_t v = topology->vertex_of_fan(fan);
+            const auto influences = of_split.influences(v);
+            out->pool_vertex.push_back(of_split.pool_vertex[v]), out->nearest.push_back(of_split.nearest[v]);
+            out->influence.insert(out->influence.end(), influences.begin(), influences.end());
+            out->influence_offset.push_back(static_cast<uint32_t>(out->influence.size()));
+        }
+        return out;
+    }
+
     void move_vertices() {
         skin->blend(particle, vertex_skin);
         vertex_position.resize(vertex_skin.size());
-        mesh.positions.resize(vertex_skin.size());
+        vertex_float.resize(vertex_skin.size());
         for (uint32_t v = 0; v < vertex_skin.size(); ++v) {
-            vertex_position[v] = vertex_skin[v].apply(mesh.skin->rest_position(v));
-            mesh.positions[v] = vertex_position[v].cast<float>();
+            vertex_position[v] = vertex_skin[v].apply(skin->binding()->rest_position(v));
+            vertex_float[v] = vertex_position[v].cast<float>();
         }
+        expand(vertex_float, mesh.positions);
     }
 
+    void find_velocities(const BodyFrame& frame) {
+        mesh.velocities.clear();
+        if (frame.velocity.empty()) return;
+        transforms->rates(frame.position, frame.velocity, frame.angular_velocity, frame.edge_intact, particle);
+        skin->blend(particle, vertex_rate);
+        for (uint32_t v = 0; v < vertex_rate.size(); ++v)
+            vertex_float[v] = vertex_rate[v].apply(skin->binding()->rest_position(v)).cast<float>();
+        expand(vertex_float, mesh.velocities);
+    }
+
+    const bool is_constant;
     Status status;
     std::shared_ptr<const FragmentSet> set;
     std::optional<SplitTopology> topology;
@@ -230,14 +284,15 @@ struct VisualMeshBuilder::Impl {
 
     bool bound = false;
     std::vector<uint8_t> bound_edges;  // what topology, skin and normals stand for
-    std::vector<Affine> particle, vertex_skin;
+    std::vector<Affine> particle, vertex_skin, vertex_rate;
     std::vector<Vec3> vertex_position;  // double: normals of small triangles far from the origin
+    std::vector<Vec3f> vertex_float;
     VisualMesh mesh;
 };
 
 VisualMeshBuilder::VisualMeshBuilder(std::shared_ptr<const FragmentSet> fragments, const SimulationMesh& rest,
-                                     const Pose& pose)
-    : impl_(std::make_unique<Impl>(std::move(fragments), rest, pose)) {}
+                                     const Pose& pose, VisualTopology topology)
+    : impl_(std::make_unique<Impl>(std::move(fragments), rest, pose, topology)) {}
 
 VisualMeshBuilder::~VisualMeshBuilder() = default;
 
@@ -250,6 +305,7 @@ Result<VisualMesh> VisualMeshBuilder::build(const BodyFrame& frame) {
                               self.particle);
     self.move_vertices();
     self.normals->evaluate(*self.topology, self.vertex_position, self.vertex_skin, self.mesh.corner_normals);
+    self.find_velocities(frame);
     return self.mesh;
 }
 

@@ -1,4 +1,4 @@
-// The artist's mesh at run time: skinned to the particles, watertight until it tears (Choi 2014, section 4.1).
+// The artist's mesh at run time: skinned to the particles, watertight until it tears (Choi 2014, section 4).
 #pragma once
 
 #include <memory>
@@ -14,8 +14,21 @@ namespace sunder {
 
 struct SkinBinding;
 
-/// A frame of one body. Vertices are topological: two faces share a vertex exactly when the surface is joined there,
-/// so edges balance (each directed edge has its opposite) before and after every break.
+/// Which faces and vertices a visual mesh has.
+enum class VisualTopology {
+    compact,   // what can be seen: grows as the body tears (Choi 2014, section 4.1)
+    constant,  // every face of every fragment, in the same order in every frame (section 4.2)
+};
+
+/// A frame of one body.
+///
+/// Compact: two faces share a vertex exactly when the surface is joined there, so edges balance (each directed edge has
+/// its opposite) before and after every break.
+///
+/// Constant: each fragment is closed by index and shares no vertex with another; the instances of a vertex at several
+/// fragments have equal bits as long as they are connected there. Both sides of an interface that holds lie on one
+/// another inside of the body and are marked as hidden. They are not collapsed: vertices at the rim serve outer faces
+/// too, and a face that grew from nothing within a frame would streak where a renderer or a cache interpolates.
 struct VisualMesh {
     std::vector<Vec3f> positions;             // (n_vertices x 3), m, world
     std::vector<Triangle> triangles;          // (n_triangles x 3), counter-clockwise from outside
@@ -26,16 +39,20 @@ struct VisualMesh {
     std::vector<int32_t> triangle_interface;  // (n_triangles), into FragmentSet::interfaces; -1 on the outer surface
     std::vector<int32_t> triangle_material;   // (n_triangles); FragmentSet::interior_material on break surfaces
     std::vector<uint32_t> triangle_fragment;  // (n_triangles), whose surface it is
+    std::vector<uint8_t> triangle_hidden;     // (n_triangles), 1 until the interface breaks; empty if compact
     std::vector<uint32_t> vertex_fragment;    // (n_vertices), fragment that the vertex follows first (nearest particle)
+    std::vector<Vec3f> velocities;            // (n_vertices x 3), m/s, d/dt of positions; empty if the frame tells none
     std::shared_ptr<const SkinBinding> skin;  // what moves the vertices (skinning.h); the same until an edge breaks
 };
 
 /// What the skinning reads of one body at one frame; arrays are the body's slice of a FrameState.
 struct BodyFrame {
-    std::span<const Vec3> position;             // (n_fragments x 3), m
-    std::span<const Quat> orientation;          // (n_fragments x 4)
-    std::span<const Mat3> plastic_deformation;  // (n_fragments x 3 x 3), in the rest axes that `rest` has
-    std::span<const uint8_t> edge_intact;       // (n_edges of the body)
+    std::span<const Vec3> position;               // (n_fragments x 3), m
+    std::span<const Quat> orientation;            // (n_fragments x 4)
+    std::span<const Mat3> plastic_deformation;    // (n_fragments x 3 x 3), in the rest axes that `rest` has
+    std::span<const uint8_t> edge_intact;         // (n_edges of the body)
+    std::span<const Vec3> velocity = {};          // (n_fragments x 3), m/s; may be left out together with the next
+    std::span<const Vec3> angular_velocity = {};  // (n_fragments x 3), rad/s, world
 };
 
 /// Keeps the split topology of one body between frames. Frames may be asked for in any order: topology is a function
@@ -44,7 +61,8 @@ class VisualMeshBuilder {
 public:
     /// `rest` is the body's simulation mesh as placed in the scene (its slice alone, particle i = fragment i);
     /// `pose` is where the body was placed (fragment coordinates -> `rest` coordinates).
-    VisualMeshBuilder(std::shared_ptr<const FragmentSet> fragments, const SimulationMesh& rest, const Pose& pose);
+    VisualMeshBuilder(std::shared_ptr<const FragmentSet> fragments, const SimulationMesh& rest, const Pose& pose,
+                      VisualTopology topology = VisualTopology::compact);
     ~VisualMeshBuilder();
 
     Result<VisualMesh> build(const BodyFrame& frame);

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <set>
 
+#include "nodes/bake_exports.h"
 #include "nodes/bake_folder.h"
 #include "nodes/mesh_frame_file.h"
 #include "nodes/output_pattern.h"
@@ -50,10 +51,17 @@ public:
         const int last = manifest_.frame_range[1];
         report_.frames = manifest_.frame_range;
         report_.first_new_frame = next_frame();
-        const double n = last - manifest_.frame_range[0] + 1;
+        const double share = exports_.empty() ? 1 : 0.9;  // of the progress, that frames take
+        const double n = (last - manifest_.frame_range[0] + 1) / share;
         for (int frame = next_frame(); frame <= last; ++frame) {
             const double done = frame - manifest_.frame_range[0];
             if (Status s = bake_frame(frame, progress_.part(done / n, (done + 1) / n)); !s) return s.error();
+        }
+        if (!exports_.empty() && (report_.n_frames > 0 || !exports_are_whole(manifest_, *folder_))) {
+            const auto files = write_exports(exports_, *folder_, manifest_, progress_.part(share, 1));
+            if (!files) return files.error();
+            report_.n_files += files->size();
+            for (const FileStamp& stamp : *files) report_.bytes += stamp.size;
         }
         (void)progress_.report(1, "baked");
         return report_;
@@ -119,8 +127,16 @@ private:
             if (text.starts_with(std::string(kResumeFolder) + "/"))
                 return fault("the folder " + std::string(kResumeFolder) + " is kept for resuming",
                              "choose another one");
-            for (int frame = frames_[0]; frame <= frames_[1]; ++frame) {
-                const auto [other, is_new] = owner.try_emplace(output_path(text, frame), bake.node);
+            std::vector<std::string> files;
+            for (int frame = frames_[0]; frame <= frames_[1]; ++frame) files.push_back(output_path(text, frame));
+            auto wanted = wanted_export(graph_, bake.node, text);
+            if (!wanted) return wanted.error();
+            if (*wanted) {
+                for (const std::string& path : files_of(**wanted)) files.push_back(path);
+                exports_.push_back(std::move(**wanted));
+            }
+            for (const std::string& path : files) {
+                const auto [other, is_new] = owner.try_emplace(path, bake.node);
                 if (!is_new)
                     return fault("writes the same file as node '" + other->second + "': " + other->first,
                                  "give each its own path");
@@ -178,12 +194,17 @@ private:
     }
 
     Status restart(const std::string& text) {
+        std::set<std::string> known;  // exports, that may be there without a stamp
         if (const auto old = parse_manifest(text, settings_.folder)) {
             for (const ManifestFrame& frame : old->frames)
                 for (const ManifestFile& f : frame.files)
                     if (Status s = folder_->remove_own(f); !s) return s;
+            for (const ManifestFile& f : old->exports) {
+                known.insert(f.path);
+                if (Status s = folder_->remove_own(f); !s) return s;
+            }
         }
-        if (Status s = check_free({}); !s) return s;
+        if (Status s = check_free(known); !s) return s;
         if (Status s = folder_->write_manifest(manifest_); !s) return s;
         return folder_->prune_resume_states({});
     }
@@ -211,6 +232,7 @@ private:
         if (Status s = check_free(listed); !s) return s;
         manifest_.frames = old->frames;
         manifest_.resume = old->resume;
+        manifest_.exports = old->exports;
         // A shorter range than what is there leaves it as it is.
         const int last_whole = next_frame() - 1;
         manifest_.frame_range[1] = std::max(manifest_.frame_range[1], last_whole);
@@ -345,6 +367,7 @@ private:
     const Progress& progress_;
     std::optional<BakeFolder> folder_;          // once nothing else can be refused
     std::vector<Output> bake_nodes_, solvers_;  // solvers in the order in which bake nodes need them
+    std::vector<WantedExport> exports_;
     std::array<int, 2> frames_ = {0, 0};
     std::map<std::string, std::string> paths_;  // every file of the bake -> its node
     Manifest manifest_;                         // as on disk

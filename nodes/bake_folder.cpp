@@ -106,11 +106,17 @@ Status BakeFolder::check_writable(const std::string& path, const std::set<std::s
                      "choose another folder, or move it away");
 }
 
-Result<FileStamp> BakeFolder::write(const std::string& path, std::string_view bytes) const {
+Result<fs::path> BakeFolder::prepare(const std::string& path) const {
     if (Status s = check_inside(path); !s) return s.error();
     const fs::path full = path_ / path;
     if (Status s = make_folders(full.parent_path()); !s) return s.error();
-    return write_file(full, bytes);
+    return full;
+}
+
+Result<FileStamp> BakeFolder::write(const std::string& path, std::string_view bytes) const {
+    const auto full = prepare(path);
+    if (!full) return full.error();
+    return write_file(*full, bytes);
 }
 
 Status BakeFolder::write_manifest(const Manifest& manifest) const {
@@ -150,6 +156,7 @@ std::set<std::string> listed_paths(const Manifest& manifest) {
     for (const ManifestFrame& frame : manifest.frames)
         for (const ManifestFile& f : frame.files) paths.insert(f.path);
     for (const ManifestFile& f : manifest.resume) paths.insert(f.path);
+    for (const ManifestFile& f : manifest.exports) paths.insert(f.path);
     return paths;
 }
 

@@ -37,6 +37,8 @@ public:
     /// has our manifest) and its folder does not lead outside through a link. The error names the foreign file.
     Status check_writable(const std::string& path, const std::set<std::string>& listed) const;
 
+    /// Where to write a file that is not composed in memory; makes its subfolder.
+    Result<std::filesystem::path> prepare(const std::string& path) const;
     /// Writes a whole file, or none (write_file); makes its subfolder.
     Result<FileStamp> write(const std::string& path, std::string_view bytes) const;
     Status write_manifest(const Manifest& manifest) const;

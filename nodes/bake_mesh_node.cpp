@@ -26,11 +26,20 @@ NodeType bake_mesh_node() {
                   .label = "Item",
                   .type = SocketType::bake_item,
                   .sentence = "The file to write, for the bake runner"}};
-    d.parameters = {{.name = "path",
-                     .label = "Path",
-                     .type = ParameterType::output_path,
-                     .default_value = "mesh/mesh.####.ply",
-                     .sentence = "File below the output folder, #### being the frame; its ending tells the format"}};
+    d.parameters = {
+        {.name = "path",
+         .label = "Path",
+         .type = ParameterType::output_path,
+         .default_value = "mesh/mesh.####.ply",
+         .sentence = "File below the output folder, #### being the frame; its ending tells the format"},
+        {.name = "export",
+         .label = "Export",
+         .type = ParameterType::choice,
+         .default_value = "none",
+         .sentence = "Also a file of the whole shot beside the frames (PLY), made when all are baked. usda: "
+                     "USD with every frame; glb: glTF, fragments as rigid nodes (constant topology); pc2: "
+                     "point cache (constant topology)",
+         .choices = {"none", "usda", "glb", "pc2"}}};
     return {.description = d, .cook = cook, .depends_on_frame = true};
 }
 

@@ -11,6 +11,7 @@ namespace {
 /// Split topology goes on from the frame before, for as long as the body is the same.
 struct DeformerStore {
     ContentKey key = 0;
+    VisualTopology topology = VisualTopology::compact;
     std::unique_ptr<VisualMeshBuilder> builder;
 };
 
@@ -39,9 +40,12 @@ Result<Value> cook(CookContext& context) {
     if (!index) return index.error();
 
     DeformerStore& store = context.store().get<DeformerStore>();
-    if (!store.builder || store.key != (*body)->key) {
-        store.builder = std::make_unique<VisualMeshBuilder>((*body)->fragments, *(*body)->rest, (*body)->pose);
-        store.key = (*body)->key;
+    const VisualTopology topology =
+        context.parameters().text("topology") == "constant" ? VisualTopology::constant : VisualTopology::compact;
+    if (!store.builder || store.key != (*body)->key || store.topology != topology) {
+        store.builder =
+            std::make_unique<VisualMeshBuilder>((*body)->fragments, *(*body)->rest, (*body)->pose, topology);
+        store.key = (*body)->key, store.topology = topology;
     }
     const Body& b = (*state)->scene->bodies[*index];
     const FrameState& s = *(*state)->state;
@@ -49,7 +53,9 @@ Result<Value> cook(CookContext& context) {
         store.builder->build({.position = slice(s.position, b.particle_begin, b.particle_end),
                               .orientation = slice(s.orientation, b.particle_begin, b.particle_end),
                               .plastic_deformation = slice(s.plastic_deformation, b.particle_begin, b.particle_end),
-                              .edge_intact = slice(s.edge_intact, b.edge_begin, b.edge_end)});
+                              .edge_intact = slice(s.edge_intact, b.edge_begin, b.edge_end),
+                              .velocity = slice(s.velocity, b.particle_begin, b.particle_end),
+                              .angular_velocity = slice(s.angular_velocity, b.particle_begin, b.particle_end)});
     if (!mesh) return mesh.error();
     return make_value(BodyMesh{(*body)->name, (*body)->fragments, mesh.take()});
 }
@@ -73,8 +79,10 @@ NodeType deformer_node() {
          .label = "Topology",
          .type = ParameterType::choice,
          .default_value = "compact",
-         .sentence = "compact: no break surface is in the mesh before its edge breaks, so the mesh grows as it tears",
-         .choices = {"compact"}}};
+         .sentence = "compact: no break surface is in the mesh before its edge breaks, so the mesh grows as it tears; "
+                     "constant: all fragments are there from the first frame, break surfaces marked as hidden until "
+                     "they open, so that vertices and faces stay the same for point caches and motion blur",
+         .choices = {"compact", "constant"}}};
     return {.description = d, .cook = cook};
 }
 

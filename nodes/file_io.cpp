@@ -133,26 +133,62 @@ Result<std::string> read_file(const fs::path& path, uint64_t max_bytes) {
     return bytes;
 }
 
-Result<FileStamp> write_file(const fs::path& path, std::string_view bytes) {
+struct FileWriter::Impl {
+    fs::path path, temporary;
+    Descriptor file{-1};
+    std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> hash{XXH3_createState(), XXH3_freeState};
+    uint64_t size = 0;
+    bool is_committed = false;
+
+    Impl(fs::path p, fs::path t, int fd) : path(std::move(p)), temporary(std::move(t)), file(fd) {
+        XXH3_64bits_reset(hash.get());
+    }
+    ~Impl() {
+        if (!is_committed) ::unlink(temporary.c_str());
+    }
+};
+
+FileWriter::FileWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+FileWriter::FileWriter(FileWriter&& other) noexcept = default;
+FileWriter::~FileWriter() = default;
+
+Result<FileWriter> FileWriter::open(const fs::path& path) {
     const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
     const fs::path temporary = folder / (path.filename().string() + std::string(kTemporarySuffix));
     // A temporary left by a killed run is ours to remove; O_EXCL then never follows a link that stands in its place.
     ::unlink(temporary.c_str());
-    Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-    if (!file) return system_error(path, "write", errno);
-    int failed = write_all(file.get(), bytes);
-    if (!failed && ::fsync(file.get()) != 0) failed = errno;
-    if (!file.close() && !failed) failed = errno;
-    if (!failed && ::rename(temporary.c_str(), path.c_str()) != 0) failed = errno;
-    if (failed) {
-        ::unlink(temporary.c_str());
-        return system_error(path, "write", failed);
-    }
+    const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (fd < 0) return system_error(path, "write", errno);
+    return FileWriter(std::make_unique<Impl>(path, temporary, fd));
+}
+
+Status FileWriter::append(std::string_view bytes) {
+    if (const int failed = write_all(impl_->file.get(), bytes)) return system_error(impl_->path, "write", failed);
+    XXH3_64bits_update(impl_->hash.get(), bytes.data(), bytes.size());
+    impl_->size += bytes.size();
+    return {};
+}
+
+Result<FileStamp> FileWriter::commit() {
+    Impl& self = *impl_;
+    int failed = ::fsync(self.file.get()) != 0 ? errno : 0;
+    if (!self.file.close() && !failed) failed = errno;
+    if (!failed && ::rename(self.temporary.c_str(), self.path.c_str()) != 0) failed = errno;
+    if (failed) return system_error(self.path, "write", failed);
+    self.is_committed = true;
     // Without this the rename may be lost with the power, although the bytes are safe.
+    const fs::path folder = self.temporary.parent_path();
     Descriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (directory && ::fsync(directory.get()) != 0 && errno != EINVAL && errno != ENOTSUP)
         return system_error(folder, "sync the folder", errno);
-    return stamp_of(bytes);
+    return FileStamp{self.size, XXH3_64bits_digest(self.hash.get())};
+}
+
+Result<FileStamp> write_file(const fs::path& path, std::string_view bytes) {
+    auto file = FileWriter::open(path);
+    if (!file) return file.error();
+    if (Status s = file->append(bytes); !s) return s.error();
+    return file->commit();
 }
 
 Status make_folders(const fs::path& folder) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -31,6 +32,24 @@ Result<std::string> read_file(const std::filesystem::path& path, uint64_t max_by
 /// be there. On an error (disk full, not permitted, ...) whatever `path` held before is untouched and the temporary is
 /// gone.
 Result<FileStamp> write_file(const std::filesystem::path& path, std::string_view bytes);
+
+/// The same for a file that is too large to be composed in memory: written piece by piece under the temporary name,
+/// complete under its own once `commit` has returned. Without a commit nothing remains.
+class FileWriter {
+public:
+    static Result<FileWriter> open(const std::filesystem::path& path);
+    ~FileWriter();
+    FileWriter(FileWriter&& other) noexcept;
+    FileWriter& operator=(FileWriter&&) = delete;
+
+    Status append(std::string_view bytes);
+    Result<FileStamp> commit();
+
+private:
+    struct Impl;
+    explicit FileWriter(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> impl_;
+};
 
 /// Makes `folder` and what leads to it. Errors name the first part that could not be made.
 Status make_folders(const std::filesystem::path& folder);

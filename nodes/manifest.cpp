@@ -121,6 +121,7 @@ Json to_json(const Manifest& m) {
     json["keys"] = std::move(keys);
     json["frames"] = std::move(frames);
     json["resume"] = to_json(m.resume);
+    if (!m.exports.empty()) json["exports"] = to_json(m.exports);
     return json;
 }
 
@@ -165,6 +166,7 @@ Result<Manifest> parse_manifest(std::string_view text, const std::string& where)
     for (const Json& f : read.list(json, "frames"))
         m.frames.push_back({read.get<int>(f, "frame"), read.files(f, "files")});
     m.resume = read.files(json, "resume");
+    if (json.contains("exports")) m.exports = read.files(json, "exports");
     if (!read.fault.empty()) return bad_input(where, "is not a whole manifest: " + read.fault, mend);
     for (size_t i = 0; i < m.frames.size(); ++i)
         if (m.frames[i].frame != m.frame_range[0] + static_cast<int>(i) || m.frames[i].frame > m.frame_range[1])
@@ -240,24 +242,30 @@ std::vector<std::string> differences(const Manifest& baked, const Manifest& want
     return out;
 }
 
+namespace {
+
+void verify_file(const ManifestFile& f, const fs::path& folder, const std::string& whose, BakeCheck& io_check) {
+    ++io_check.n_files;
+    const auto stamp = stamp_of_file(folder / f.path);
+    if (!stamp) {
+        io_check.faults.push_back(f.path + ": " + stamp.error().what + whose);
+        return;
+    }
+    io_check.bytes += stamp->size;
+    if (stamp->size != f.stamp.size)
+        io_check.faults.push_back(f.path + ": has " + std::to_string(stamp->size) + " bytes instead of " +
+                                  std::to_string(f.stamp.size) + whose);
+    else if (stamp->hash != f.stamp.hash)
+        io_check.faults.push_back(f.path + ": its contents have changed (hash " + hex(stamp->hash) + " instead of " +
+                                  hex(f.stamp.hash) + ")" + whose);
+}
+
+}  // namespace
+
 Result<BakeCheck> verify_files(const Manifest& manifest, const fs::path& folder, const Progress& progress) {
     BakeCheck check;
     const double n = static_cast<double>(manifest.frames.size() + 1);
-    const auto look_at = [&](const ManifestFile& f, const std::string& whose) {
-        ++check.n_files;
-        auto stamp = stamp_of_file(folder / f.path);
-        if (!stamp) {
-            check.faults.push_back(f.path + ": " + stamp.error().what + whose);
-            return;
-        }
-        check.bytes += stamp->size;
-        if (stamp->size != f.stamp.size)
-            check.faults.push_back(f.path + ": has " + std::to_string(stamp->size) + " bytes instead of " +
-                                   std::to_string(f.stamp.size) + whose);
-        else if (stamp->hash != f.stamp.hash)
-            check.faults.push_back(f.path + ": its contents have changed (hash " + hex(stamp->hash) + " instead of " +
-                                   hex(f.stamp.hash) + ")" + whose);
-    };
+    const auto look_at = [&](const ManifestFile& f, const std::string& whose) { verify_file(f, folder, whose, check); };
     for (size_t i = 0; i < manifest.frames.size(); ++i) {
         const ManifestFrame& frame = manifest.frames[i];
         if (!progress.report(static_cast<double>(i) / n, "checking frame " + std::to_string(frame.frame)))
@@ -283,7 +291,19 @@ Result<BakeCheck> verify_files(const Manifest& manifest, const fs::path& folder,
 Result<BakeCheck> verify_bake(const fs::path& folder, const Progress& progress) {
     auto manifest = read_manifest(folder);
     if (!manifest) return manifest.error();
-    return verify_files(*manifest, folder, progress);
+    auto check = verify_files(*manifest, folder, progress);
+    if (check) verify_exports(*manifest, folder, *check);
+    return check;
+}
+
+bool verify_exports(const Manifest& manifest, const fs::path& folder, BakeCheck& io_check) {
+    const size_t n_faults = io_check.faults.size();
+    for (const ManifestFile& f : manifest.exports)
+        if (f.stamp == FileStamp{})
+            io_check.faults.push_back(f.path + ": this export was not finished");
+        else
+            verify_file(f, folder, " (export)", io_check);
+    return io_check.faults.size() == n_faults;
 }
 
 }  // namespace sunder

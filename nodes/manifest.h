@@ -48,6 +48,7 @@ struct Manifest {
     std::array<int, 2> frame_range = {1, 1};  // frames wanted, both included
     std::vector<ManifestFrame> frames;        // whole ones, from frame_range[0] on, without a gap
     std::vector<ManifestFile> resume;         // state of each solver at the last whole frame
+    std::vector<ManifestFile> exports;        // files of the whole shot; a stamp of zeros while one is being written
 
     bool operator==(const Manifest&) const = default;
 };
@@ -80,8 +81,11 @@ struct BakeCheck {
 /// Compares every file of a bake with its manifest. Errors: no manifest or one that cannot be understood; cancelled.
 Result<BakeCheck> verify_bake(const std::filesystem::path& folder, const Progress& progress = {});
 
-/// The same for a manifest that was read already.
+/// The same for a manifest that was read already, without exports: those can be made again from what is verified here.
 Result<BakeCheck> verify_files(const Manifest& manifest, const std::filesystem::path& folder,
                                const Progress& progress = {});
+
+/// Whether every export is there as listed. Adds what is wrong to `io_check`.
+bool verify_exports(const Manifest& manifest, const std::filesystem::path& folder, BakeCheck& io_check);
 
 }  // namespace sunder

@@ -52,6 +52,13 @@ private:
     std::unordered_map<std::array<uint32_t, N>, uint32_t, Hash> index_;  // looked up only, never walked
 };
 
+// A line of a PLY header ends where a name does not.
+std::string one_line(std::string name) {
+    for (char& c : name)
+        if (static_cast<unsigned char>(c) < ' ') c = ' ';
+    return name;
+}
+
 // Blanks end a name in OBJ.
 std::string obj_name(std::string name) {
     for (char& c : name)
@@ -69,13 +76,17 @@ std::string material_label(const FragmentSet& fragments, int32_t material) {
     return "material_" + std::to_string(material);
 }
 
-ByteBuffer encode_mesh_ply(const VisualMesh& mesh) {
-    const bool has_uvs = !mesh.corner_uvs.empty();
+ByteBuffer encode_mesh_ply(const VisualMesh& mesh, const FragmentSet& fragments) {
+    const bool has_uvs = !mesh.corner_uvs.empty(), has_velocities = !mesh.velocities.empty();
+    const bool has_hidden = !mesh.triangle_hidden.empty();
     PlyElement vertex{"vertex", mesh.positions.size(), ply_scalars("x y z", PlyType::float32)};
     vertex.properties.push_back({"fragment", PlyType::int32, {}});
+    if (has_velocities)
+        for (const PlyProperty& p : ply_scalars("vx vy vz", PlyType::float32)) vertex.properties.push_back(p);
     PlyElement face{"face", mesh.triangles.size(), {{"vertex_indices", PlyType::int32, PlyType::uint8}}};
     face.properties.push_back({"material", PlyType::int32, {}});
     face.properties.push_back({"fragment", PlyType::int32, {}});
+    if (has_hidden) face.properties.push_back({"hidden", PlyType::uint8, {}});
     if (has_uvs) face.properties.push_back({"texcoord", PlyType::float32, PlyType::uint8});
     face.properties.push_back({"corner_normals", PlyType::float32, PlyType::uint8});
     const bool has_interfaces = !mesh.triangle_interface.empty(), has_colors = !mesh.corner_colors.empty(),
@@ -85,17 +96,23 @@ ByteBuffer encode_mesh_ply(const VisualMesh& mesh) {
     if (has_rim) face.properties.push_back({"rim", PlyType::float32, PlyType::uint8});
 
     ByteBuffer bytes;
-    bytes.reserve(4096 + mesh.positions.size() * 16 +
-                  mesh.triangles.size() * (20 + 3 * kListLengthBytes + 36 + (has_uvs ? 24 : 0)));
-    write_ply_header(bytes, {{std::string(kMeshFileMagic), "written by sunder " SUNDER_VERSION}, {vertex, face}});
+    bytes.reserve(4096 + mesh.positions.size() * 28 +
+                  mesh.triangles.size() * (21 + 3 * kListLengthBytes + 36 + (has_uvs ? 24 : 0)));
+    std::vector<std::string> comments = {std::string(kMeshFileMagic), "written by sunder " SUNDER_VERSION};
+    for (int32_t m = 0; m <= fragments.interior_material; ++m)
+        comments.push_back(std::string(kMaterialComment) + std::to_string(m) + ' ' +
+                           one_line(material_label(fragments, m)));
+    write_ply_header(bytes, {comments, {vertex, face}});
     for (size_t v = 0; v < mesh.positions.size(); ++v) {
         bytes.append(mesh.positions[v].data(), sizeof(float) * 3);
         bytes.number(mesh.vertex_fragment[v]);
+        if (has_velocities) bytes.append(mesh.velocities[v].data(), sizeof(float) * 3);
     }
     for (size_t t = 0; t < mesh.triangles.size(); ++t) {
         bytes.number(uint8_t{3});
         bytes.append(mesh.triangles[t].data(), sizeof(uint32_t) * 3);
         bytes.number(mesh.triangle_material[t]), bytes.number(mesh.triangle_fragment[t]);
+        if (has_hidden) bytes.number(mesh.triangle_hidden[t]);
         if (has_uvs) {
             bytes.number(uint8_t{6});
             for (size_t c = 0; c < 3; ++c) bytes.append(mesh.corner_uvs[3 * t + c].data(), sizeof(float) * 2);
@@ -156,7 +173,7 @@ Result<ByteBuffer> encode_mesh(const std::string& path, const VisualMesh& mesh, 
             return e;
         }
     const std::string extension = std::filesystem::path(path).extension().string();
-    if (extension == ".ply") return encode_mesh_ply(mesh);
+    if (extension == ".ply") return encode_mesh_ply(mesh, fragments);
     if (extension == ".obj") return encode_mesh_obj(mesh, fragments);
     return bad_input(path, "meshes are not written as '" + extension + "'", "end the path in .ply or .obj");
 }

@@ -35,4 +35,13 @@ std::string output_path(const std::string& pattern, int frame) {
     return pattern.substr(0, first) + (frame < 0 ? "-" : "") + digits + pattern.substr(after);
 }
 
+std::string shot_path(const std::string& pattern, const std::string& extension) {
+    std::string stem = pattern.substr(0, pattern.rfind('.'));
+    const size_t first = stem.find('#');
+    stem.erase(first, stem.find_last_of('#') + 1 - first);
+    while (!stem.empty() && (stem.back() == '.' || stem.back() == '_' || stem.back() == '-')) stem.pop_back();
+    if (stem.empty() || stem.back() == '/') stem += "shot";
+    return stem + extension;
+}
+
 }  // namespace sunder

@@ -244,6 +244,8 @@ const std::vector<Entry<BodyMesh>>& entries_of(const BodyMesh*) {
         {"face_interface", [](const M& m) { return as_is<int32_t>(m.mesh.triangle_interface); }},
         {"face_material", [](const M& m) { return as_is<int32_t>(m.mesh.triangle_material); }},
         {"face_fragment", [](const M& m) { return as_is<uint32_t>(m.mesh.triangle_fragment); }},
+        {"face_hidden", [](const M& m) { return as_is<uint8_t>(m.mesh.triangle_hidden); }},
+        {"velocities", [](const M& m) { return corners<float, 3>(m.mesh.velocities); }},
         {"vertex_fragment", [](const M& m) { return as_is<uint32_t>(m.mesh.vertex_fragment); }},
         {"rest_positions",
          [](const M& m) {

@@ -9,7 +9,7 @@
 //   fragments    rest_position rest_orientation radii volume cluster toughness_factor yield_factor density_factor
 //                edges interface_area interface_normal interface_centroid interface_toughness_factor
 //   mesh, visual_mesh   positions triangles normals uvs colors (by corner) face_material;
-//                visual: rim (by corner) face_interface face_fragment vertex_fragment
+//                visual: rim (by corner) face_interface face_fragment face_hidden vertex_fragment velocities
 //   pin          particles
 #pragma once
 

@@ -55,8 +55,8 @@ def read_ply(path):
 
 
 class MeshFrame:
-    """positions (v, 3) f32, vertex_fragment (v,), triangles (t, 3), corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None,
-    material and fragment (t,); whole numbers are int32."""
+    """positions (v, 3) f32, vertex_fragment (v,), velocities (v, 3) f32 or None, triangles (t, 3), corner_normals (3t, 3)
+    f32, uvs (3t, 2) f32 or None, material and fragment (t,), hidden (t,) bool; whole numbers are int32."""
 
 
 def read_mesh_frame(path):
@@ -65,9 +65,13 @@ def read_mesh_frame(path):
         vertex, face = ply["vertex"], ply["face"]
         mesh.positions = np.stack([vertex["x"], vertex["y"], vertex["z"]], 1).astype(np.float32)
         mesh.vertex_fragment = np.ascontiguousarray(vertex["fragment"], np.int32)
+        has_velocities = "vx" in vertex.dtype.names
+        mesh.velocities = np.stack([vertex["v" + n] for n in "xyz"], 1) if has_velocities else None
         mesh.triangles = np.ascontiguousarray(face["vertex_indices"], np.int32)
         mesh.corner_normals = np.ascontiguousarray(face["corner_normals"], np.float32).reshape(-1, 3)
         mesh.material, mesh.fragment = (np.ascontiguousarray(face[n], np.int32) for n in ("material", "fragment"))
+        has_hidden = "hidden" in face.dtype.names  # constant topology: break surfaces that are not open yet
+        mesh.hidden = face["hidden"] != 0 if has_hidden else np.zeros(len(face), bool)
         has_uvs = "texcoord" in face.dtype.names
         mesh.uvs = np.ascontiguousarray(face["texcoord"], np.float32).reshape(-1, 2) if has_uvs else None
     except (KeyError, ValueError) as error:
@@ -75,6 +79,11 @@ def read_mesh_frame(path):
     if mesh.triangles.size and (mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.positions)):
         raise BakeError(f"{path}: a triangle names a vertex that is not there")
     return mesh
+
+
+def interior_material(first):
+    """The id of break surfaces, from the first frame of a bake."""
+    return int(first.material[~first.hidden].max(initial=0)) + 1
 
 
 def _row_type(data, at, count, properties):
@@ -129,8 +138,8 @@ class Bake:
         return mesh.positions, mesh.triangles, mesh.corner_normals, mesh.material, mesh.fragment
 
     def interior_material(self, pattern):
-        """The id of break surfaces: one more than the last outer one, and the first frame has only outer ones."""
-        return int(self.mesh_frame(pattern, self.frames[0])[3].max(initial=0)) + 1
+        """The id of break surfaces: one more than the last outer one, and the first frame shows only outer ones."""
+        return interior_material(read_mesh_frame(self.path(pattern, self.frames[0])))
 
     def rigid_body_poses(self, frame):
         """Position (n, 3) and quaternion w x y z (n, 4) of each rigid body."""

@@ -171,6 +171,20 @@ SUNDER_API sunder_status sunder_graph_bake(sunder_graph* graph, const sunder_bak
 /* {"files": N, "bytes": N, "faults": [...], "missing_frames": [...]} of a bake compared with its manifest. */
 SUNDER_API sunder_status sunder_graph_verify_bake(sunder_graph* graph, const char* folder,
                                                   const sunder_progress* progress, const char** out_json);
+typedef struct sunder_export_settings {
+    uint32_t struct_size;
+    int32_t overwrite; /* 0: a file that is there already is an error */
+    const char* bake;  /* folder */
+    const char* file;  /* its ending tells the format: .usda, .glb, .pc2, .####.ply, .####.obj */
+    const char* node;  /* bake_mesh node whose mesh is written; NULL or "": all of them */
+    int32_t has_frames, first_frame, last_frame; /* has_frames 0: all that are baked */
+    double tolerance; /* .glb: how far vertices may be from their rigid fragments, as a share of the shot's size */
+} sunder_export_settings;
+
+/* A bake as other programs read it: {"frames": [first, last], "files": [...], "note": TEXT}. Errors are told by the
+ * graph, which is not read. */
+SUNDER_API sunder_status sunder_graph_export_bake(sunder_graph* graph, const sunder_export_settings* settings,
+                                                  const sunder_progress* progress, const char** out_json);
 /* fragments.json and pieces/ of fragments. Errors are told by the value. */
 SUNDER_API sunder_status sunder_value_write_fragments(sunder_value* value, const char* folder,
                                                       const sunder_progress* progress);

@@ -5,6 +5,7 @@
 #include "nodes/bake.h"
 #include "nodes/fragment_folder.h"
 #include "nodes/manifest.h"
+#include "nodes/shot_export.h"
 #include "plugin_src/c_api/handles.h"
 
 using sunder::bad_usage;
@@ -150,6 +151,26 @@ sunder_status sunder_graph_verify_bake(sunder_graph* graph, const char* folder, 
                            {"bytes", check->bytes},
                            {"faults", check->faults},
                            {"missing_frames", check->missing_frames}};
+        graph->told.text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+        *out_json = graph->told.text.c_str();
+        return {};
+    });
+}
+
+sunder_status sunder_graph_export_bake(sunder_graph* graph, const sunder_export_settings* settings,
+                                       const sunder_progress* progress, const char** out_json) {
+    const bool there = settings && settings->struct_size >= sizeof *settings && settings->bake && settings->file;
+    return long_call(graph, there && out_json, progress, [&](const sunder::Progress& p) -> Status {
+        sunder::BakeExport wanted{.bake = settings->bake,
+                                  .settings = {.file = settings->file, .tolerance = settings->tolerance},
+                                  .node = settings->node ? settings->node : "",
+                                  .frames = {},
+                                  .overwrite = settings->overwrite != 0};
+        if (settings->has_frames) wanted.frames = {settings->first_frame, settings->last_frame};
+        const auto report = sunder::export_bake(wanted, p);
+        if (!report) return report.error();
+        Json json = {{"frames", report->frames}, {"files", Json::array()}, {"note", report->note}};
+        for (const auto& [path, unused] : report->files) json["files"].push_back(path.string());
         graph->told.text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
         *out_json = graph->told.text.c_str();
         return {};

@@ -28,16 +28,6 @@ Result<int> to_frame(std::string_view text) {
     return frame;
 }
 
-// "A:B", or "A" alone.
-Result<std::array<int, 2>> to_frames(const std::string& text) {
-    const size_t colon = text.find(':');
-    const auto first = to_frame(std::string_view(text).substr(0, colon));
-    const auto last = colon == std::string::npos ? first : to_frame(std::string_view(text).substr(colon + 1));
-    if (!first) return first.error();
-    if (!last) return last.error();
-    return std::array{*first, *last};
-}
-
 // "NODE.PARAM=VALUE"; the value is JSON, or else a text.
 Status apply_setting(Graph& graph, const std::string& setting) {
     const size_t equals = setting.find('=');
@@ -110,6 +100,15 @@ int run_bake(const Options& options) {
 }
 
 }  // namespace
+
+Result<std::array<int, 2>> to_frames(const std::string& text) {
+    const size_t colon = text.find(':');
+    const auto first = to_frame(std::string_view(text).substr(0, colon));
+    const auto last = colon == std::string::npos ? first : to_frame(std::string_view(text).substr(colon + 1));
+    if (!first) return first.error();
+    if (!last) return last.error();
+    return std::array{*first, *last};
+}
 
 void add_bake_command(CLI::App& app, Run& out_run) {
     auto options = std::make_shared<Options>();

@@ -2,8 +2,12 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <functional>
 #include <memory>
+#include <string>
+
+#include "nodes/graph.h"
 
 namespace sunder::cli {
 
@@ -13,7 +17,11 @@ using Run = std::function<int()>;
 void add_nodes_command(CLI::App& app, Run& out_run);
 void add_fracture_command(CLI::App& app, Run& out_run);
 void add_bake_command(CLI::App& app, Run& out_run);
+void add_export_command(CLI::App& app, Run& out_run);
 void add_info_command(CLI::App& app, Run& out_run);
 void add_verify_command(CLI::App& app, Run& out_run);
+
+/// "A:B", or "A" alone, of --frames.
+Result<std::array<int, 2>> to_frames(const std::string& text);
 
 }  // namespace sunder::cli

@@ -18,6 +18,7 @@ int run_program(int argc, char** argv) {
     add_nodes_command(app, run);
     add_fracture_command(app, run);
     add_bake_command(app, run);
+    add_export_command(app, run);
     add_info_command(app, run);
     add_verify_command(app, run);
     try {

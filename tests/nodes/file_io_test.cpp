@@ -61,6 +61,26 @@ TEST(FileIo, stamps_of_bytes_and_of_the_file_agree) {
     EXPECT_NE(stamp_of(bytes.substr(1)).hash, stamp->hash);
 }
 
+TEST(FileIo, a_file_written_piece_by_piece_is_whole_or_not_there) {
+    TemporaryFolder folder;
+    const std::string bytes(1'500'000, 'q');
+    {
+        auto file = FileWriter::open(folder / "a.bin");
+        ASSERT_TRUE(file);
+        ASSERT_TRUE(file->append(bytes) && file->append("end"));
+        EXPECT_FALSE(std::filesystem::exists(folder / "a.bin"));
+        const auto stamp = file->commit();
+        ASSERT_TRUE(stamp);
+        EXPECT_EQ(*stamp, stamp_of(bytes + "end"));
+    }
+    {
+        auto file = FileWriter::open(folder / "a.bin");
+        ASSERT_TRUE(file && file->append("half"));
+    }
+    EXPECT_EQ(slurp(folder / "a.bin"), bytes + "end");  // never committed: the old one stays
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
+}
+
 TEST(FileIo, refuses_what_is_no_plain_file) {
     TemporaryFolder folder;
     EXPECT_EQ(read_file(folder / "missing").error().code, ErrorCode::bad_input);

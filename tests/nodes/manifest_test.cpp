@@ -38,6 +38,19 @@ TEST(Manifest, comes_back_whole) {
     EXPECT_FALSE(is_own_manifest("{\"name\": \"web app\"}"));
 }
 
+TEST(Manifest, exports_come_back_and_may_be_absent) {
+    Manifest with = example();
+    with.exports = {{"out", "mesh/shot.pc2", {7, 0x14}}, {"out", "mesh/shot.obj", {}}};
+    const auto m = parse_manifest(text_of(with), "manifest.json");
+    ASSERT_TRUE(m) << m.error().text();
+    EXPECT_EQ(*m, with);
+    EXPECT_TRUE(listed_paths(*m).contains("mesh/shot.obj"));
+    EXPECT_FALSE(to_json(example()).contains("exports"));
+    Json json = to_json(with);
+    json["exports"][0]["path"] = "../shot.pc2";
+    EXPECT_TRUE(has(fault_of(json), "leaves the folder"));
+}
+
 TEST(Manifest, every_truncation_is_noticed) {
     const std::string whole = text_of(example());
     for (size_t n = 0; n < whole.size(); ++n) {

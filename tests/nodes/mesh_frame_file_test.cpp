@@ -5,6 +5,7 @@
 #include <limits>
 #include <sstream>
 
+#include "nodes/mesh_frame_reader.h"
 #include "nodes/ply_file.h"
 
 namespace sunder {
@@ -32,7 +33,7 @@ FragmentSet fragments() {
 
 TEST(MeshFrameFile, ply_holds_what_the_mesh_holds) {
     const VisualMesh m = example();
-    const auto file = PlyFile::parse(std::string(encode_mesh_ply(m).view()), "a.ply");
+    const auto file = PlyFile::parse(std::string(encode_mesh_ply(m, fragments()).view()), "a.ply");
     ASSERT_TRUE(file) << file.error().text();
     EXPECT_TRUE(file->has_comment(kMeshFileMagic));
     const PlyElement *vertex = file->find("vertex"), *face = file->find("face");
@@ -51,10 +52,66 @@ TEST(MeshFrameFile, ply_holds_what_the_mesh_holds) {
     EXPECT_EQ(read_number<float>(row + 47 + 8), -1.0f);
 }
 
+TEST(MeshFrameFile, ply_tells_velocities_hidden_faces_and_materials) {
+    VisualMesh m = example();
+    m.velocities = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}};
+    m.triangle_hidden = {0, 1};
+    const auto file = PlyFile::parse(std::string(encode_mesh_ply(m, fragments()).view()), "a.ply");
+    ASSERT_TRUE(file) << file.error().text();
+    EXPECT_TRUE(file->has_comment("material 0 old clay"));
+    EXPECT_TRUE(file->has_comment("material 1 interior"));
+    const PlyElement *vertex = file->find("vertex"), *face = file->find("face");
+    EXPECT_EQ(read_number<float>(file->rows(*vertex) + 2 * PlyFile::row_bytes(*vertex) + 20), 8.0f);
+    EXPECT_EQ(face->properties[3].name, "hidden");
+    const size_t bytes = 1 + 12 + 8 + 1 + 1 + 24 + 1 + 36;
+    EXPECT_EQ(read_number<uint8_t>(file->rows(*face) + bytes + 21), 1);
+}
+
+TEST(MeshFrameFile, ply_reads_back_to_the_same_mesh) {
+    VisualMesh full = example();
+    full.velocities = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}};
+    full.triangle_hidden = {0, 1};
+    VisualMesh plain = example();
+    plain.corner_uvs.clear();
+    for (const VisualMesh& m : {full, plain, VisualMesh()}) {
+        const auto frame = decode_mesh_ply(std::string(encode_mesh_ply(m, fragments()).view()), "a.ply");
+        ASSERT_TRUE(frame) << frame.error().text();
+        EXPECT_EQ(frame->mesh.positions, m.positions);
+        EXPECT_EQ(frame->mesh.velocities, m.velocities);
+        EXPECT_EQ(frame->mesh.triangles, m.triangles);
+        EXPECT_EQ(frame->mesh.corner_normals, m.corner_normals);
+        EXPECT_EQ(frame->mesh.corner_uvs, m.corner_uvs);
+        EXPECT_EQ(frame->mesh.triangle_material, m.triangle_material);
+        EXPECT_EQ(frame->mesh.triangle_fragment, m.triangle_fragment);
+        EXPECT_EQ(frame->mesh.triangle_hidden, m.triangle_hidden);
+        EXPECT_EQ(frame->mesh.vertex_fragment, m.vertex_fragment);
+        EXPECT_EQ(frame->materials, (std::vector<std::string>{"old clay", "interior"}));
+    }
+}
+
+TEST(MeshFrameFile, what_is_no_mesh_frame_is_refused) {
+    const std::string whole(encode_mesh_ply(example(), fragments()).view());
+    for (size_t n = 0; n < whole.size(); ++n) ASSERT_FALSE(decode_mesh_ply(whole.substr(0, n), "a.ply")) << n;
+    const auto refused = [&](const VisualMesh& m) {
+        return !decode_mesh_ply(std::string(encode_mesh_ply(m, fragments()).view()), "a.ply");
+    };
+    VisualMesh m = example();
+    m.triangles[1][2] = 4;
+    EXPECT_TRUE(refused(m));
+    m = example(), m.triangle_material[0] = 2;
+    EXPECT_TRUE(refused(m));
+    std::string foreign = whole;
+    foreign.replace(foreign.find(kMeshFileMagic), kMeshFileMagic.size(), "sunder mesh frame 9");
+    EXPECT_FALSE(decode_mesh_ply(foreign, "a.ply"));
+    std::string uneven = whole;  // a list of normals that says 8: the file's length no longer fits
+    uneven[uneven.size() - 37] = 8;
+    EXPECT_FALSE(decode_mesh_ply(uneven, "a.ply"));
+}
+
 TEST(MeshFrameFile, ply_without_uvs_has_no_texcoord) {
     VisualMesh m = example();
     m.corner_uvs.clear();
-    const auto file = PlyFile::parse(std::string(encode_mesh_ply(m).view()), "a.ply");
+    const auto file = PlyFile::parse(std::string(encode_mesh_ply(m, fragments()).view()), "a.ply");
     ASSERT_TRUE(file) << file.error().text();
     for (const PlyProperty& p : file->find("face")->properties) EXPECT_NE(p.name, "texcoord");
 }
@@ -95,7 +152,7 @@ TEST(MeshFrameFile, what_cannot_be_written_is_refused) {
 }
 
 TEST(MeshFrameFile, an_empty_mesh_is_a_whole_file) {
-    EXPECT_TRUE(PlyFile::parse(std::string(encode_mesh_ply({}).view()), "a.ply"));
+    EXPECT_TRUE(PlyFile::parse(std::string(encode_mesh_ply({}, {}).view()), "a.ply"));
 }
 
 }  // namespace

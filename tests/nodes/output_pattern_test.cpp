@@ -12,6 +12,13 @@ TEST(OutputPattern, fills_in_the_frame) {
     EXPECT_EQ(output_path("####", 0), "0000");
 }
 
+TEST(OutputPattern, a_whole_shot_has_the_name_without_the_frame) {
+    EXPECT_EQ(shot_path("mesh/bunny.####.ply", ".usda"), "mesh/bunny.usda");
+    EXPECT_EQ(shot_path("bunny_v2_####.ply", ".glb"), "bunny_v2.glb");
+    EXPECT_EQ(shot_path("a/####.ply", ".pc2"), "a/shot.pc2");
+    EXPECT_EQ(shot_path("##-old.ply", ".pc2"), "-old.pc2");
+}
+
 TEST(OutputPattern, refuses_what_leaves_the_output_folder) {
     for (const char* pattern : {"", "/tmp/a.####.ply", "../a.####.ply", "a/../../b.####.ply", "a//b.####.ply",
                                 "./a.####.ply", "a/####.ply/", "C:\\a.####.ply", "..\\a.####.ply"})

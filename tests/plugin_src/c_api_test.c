@@ -149,6 +149,15 @@ static void files(sunder_graph* graph, const char* folder) {
     CHECK(sunder_graph_verify_bake(graph, folder, NULL, &json) == SUNDER_OK && strstr(json, "\"faults\":[]") != NULL);
 
     char path[1000];
+    sunder_export_settings wanted;
+    memset(&wanted, 0, sizeof wanted);
+    snprintf(path, sizeof path, "%s/shot.usda", folder);
+    wanted.struct_size = sizeof wanted, wanted.bake = folder, wanted.file = path;
+    CHECK(sunder_graph_export_bake(graph, &wanted, NULL, &json) == SUNDER_BAD_INPUT); /* states alone, no mesh */
+    CHECK(strstr(error_of(graph).what, "mesh frames") != NULL);
+    wanted.bake = NULL;
+    CHECK(sunder_graph_export_bake(graph, &wanted, NULL, &json) == SUNDER_BAD_USAGE);
+
     snprintf(path, sizeof path, "%s/state/sim.0002.ply", folder);
     sunder_value* state = NULL;
     CHECK(sunder_graph_read_state(graph, path, &state) == SUNDER_OK && strcmp(sunder_value_type(state), "state") == 0);

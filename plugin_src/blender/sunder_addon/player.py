@@ -106,10 +106,10 @@ def state_file(folder, manifest, frame, node):
 
 
 def _interior_material(folder, manifest, node):
-    """The number of break surfaces: one more than the last outer material, and the first frame has only outer ones."""
+    """The number of break surfaces."""
     path, stamp = _file(folder, manifest, manifest.numbers[0], node)
     if (folder, stamp) not in _interiors:
-        _interiors[folder, stamp] = int(bake_reader.read_mesh_frame(path).material.max(initial=0)) + 1
+        _interiors[folder, stamp] = bake_reader.interior_material(bake_reader.read_mesh_frame(path))
     return _interiors[folder, stamp]
 
 
@@ -130,6 +130,7 @@ def _show_mesh(thing, folder, manifest, shown):
     result_mesh.write_materials(mesh, frame.material, interior, thing.sunder.interior_slot)
     result_mesh.write_attribute(mesh, "fragment", "INT", "FACE", frame.fragment)
     result_mesh.write_attribute(mesh, "interior", "BOOLEAN", "FACE", frame.material >= interior)
+    result_mesh.write_attribute(mesh, "hidden", "BOOLEAN", "FACE", frame.hidden)
     for name, (kind, values) in attributes.items():
         result_mesh.write_attribute(mesh, name, kind, "POINT", values)
     if thing.sunder.use_exact_normals:

@@ -1,11 +1,13 @@
 """Everything that Blender has to know, in the order in which it has to learn it."""
 import bpy
 
-from . import core, handlers, nodes, operators, panels, player, preview, quick_fracture, runtime, sockets, tree
+from . import (
+    core, export, handlers, nodes, operators, panels, player, preview, quick_fracture, runtime, sockets, tree,
+)
 
 _CLASSES = [
     *tree.classes, *sockets.classes, *player.classes, *nodes.classes, *operators.classes, *quick_fracture.classes,
-    *panels.classes,
+    *export.classes, *panels.classes,
 ]
 
 
@@ -14,6 +16,7 @@ def register():
         bpy.utils.register_class(cls)
     player.register()
     panels.register()
+    export.register()
     handlers.register()
     preview.register()
     problem = core.problem()
@@ -28,6 +31,7 @@ def unregister():
     runtime.forget()
     preview.unregister()
     handlers.unregister()
+    export.unregister()
     panels.unregister()
     player.unregister()
     for cls in reversed(_CLASSES):

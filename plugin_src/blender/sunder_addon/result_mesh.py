@@ -97,17 +97,17 @@ def state_attributes(rows, body, frame, toughness=None):
 
     rows: `particle` of a state frame; body: number of the mesh's body in it; toughness: its own at that frame, None for
     never. Strain is the largest principal elastic logarithmic strain, toughness left what is missing to the toughness, as a
-    share of it; plastic strain sqrt(2/3) |ln U| of the plastic deformation, U its stretch; velocity in m/s is that
-    of the particle's rigid motion at the vertex.
+    share of it; plastic strain sqrt(2/3) |ln U| of the plastic deformation, U its stretch; velocity in m/s is
+    the frame file's; where that has none, of the particle's rigid motion at the vertex.
     """
     own = rows[rows["body"] == body]
     particle = np.empty(int(own["fragment"].max(initial=0)) + 1, np.int64)
     particle[own["fragment"]] = np.arange(len(own))
     follows = particle[frame.vertex_fragment]
-    center = np.stack([own[n] for n in "xyz"], 1)[follows]
-    velocity = np.stack([own["v" + n] for n in "xyz"], 1)[follows]
-    spin = np.stack([own["w" + n] for n in "xyz"], 1)[follows]
-    at_vertex = velocity + np.cross(spin, frame.positions - center)
+    at_vertex = frame.velocities
+    if at_vertex is None:
+        center, velocity, spin = (np.stack([own[p + n] for n in "xyz"], 1)[follows] for p in ("", "v", "w"))
+        at_vertex = (velocity + np.cross(spin, frame.positions - center)).astype(np.float32)
     plastic = np.stack([own[f"fp{i}{j}"] for i in range(3) for j in range(3)], 1).reshape(-1, 3, 3)
     squared = np.linalg.eigvalsh(np.swapaxes(plastic, 1, 2) @ plastic)
     log_stretch = np.log(np.maximum(squared, 1e-30)) / 2
@@ -115,7 +115,7 @@ def state_attributes(rows, body, frame, toughness=None):
     strain = own["strain"][follows]
     left = np.ones_like(strain) if toughness is None else 1 - np.clip(strain / toughness, 0, 1)
     return {
-        "velocity": ("FLOAT_VECTOR", at_vertex.astype(np.float32)),
+        "velocity": ("FLOAT_VECTOR", at_vertex),
         "strain": ("FLOAT", strain.astype(np.float32)),
         "toughness_left": ("FLOAT", left.astype(np.float32)),
         "plastic_strain": ("FLOAT", plastic_strain[follows].astype(np.float32)),

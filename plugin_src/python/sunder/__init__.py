@@ -11,7 +11,7 @@ Results hold numpy arrays that are views into Sunder's memory: read-only, and va
 SI units; Z up; quaternions are (w, x, y, z).
 """
 from .errors import Error
-from .graph import Graph, Node, bake, node_types, read_state, verify
+from .graph import Graph, Node, bake, export, node_types, read_state, verify
 from .library import version
 from .values import Fragments, Interfaces, Mesh, State, Value
 
@@ -26,6 +26,7 @@ __all__ = [
     "State",
     "Value",
     "bake",
+    "export",
     "node_types",
     "read_state",
     "verify",

@@ -4,7 +4,7 @@ import json
 import os
 
 from .errors import Error
-from .library import ABI_VERSION, BakeReport, BakeSettings, Progress, check, decode, dump, encode, lib
+from .library import ABI_VERSION, BakeReport, BakeSettings, ExportSettings, Progress, check, decode, dump, encode, lib
 from .values import wrap
 
 
@@ -225,6 +225,21 @@ def verify(folder, progress=None):
     """Compares a bake with its manifest: {"files", "bytes", "faults", "missing_frames"}; whole if no faults."""
     graph, text = Graph(), ctypes.c_char_p()
     graph._long_call("graph_verify_bake", progress, encode(folder), Progress, ctypes.byref(text))
+    return json.loads(decode(text.value))
+
+
+def export(bake, file, node=None, frames=None, tolerance=0.005, overwrite=False, progress=None):
+    """Writes a bake folder as `file`: .usda, .glb, .pc2 (with its mesh as .obj), or a sequence .####.ply or .####.obj.
+
+    `node`: one bake_mesh node's mesh, all unless given; `frames` (first, last). In .glb fragments are rigid: `tolerance` is
+    how far a vertex may be from that, as a share of the shot's size. Returns {"frames", "files", "note"}.
+    """
+    graph, text = Graph(), ctypes.c_char_p()
+    first, last = frames or (0, 0)
+    settings = ExportSettings(
+        int(overwrite), encode(bake), encode(file), encode(node or ""), int(frames is not None), int(first), int(last), tolerance
+    )
+    graph._long_call("graph_export_bake", progress, ctypes.byref(settings), Progress, ctypes.byref(text))
     return json.loads(decode(text.value))
 
 

@@ -69,6 +69,20 @@ class BakeReport(_Sized):
     ]
 
 
+class ExportSettings(_Sized):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("overwrite", c_int32),
+        ("bake", c_char_p),
+        ("file", c_char_p),
+        ("node", c_char_p),
+        ("has_frames", c_int32),
+        ("first_frame", c_int32),
+        ("last_frame", c_int32),
+        ("tolerance", c_double),
+    ]
+
+
 _TEXT = POINTER(c_char_p)
 _HANDLE = POINTER(c_void_p)
 _PROGRESS = POINTER(ProgressStruct)
@@ -102,6 +116,7 @@ _FUNCTIONS = {  # name: (result, arguments)
     "graph_seed_state": (c_int32, [c_void_p, c_char_p, c_int32, c_void_p]),
     "graph_bake": (c_int32, [c_void_p, POINTER(BakeSettings), _PROGRESS, POINTER(BakeReport)]),
     "graph_verify_bake": (c_int32, [c_void_p, c_char_p, _PROGRESS, _TEXT]),
+    "graph_export_bake": (c_int32, [c_void_p, POINTER(ExportSettings), _PROGRESS, _TEXT]),
     "value_free": (None, [c_void_p]),
     "value_error": (None, [c_void_p, POINTER(ErrorStruct)]),
     "value_type": (c_char_p, [c_void_p]),

@@ -98,8 +98,9 @@ class State(Value):
 class Mesh(Value):
     """positions (v, 3), triangles (t, 3), normals (3t, 3) and uvs (3t, 2) by corner, face_material (t,).
 
-    A visual mesh also has face_fragment (t,) and vertex_fragment (v,), and what moves it: rest_positions (v, 3) and the
-    particles that each vertex follows, those of vertex i being influence_particle[o[i]:o[i + 1]] with weights
+    A visual mesh also has face_fragment (t,), vertex_fragment (v,) and velocities (v, 3) in m/s; with constant topology
+    face_hidden (t,), 1 until the interface breaks (otherwise it is empty). And it has what moves it: rest_positions (v, 3)
+    and the particles that each vertex follows, those of vertex i being influence_particle[o[i]:o[i + 1]] with weights
     influence_weight[o[i]:o[i + 1]], o = influence_offset (v + 1,). A vertex is the weighted sum of its rest position taken
     through a State's particle_transform; all of this stays the same until an edge breaks.
     """

@@ -2,16 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <map>
-#include <memory>
 #include <numeric>
 #include <random>
 
 #include "fracture_tools/mesh_checks.h"
 #include "fracture_tools/mesh_io.h"
-#include "fracture_tools/prefracture.h"
-#include "fracture_tools/simulation_mesh_builder.h"
-#include "fracture_tools/visual_mesh.h"
 #include "tests/fracture_tools/shapes.h"
+#include "tests/fracture_tools/voronoi/voronoi_body.h"
 
 namespace sunder {
 namespace {
@@ -40,30 +37,7 @@ TriMesh dressed_bunny() {
     return mesh;
 }
 
-struct Body {
-    std::shared_ptr<const FragmentSet> set;
-    SimulationMesh rest;
-    std::vector<Mat3> plastic;
-    std::vector<uint8_t> intact;
-
-    Body(const TriMesh& mesh, int pieces, PrefractureSettings settings = {}) {
-        settings.pieces = pieces;
-        Result<FragmentSet> cut = prefracture(mesh, settings, "mesh");
-        EXPECT_TRUE(cut) << (cut ? "" : cut.error().text());
-        set = std::make_shared<const FragmentSet>(cut ? cut.take() : FragmentSet());
-        Result<SimulationMesh> built = build_simulation_mesh(*set, {});
-        EXPECT_TRUE(built);
-        if (built) rest = built.take();
-        plastic.assign(rest.n_particles(), Mat3::Identity());
-        intact.assign(rest.n_edges(), 1);
-    }
-    VisualMesh frame() const {
-        VisualMeshBuilder builder(set, rest, {});
-        Result<VisualMesh> mesh = builder.build({rest.rest_position, rest.rest_orientation, plastic, intact});
-        EXPECT_TRUE(mesh) << (mesh ? "" : mesh.error().text());
-        return mesh ? mesh.take() : VisualMesh();
-    }
-};
+using Body = testing::VoronoiBody;
 
 MeshReport report(const VisualMesh& mesh) {
     std::vector<Vec3> points;
@@ -169,8 +143,7 @@ TEST(VisualContract, breaking_any_share_of_the_interfaces_keeps_every_edge_balan
     for (const TriMesh& mesh : {bunny(), testing::make_box(Vec3(1, 1, 0.02)), testing::make_torus()}) {
         Body body(mesh, 60);
         for (double share : {0.0, 0.02, 0.2, 0.6, 1.0}) {
-            std::mt19937 random(7);
-            for (uint8_t& e : body.intact) e = random() / 4294967296.0 >= share;
+            body.break_share(share, 7);
             const VisualMesh visual = body.frame();
             EXPECT_EQ(unbalanced_edges(visual), 0u) << share;
             // Pieces of the graph of unbroken interfaces.

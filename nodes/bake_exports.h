@@ -1,0 +1,36 @@
+// Files of the whole shot that bake nodes ask for, made when every frame is on disk.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nodes/bake_folder.h"
+#include "nodes/graph.h"
+#include "nodes/manifest.h"
+#include "solver/data/progress.h"
+
+namespace sunder {
+
+struct WantedExport {
+    std::string node, path;  // bake node; file below the output folder
+};
+
+/// What a bake node with this path pattern asks for, if anything. Errors: frames that are no PLY; a format that has no
+/// room for the topology of the deformer.
+Result<std::optional<WantedExport>> wanted_export(const Graph& graph, const std::string& node,
+                                                  const std::string& pattern);
+
+/// All files that it makes, below the output folder.
+std::vector<std::string> files_of(const WantedExport& wanted);
+
+/// Whether the manifest lists exports and all are there as listed.
+bool exports_are_whole(const Manifest& manifest, const BakeFolder& folder);
+
+/// Makes them from the frames that the manifest lists, so that it does not matter in how many runs those were baked.
+/// While files are being written the manifest on disk lists them without stamps: a run that dies here leaves nothing
+/// that it does not know. Gives the stamps of what was written.
+Result<std::vector<FileStamp>> write_exports(const std::vector<WantedExport>& wanted, const BakeFolder& folder,
+                                             Manifest& io_manifest, const Progress& progress);
+
+}  // namespace sunder

@@ -1,0 +1,118 @@
+"""Exports from the tree, and back into Blender: point caches by Mesh Cache, glTF by the importer, at every frame."""
+import os
+
+import bpy
+import numpy as np
+
+from addon_case import AddonCase, addon, main, positions
+
+np.bool = bool  # Debian's glTF importer is older than its numpy
+
+
+def evaluated_positions(thing):
+    return positions(thing.evaluated_get(bpy.context.evaluated_depsgraph_get()))
+
+
+class Exports(AddonCase):
+    def constant_tree(self, **material):
+        tree, nodes = self.tree(material={"toughness": 0.01, **material})
+        nodes["deformer"].set_parameters(topology="constant")
+        return tree, nodes
+
+    def frames(self, tree, name="deformer"):
+        files = sorted((self.cached(tree) / "mesh").glob(f"{name}.*.ply"))
+        return [addon("bake_reader").read_mesh_frame(str(p)) for p in files]
+
+    def test_a_point_cache_of_a_bake_node_plays_on_its_mesh(self):
+        tree, nodes = self.constant_tree()
+        out = self.node(tree, "bake_mesh", path="cache/block.####.ply", export="pc2")
+        self.connect(nodes["deformer"], "mesh", out, "mesh")
+        self.assertEqual(self.bake(tree), {"FINISHED"})
+        frames, folder = self.frames(tree), self.cached(tree) / "cache"
+        self.assertGreater(len({int(f.hidden.sum()) for f in frames}), 1)  # it tore
+        bpy.ops.wm.obj_import(filepath=str(folder / "block.obj"), forward_axis="Y", up_axis="Z")
+        thing = bpy.context.object
+        np.testing.assert_array_equal(positions(thing), frames[0].positions)
+        played = thing.modifiers.new("cache", "MESH_CACHE")
+        played.cache_format, played.filepath = "PC2", str(folder / "block.pc2")
+        played.forward_axis, played.up_axis, played.frame_start = "POS_Y", "POS_Z", 1
+        moved = 0
+        for number, frame in enumerate(frames, 1):
+            self.scene.frame_set(number)
+            shown = evaluated_positions(thing)
+            np.testing.assert_array_equal(shown, frame.positions)
+            moved = max(moved, np.abs(shown - frames[0].positions).max())
+        self.assertGreater(moved, 0.05)
+        bpy.ops.sunder.free_bake(tree=tree.name)
+        self.assertFalse(folder.exists())
+
+    def test_gltf_fragments_move_as_the_bake_does(self):
+        tree, nodes = self.constant_tree(toughness=1e-6, youngs_modulus=1e7)
+        nodes["body"].set_parameters(angular_velocity=(200, 400, 100), velocity=(1, 0, 8))
+        self.assertEqual(self.bake(tree), {"FINISHED"})
+        frames = self.frames(tree)
+        path = str(self.folder / "block.glb")
+        self.assertEqual(bpy.ops.sunder.export(tree=tree.name, filepath=path, tolerance=0.02), {"FINISHED"})
+        before = set(bpy.data.objects)
+        self.scene.render.fps = 24
+        bpy.ops.import_scene.gltf(filepath=path)
+        pieces = [o for o in bpy.data.objects if o not in before and o.type == "MESH"]
+        self.assertEqual(len(pieces), len(np.unique(frames[0].fragment)))
+        worst = 0
+        for number, frame in enumerate(frames):
+            self.scene.frame_set(number)  # the importer's time 0 is frame 0
+            for piece in pieces:
+                fragment = int(piece.name.rsplit(".", 1)[1])
+                own = frame.positions[np.unique(frame.triangles[frame.fragment == fragment])]
+                local = positions(piece)
+                world = np.array(piece.matrix_world)
+                shown = local @ world[:3, :3].T + world[:3, 3]
+                apart = np.linalg.norm(shown[:, None] - own[None], axis=2)
+                worst = max(worst, apart.min(1).max(), apart.min(0).max())
+        self.assertLess(worst, 1e-5 + self.deviation(frames))
+        self.assertGreater(np.abs(frames[-1].positions - frames[0].positions).max(), 0.05)
+
+    def deviation(self, frames):
+        """How far vertices are from the best rigid motion of their fragment, m."""
+        worst = 0
+        for fragment in np.unique(frames[0].fragment):
+            own = np.unique(frames[0].triangles[frames[0].fragment == fragment])
+            local = frames[0].positions[own].astype(float)
+            local -= local.mean(0)
+            for frame in frames:
+                now = frame.positions[own].astype(float)
+                now -= now.mean(0)
+                u, _, v = np.linalg.svd(now.T @ local)
+                rotation = u @ np.diag([1, 1, np.linalg.det(u @ v)]) @ v
+                worst = max(worst, np.linalg.norm(now - local @ rotation.T, axis=1).max())
+        return worst
+
+    def test_formats_are_told_by_the_ending(self):
+        tree, _ = self.constant_tree()
+        self.bake(tree)
+        for name in ("shot.usda", "shot.pc2", "shot.####.obj", "shot.####.ply"):
+            path = str(self.folder / "out" / name)
+            self.assertEqual(bpy.ops.sunder.export(tree=tree.name, filepath=path, node="deformer"), {"FINISHED"})
+        wanted = ["shot.usda", "shot.pc2", "shot.obj"]
+        wanted += [f"shot.000{i}.{kind}" for i in range(1, 7) for kind in ("obj", "ply")]
+        self.assertEqual(sorted(os.listdir(self.folder / "out")), sorted(wanted))
+        with self.assertRaisesRegex(RuntimeError, ".abc"):
+            bpy.ops.sunder.export(tree=tree.name, filepath=str(self.folder / "shot.abc"))
+
+    def test_what_blender_cannot_write_is_refused_and_the_scene_left_alone(self):
+        tree, _ = self.constant_tree()
+        thing, = self.results(tree)
+        self.bake(tree)
+        known = addon("export").host_formats()
+        for kind in ("ABC", "USD"):
+            path = self.folder / f"host.{kind}"
+            if kind in known:
+                self.assertEqual(bpy.ops.sunder.export_host(tree=tree.name, filepath=str(path), format=kind), {"FINISHED"})
+            else:
+                with self.assertRaisesRegex(RuntimeError, "built without"):
+                    bpy.ops.sunder.export_host(tree=tree.name, filepath=str(path), format=kind)
+        self.assertEqual(len(thing.modifiers), 0)
+
+
+if __name__ == "__main__":
+    main()
