@@ -1,7 +1,9 @@
 """Everything that Blender has to know, in the order in which it has to learn it."""
 import bpy
 
-from . import core, handlers, nodes, operators, panels, player, preview, quick_fracture, runtime, sockets, tree
+from . import (
+    compiler, core, handlers, nodes, operators, panels, player, preview, quick_fracture, runtime, sockets, tree,
+)
 
 _CLASSES = [
     *tree.classes, *sockets.classes, *player.classes, *nodes.classes, *operators.classes, *quick_fracture.classes,
@@ -21,6 +23,25 @@ def register():
         print(f"sunder: error: {problem}")
 
 
+def _drop_evaluated_trees():
+    """Makes Blender free its evaluated copies of trees while their types are there: later it would reach for what is gone.
+
+    The pointers that brought them about are set back afterwards, which Blender does not notice.
+    """
+    holders = [o.sunder for o in bpy.data.objects if o.sunder.tree]
+    holders += [use for scene in bpy.data.scenes for use in scene.sunder_trees if use.tree]
+    pointers = [(holder, holder.tree) for holder in holders]
+    if not pointers:
+        return
+    for holder, _ in pointers:
+        holder.tree = None
+    for window in bpy.context.window_manager.windows:
+        with bpy.context.temp_override(window=window):
+            compiler.rebuild_relations(window.scene)
+    for holder, known in pointers:
+        holder.tree = known
+
+
 def unregister():
     for job in list(runtime.jobs.values()):
         job.cancel()
@@ -28,6 +49,7 @@ def unregister():
     runtime.forget()
     preview.unregister()
     handlers.unregister()
+    _drop_evaluated_trees()
     panels.unregister()
     player.unregister()
     for cls in reversed(_CLASSES):
