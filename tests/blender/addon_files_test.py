@@ -260,6 +260,23 @@ class Copies(FileCase):
         np.testing.assert_array_equal(positions(self.result()), there)
 
 
+class Disabled(FileCase):
+    def test_the_addon_turned_off_and_on_leaves_trees_and_results_as_they_were(self):
+        tree, _, result = self.shot()
+        there, folder = positions(result), self.cached(tree)
+        for _ in range(3):
+            bpy.ops.preferences.addon_disable(module="sunder_addon")
+            bpy.context.view_layer.update()
+            self.scene.frame_set(4)  # Blender evaluates its copies of the tree, whose type is gone
+            self.scene.frame_set(6)
+            bpy.ops.preferences.addon_enable(module="sunder_addon")
+        tree = self.only_tree()
+        self.assertEqual([self.cached(tree), self.status(tree).state, self.status(tree).is_stale], [folder, "complete", False])
+        self.assertEqual(self.result().sunder.tree, tree)
+        self.scene.frame_set(2), self.scene.frame_set(6)
+        np.testing.assert_array_equal(positions(self.result()), there)
+
+
 class Undone(FileCase):
     def setUp(self):
         super().setUp()

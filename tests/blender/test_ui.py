@@ -34,6 +34,8 @@ class Window(unittest.TestCase):
              "--python", str(Path(__file__).with_name("ui_script.py")), "--", str(PICTURES)],
             env=names, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=280)
         print(done.stdout)
+        for report in Path(folder.name).rglob("*.crash.txt"):
+            print(report.read_text())
         self.assertTrue((PICTURES / "told.json").exists(), f"Blender ended with {done.returncode}")
         told = json.loads((PICTURES / "told.json").read_text())
         print(json.dumps(told["times"], indent=1))

@@ -44,7 +44,11 @@ def ensure_evaluated(tree, scene):
     if any(t.tree == tree for t in scene.sunder_trees):
         return
     scene.sunder_trees.add().tree = tree
-    # Assigning a pointer does not rebuild Blender's relations, an object that comes and goes does.
+    rebuild_relations(scene)
+
+
+def rebuild_relations(scene):
+    """Assigning a pointer does not rebuild Blender's relations between datablocks, an object that comes and goes does."""
     thing = bpy.data.objects.new("sunder relations", None)
     scene.collection.objects.link(thing)
     bpy.context.view_layer.update()

@@ -148,8 +148,9 @@ def draw_object(thing, drawn, to_screen, towards_viewer):
 
 
 def _visible():
-    layer = bpy.context.view_layer
-    return [o for o in player.result_objects() if o.sunder.preview != "OFF" and o.visible_get(view_layer=layer)]
+    layer, view = bpy.context.view_layer, bpy.context.space_data
+    return [o for o in player.result_objects()
+            if o.sunder.preview != "OFF" and o.visible_get(view_layer=layer, viewport=view)]
 
 
 @runtime.guarded

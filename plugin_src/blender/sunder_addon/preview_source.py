@@ -64,8 +64,10 @@ class Source:
     def __init__(self, folder, graph, node):
         sunder = core.sunder()
         self._sunder, self._node, self.graph, self.error = sunder, node, graph, ""
-        self._graph = sunder.Graph.from_dict(graph, base_folder=folder)
         fields = graph["nodes"][node]
+        # What cannot be seen is not drawn, whatever the bake's files hold.
+        nodes = {**graph["nodes"], node: {**fields, "topology": "compact"}}
+        self._graph = sunder.Graph.from_dict({**graph, "nodes": nodes}, base_folder=folder)
         self._solver, self._output = fields["state"][1:].rsplit(".", 1)
         self._body = fields["body"][1:].rsplit(".", 1)[0]
         self._first = graph["frame_range"][0]

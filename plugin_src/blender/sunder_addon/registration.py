@@ -2,7 +2,7 @@
 import bpy
 
 from . import (
-    core, export, handlers, nodes, operators, panels, player, preview, quick_fracture, runtime, sockets, tree,
+    compiler, core, export, handlers, nodes, operators, panels, player, preview, quick_fracture, runtime, sockets, tree,
 )
 
 _CLASSES = [
@@ -24,6 +24,25 @@ def register():
         print(f"sunder: error: {problem}")
 
 
+def _drop_evaluated_trees():
+    """Makes Blender free its evaluated copies of trees while their types are there: later it would reach for what is gone.
+
+    The pointers that brought them about are set back afterwards, which Blender does not notice.
+    """
+    holders = [o.sunder for o in bpy.data.objects if o.sunder.tree]
+    holders += [use for scene in bpy.data.scenes for use in scene.sunder_trees if use.tree]
+    pointers = [(holder, holder.tree) for holder in holders]
+    if not pointers:
+        return
+    for holder, _ in pointers:
+        holder.tree = None
+    for window in bpy.context.window_manager.windows:
+        with bpy.context.temp_override(window=window):
+            compiler.rebuild_relations(window.scene)
+    for holder, known in pointers:
+        holder.tree = known
+
+
 def unregister():
     for job in list(runtime.jobs.values()):
         job.cancel()
@@ -32,6 +51,7 @@ def unregister():
     preview.unregister()
     handlers.unregister()
     export.unregister()
+    _drop_evaluated_trees()
     panels.unregister()
     player.unregister()
     for cls in reversed(_CLASSES):
