@@ -168,8 +168,8 @@ double fitting_voxel_size(const Vec3& side, double voxel_size) {
 
 /// The mesh as one that bounds a solid.
 Result<TriMesh> solid(const TriMesh& mesh, const std::string& where, std::vector<std::string>& io_warnings) {
-    Result<TriMesh> mended = repair_mesh(mesh, where, io_warnings);
-    if (mended) return mended;
+    Result<RepairedMesh> mended = repair_mesh(mesh, RepairSettings{}, where, io_warnings);
+    if (mended) return mended.take().mesh;
     Error error = mended.error();
     error.mend += (error.mend.empty() ? "" : "; ") + std::string("an open sheet collides if it is given a thickness");
     return error;
