@@ -56,7 +56,8 @@ def read_ply(path):
 
 class MeshFrame:
     """positions (v, 3) f32, vertex_fragment (v,), velocities (v, 3) f32 or None, triangles (t, 3), corner_normals (3t, 3)
-    f32, uvs (3t, 2) f32 or None, material and fragment (t,), hidden (t,) bool; whole numbers are int32."""
+    f32, uvs (3t, 2) f32 or None, material and fragment (t,), hidden (t,) bool; interface (t,), rim (3t,) f32 and colors
+    (3t, 4) f32 or None; whole numbers are int32."""
 
 
 def read_mesh_frame(path):
@@ -74,6 +75,11 @@ def read_mesh_frame(path):
         mesh.hidden = face["hidden"] != 0 if has_hidden else np.zeros(len(face), bool)
         has_uvs = "texcoord" in face.dtype.names
         mesh.uvs = np.ascontiguousarray(face["texcoord"], np.float32).reshape(-1, 2) if has_uvs else None
+        there = face.dtype.names
+        mesh.interface = np.ascontiguousarray(face["interface"], np.int32) if "interface" in there else None
+        mesh.rim = np.ascontiguousarray(face["rim"], np.float32).ravel() if "rim" in there else None
+        has_colors = "corner_colors" in there
+        mesh.colors = np.ascontiguousarray(face["corner_colors"], np.float32).reshape(-1, 4) if has_colors else None
     except (KeyError, ValueError) as error:
         raise BakeError(f"{path}: not a mesh frame ({error})") from error
     if mesh.triangles.size and (mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.positions)):

@@ -120,6 +120,57 @@ class Maps(ObjectCase):
         with self.assertRaisesRegex(addon("core").Refused, "neither a vertex group nor a vertex attribute 'Nothing'"):
             export.geometry(thing, depsgraph, Matrix(), True, map_names=["Nothing"])
 
+    def test_groups_and_attributes_are_factors_on_the_material(self):
+        thing = self.numbered()
+        tree, nodes = self.tree(thing, pieces=30)
+        nodes["prefracture"].toughness_map, nodes["prefracture"].density_map = "Upper half", "heavy"
+        graph = self.graph(tree)
+        cut = graph.evaluate("prefracture.fragments")
+        upper = cut.rest_position[:, 2] > 0.1
+        self.assertTrue(cut.toughness_factor[upper].min() > 0.3 > cut.toughness_factor[~upper].min())
+        state = graph.evaluate("solver.state")
+        nodes["prefracture"].density_map = ""
+        plain = self.graph(tree).evaluate("solver.state")
+        heavier = state.mass / plain.mass
+        self.assertTrue(heavier.min() > 1 and heavier.max() > 1.5 * heavier.min())
+        nodes["prefracture"].toughness_map = "Nothing"
+        self.assertIn("neither a vertex group nor a vertex attribute 'Nothing'", self.refusal(tree))
+        self.assertIn("Nothing", nodes["mesh_file"].error)
+
+    def test_painting_a_map_makes_the_bake_out_of_date(self):
+        thing = self.numbered()
+        tree, nodes = self.tree(thing)
+        nodes["prefracture"].toughness_map = "Upper half"
+        self.bake(tree)
+        self.assertIs(self.status(tree).is_stale, False)
+        thing.vertex_groups["Upper half"].add([0], 0.25, "REPLACE")
+        thing.data.update()
+        bpy.context.view_layer.update()
+        self.assertIs(self.status(tree).is_stale, True)
+        thing.vertex_groups["Upper half"].remove([0])
+        thing.data.update()
+        bpy.context.view_layer.update()
+        self.assertIs(self.status(tree).is_stale, False)
+
+    def test_a_region_is_an_objects_bounding_box_along_the_fragments_axes(self):
+        thing = self.cube(location=(1, 0, 0.5))
+        thing.rotation_euler.z = math.radians(90)
+        bpy.ops.object.empty_add(location=(1, 0.1, 0.5), radius=0.1)
+        box = bpy.context.object
+        bpy.context.view_layer.update()
+        tree, nodes = self.tree(thing)
+        region = self.node(tree, "fragment_region", toughness=0.5)
+        region.source, region.object = "OBJECT", box
+        tree.links.remove(nodes["body"].inputs["Fragments"].links[0])
+        self.connect(nodes["prefracture"], "fragments", region, "fragments")
+        self.connect(region, "fragments", nodes["body"], "fragments")
+        node = self.graph(tree)["fragment_region"]
+        np.testing.assert_allclose([node["box_min"], node["box_max"]], [[0, -0.1, -0.1], [0.2, 0.1, 0.1]], atol=1e-6)
+        self.bake(tree)
+        box.location.y = 0.15
+        bpy.context.view_layer.update()
+        self.assertIs(self.status(tree).is_stale, True)
+
 
 class Forces(ObjectCase):
     def blown(self, kind, **fields):

@@ -130,12 +130,15 @@ class Colors(PreviewCase):
     def test_strain_and_toughness_left_are_shares_of_the_toughness(self):
         data = addon("preview_source")
         strain, piece = np.array([0.0, 0.05, 0.1, 0.4]), np.zeros(4, int)
-        shown = data._colors("STRAIN", piece, strain, 0.1)
+        ones = np.ones(4)
+        shown = data._colors("STRAIN", piece, strain, 0.1, ones)
         np.testing.assert_array_equal(shown, data.heat(np.array([0, 0.5, 1, 1])))
-        left = data._colors("TOUGHNESS", piece, strain, 0.1)
+        left = data._colors("TOUGHNESS", piece, strain, 0.1, ones)
         np.testing.assert_array_equal(left, data.traffic_light(np.array([1, 0.5, 0, 0])))
         self.assertTrue(left[0, 1] > 2 * left[0, 0] and left[3, 0] > 2 * left[3, 1])  # green, red
-        np.testing.assert_array_equal(data._colors("TOUGHNESS", piece, strain, None), data.traffic_light(np.ones(4)))
+        weak = data._colors("TOUGHNESS", piece, strain, 0.1, np.array([1, 1, 4, 2]))
+        np.testing.assert_array_equal(weak, data.traffic_light(np.array([1, 0.5, 0.75, 0])))
+        np.testing.assert_array_equal(data._colors("TOUGHNESS", piece, strain, None, ones), data.traffic_light(ones))
 
     def test_the_limit_is_the_toughness_at_the_frame_unless_told(self):
         body = self.nodes["body"]
@@ -247,6 +250,25 @@ class Meshes(PreviewCase):
         self.result.sunder.preview = "PIECES"
         self.assertIsNone(addon("preview").update(self.result, self.scene))
         self.assertEqual(addon("preview").problems[self.result.name], "nothing baked yet")
+
+    def test_two_shots_are_cut_once_each_and_anew_when_baked_otherwise(self):
+        other, nodes = self.tree(self.cube(location=(3, 0, 0.5), name="Other"))
+        self.bake(other)
+        preview = addon("preview")
+
+        def source(tree):
+            known = preview._source(str(self.cached(tree)), self.manifest(tree), "deformer")
+            preview._sources[str(self.cached(tree)), "deformer"].wait()
+            return known or preview._source(str(self.cached(tree)), self.manifest(tree), "deformer")
+
+        first, second = source(self.shot), source(other)
+        self.assertIsNot(first, second)
+        self.scene.frame_end = 7  # a longer shot is the same one
+        self.bake(other)
+        self.assertEqual([source(self.shot) is first, source(other) is second], [True, True])
+        nodes["prefracture"].pieces = 5
+        self.bake(other)
+        self.assertEqual([source(self.shot) is first, source(other) is second], [True, False])
 
     def test_an_object_that_plays_no_deformer_of_the_bake_says_so(self):
         self.result.sunder.preview, self.result.sunder.node = "PIECES", "deformer_7"

@@ -55,6 +55,21 @@ class Shown(AddonCase):
         self.assertEqual([at(steps, f) for f in (0, 2, 3, 9)], [None, None, 0.5, 0.5])
         self.assertEqual([at(0.4, 7), at(None, 7)], [0.4, None])
 
+    def test_break_surfaces_know_their_interface_and_how_near_the_rim_is(self):
+        tree, nodes = self.tree()
+        nodes["prefracture"].set_parameters(rim_width=0.05)
+        thing, = self.results(tree)
+        self.bake(tree)
+        self.scene.frame_set(6)
+        mesh = thing.data
+        inner = attribute(thing, "interior")
+        self.assertTrue(0 < inner.sum() < len(inner))
+        self.assertTrue((attribute(thing, "interface")[~inner] == -1).all() and (attribute(thing, "interface")[inner] >= 0).all())
+        rim = attribute(thing, "rim").reshape(-1, 3)
+        self.assertEqual(mesh.attributes["rim"].domain, "CORNER")
+        self.assertEqual(rim[~inner].max(), 0)
+        self.assertEqual([rim[inner].min() < 0.5, rim[inner].max()], [True, 1])
+
     def test_plastic_strain_is_that_of_a_known_stretch(self):
         tree, _ = self.tree()
         thing, = self.results(tree)

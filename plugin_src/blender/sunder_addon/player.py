@@ -131,6 +131,10 @@ def _show_mesh(thing, folder, manifest, shown):
     result_mesh.write_attribute(mesh, "fragment", "INT", "FACE", frame.fragment)
     result_mesh.write_attribute(mesh, "interior", "BOOLEAN", "FACE", frame.material >= interior)
     result_mesh.write_attribute(mesh, "hidden", "BOOLEAN", "FACE", frame.hidden)
+    for name, kind, domain, values in (("interface", "INT", "FACE", frame.interface), ("rim", "FLOAT", "CORNER", frame.rim),
+                                       ("Color", "FLOAT_COLOR", "CORNER", frame.colors)):
+        if values is not None:
+            result_mesh.write_attribute(mesh, name, kind, domain, values)
     for name, (kind, values) in attributes.items():
         result_mesh.write_attribute(mesh, name, kind, "POINT", values)
     if thing.sunder.use_exact_normals:

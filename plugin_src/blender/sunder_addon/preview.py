@@ -44,8 +44,6 @@ def _source(folder, manifest, node):
     """The bake's body; None while the library prepares it."""
     known = _sources.get((folder, node))
     if known is None or _cut_of(known.graph) != _cut_of(manifest.graph):
-        for old in [k for k, s in _sources.items() if k[1] == node and s.is_ready]:
-            del _sources[old]
         known = _sources[folder, node] = preview_source.Source(folder, manifest.graph, node)
         known.start()
         if not bpy.app.timers.is_registered(_await):

@@ -71,7 +71,8 @@ class Source:
         self._solver, self._output = fields["state"][1:].rsplit(".", 1)
         self._body = fields["body"][1:].rsplit(".", 1)[0]
         self._first = graph["frame_range"][0]
-        self._intact = self._surface = self._center = None
+        self._fragments = graph["nodes"][self._body]["fragments"][1:]
+        self._intact = self._surface = self._center = self._factor = None
         self._thread = threading.Thread(target=self._prepare, name="sunder preview", daemon=True)
 
     def start(self):
@@ -99,6 +100,7 @@ class Source:
         intact = state.edge_intact[own_edges].astype(bool)
         if self._center is None:
             self._center = state.rest_position[mine].mean(0)
+            self._factor = self._graph.evaluate(self._fragments, self._first).toughness_factor[state.fragment[mine]]
         if self._surface is None or not np.array_equal(intact, self._intact):
             self._bind(self._graph.evaluate(f"{self._node}.mesh", number))
             self._intact = intact
@@ -109,7 +111,7 @@ class Source:
         broken_now = np.zeros(len(state.edges), bool)
         broken_now[state.broken_edge] = True
         made.edges = _edges(state.rest_position[mine] - self._center, edges, intact, broken_now[own_edges])
-        colors = _colors(mode, state.piece[mine], state.strain[mine], made.limit)
+        colors = _colors(mode, state.piece[mine], state.strain[mine], made.limit, self._factor)
         made.particles = _texels(_about(state.particle_transform[mine], self._center), colors)
         made.ellipsoids = _texels(_ellipsoids(state, mine, self._center), colors)
         return made
@@ -181,12 +183,12 @@ def _edges(rest, edges, intact, broken_now):
     return Geometry(position, follows, influences, lines=lines.astype(np.int32))
 
 
-def _colors(mode, piece, strain, limit):
-    """(n, 3), as shown on the screen."""
+def _colors(mode, piece, strain, limit, factor):
+    """(n, 3), as shown on the screen. `factor` (n,): a particle's own on the toughness."""
     if mode == "STRAIN":
         return heat(np.clip(strain / (limit or LIMIT), 0, 1))
     if mode == "TOUGHNESS":
-        return traffic_light(1 - np.clip(strain / limit, 0, 1) if limit else np.ones(len(strain)))
+        return traffic_light(1 - np.clip(strain / (limit * factor), 0, 1) if limit else np.ones(len(strain)))
     if mode == "EDGES":
         return np.tile([0.5, 0.55, 0.62], (len(piece), 1))
     return piece_colors(piece)

@@ -83,13 +83,13 @@ def write_materials(mesh, material, interior, interior_slot):
 
 
 def write_attribute(mesh, name, kind, domain, values):
-    """kind: INT, FLOAT, BOOLEAN or FLOAT_VECTOR; domain: POINT or FACE."""
+    """kind: INT, FLOAT, BOOLEAN, FLOAT_VECTOR or FLOAT_COLOR; domain: POINT, FACE or CORNER."""
     attribute = mesh.attributes.get(name)
     if attribute is not None and (attribute.data_type != kind or attribute.domain != domain):
         mesh.attributes.remove(attribute)
         attribute = None
     attribute = attribute or mesh.attributes.new(name, kind, domain)
-    _foreach(attribute.data, "vector" if kind == "FLOAT_VECTOR" else "value", values)
+    _foreach(attribute.data, {"FLOAT_VECTOR": "vector", "FLOAT_COLOR": "color"}.get(kind, "value"), values)
 
 
 def state_attributes(rows, body, frame, toughness=None):
