@@ -66,7 +66,7 @@ void ParticleTransforms::rates(std::span<const Vec3> position, std::span<const V
     qq_rate_.assign(n, Mat3::Zero()), dq_rate_.assign(n, Mat3::Zero());
     for (size_t e = 0; e < edges_.size(); ++e) {
         if (!edge_intact[e]) continue;
-        const auto [a, b, area] = edges_[e];
+        const uint32_t a = edges_[e].a, b = edges_[e].b;
         const Vec3 rest = rest_position_[b] - rest_position_[a];
         const Vec3 y = position[b] - position[a], y_rate = velocity[b] - velocity[a];
         for (const uint32_t i : {a, b}) {
