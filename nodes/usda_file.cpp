@@ -74,6 +74,7 @@ struct Survey {
     std::vector<size_t> hidden_change;
     std::vector<std::string> materials;
     bool has_uvs = false, has_velocities = false, has_hidden = false;
+    bool has_colors = false, has_rim = false, has_interfaces = false;
 };
 
 bool same_faces(const VisualMesh& a, const VisualMesh& b) {
@@ -92,7 +93,8 @@ Result<Survey> survey(const Shot& shot, const ShotMesh& source, const Progress& 
         if (i == 0) {
             found.materials = frame->materials;
             found.has_uvs = !m.corner_uvs.empty(), found.has_velocities = !m.velocities.empty();
-            found.has_hidden = !m.triangle_hidden.empty();
+            found.has_hidden = !m.triangle_hidden.empty(), found.has_interfaces = !m.triangle_interface.empty();
+            found.has_colors = !m.corner_colors.empty(), found.has_rim = !m.corner_rim.empty();
         }
         if (i == 0 || !same_faces(before, m)) found.faces_change.push_back(i);
         if (i == 0 || before.triangle_hidden != m.triangle_hidden) found.hidden_change.push_back(i);
@@ -241,6 +243,20 @@ private:
              [&](const VisualMesh& m, size_t) { put_tuples(out, m.corner_normals); }},
             {found.has_uvs, "texCoord2f[] primvars:st", "interpolation = \"faceVarying\"", found.faces_change,
              [&](const VisualMesh& m, size_t) { put_tuples(out, m.corner_uvs); }},
+            {found.has_colors, "color3f[] primvars:displayColor", "interpolation = \"faceVarying\"", found.faces_change,
+             [&](const VisualMesh& m, size_t) {
+                 put_array(out, m.corner_colors.size(), [&](size_t c) {
+                     put_tuple(out, Vec3f(Eigen::Map<const Vec3f>(m.corner_colors[c].data())));
+                 });
+             }},
+            {found.has_rim, "float[] primvars:rim", "interpolation = \"faceVarying\"", found.faces_change,
+             [&](const VisualMesh& m, size_t) {
+                 put_array(out, m.corner_rim.size(), [&](size_t c) { put(out, m.corner_rim[c]); });
+             }},
+            {found.has_interfaces, "int[] primvars:interface", "interpolation = \"uniform\"", found.faces_change,
+             [&](const VisualMesh& m, size_t) {
+                 put_array(out, m.triangles.size(), [&](size_t t) { put_integer(out, m.triangle_interface[t]); });
+             }},
             {true, "int[] primvars:fragment", "interpolation = \"uniform\"", found.faces_change,
              [&](const VisualMesh& m, size_t) {
                  put_array(out, m.triangles.size(), [&](size_t t) { put_integer(out, m.triangle_fragment[t]); });

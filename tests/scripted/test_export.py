@@ -15,7 +15,7 @@ from conftest import PROGRAM, block_scene, contents
 import usda_reader
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "plugin_src/blender"))
-from bake_reader import read_mesh_frame  # noqa: E402
+from bake_reader import read_mesh_frame, read_ply  # noqa: E402
 
 
 def constant_scene(frames=(1, 8), **out):
@@ -112,6 +112,9 @@ def test_usda_of_constant_topology(sunder, baked, tmp_path):
         same_mesh(mesh, time, frames[time - 1])
         np.testing.assert_array_equal(mesh.attributes["primvars:hidden"].at(time), frames[time - 1].hidden)
     assert len({int(f.hidden.sum()) for f in frames}) > 1  # it tore
+    faces = read_ply(str(tmp_path / "bake/mesh/block.0007.ply"))["face"]
+    np.testing.assert_array_equal(mesh.attributes["primvars:interface"].at(7), faces["interface"])
+    assert faces["interface"].max() > 0
 
 
 def test_usda_carries_uvs_and_the_artists_materials(sunder, scene, tmp_path):
@@ -136,6 +139,10 @@ def test_usda_carries_uvs_and_the_artists_materials(sunder, scene, tmp_path):
     st = mesh.attributes["primvars:st"]
     np.testing.assert_array_equal(st.value.astype(np.float32), frame.uvs)
     assert st.metadata["interpolation"] == "faceVarying"
+    rim = mesh.attributes["primvars:rim"]
+    assert rim.metadata["interpolation"] == "faceVarying"
+    faces = read_ply(str(tmp_path / "bake/mesh/mesh.0001.ply"))["face"]
+    np.testing.assert_array_equal(rim.value.astype(np.float32), faces["rim"].ravel())
     assert list(mesh.children) == ["paint", "_2nd", "interior"]
     same_mesh(mesh, 1, frame)
 
