@@ -68,6 +68,17 @@ void carry_groups(const TriMesh& source, TriMesh& io_mesh) {
     }
 }
 
+/// Of a point of a triangle, by the weights of its corners; in doubles, as where a cut carries colours.
+Color blended_color(const TriMesh& mesh, uint32_t triangle, const Vec3& weights) {
+    Color color;
+    for (size_t k = 0; k < color.size(); ++k) {
+        double sum = 0;
+        for (int m = 0; m < 3; ++m) sum += weights[m] * double(mesh.corner_colors[3 * triangle + m][k]);
+        color[k] = float(sum);
+    }
+    return color;
+}
+
 }  // namespace
 
 std::vector<Origin> carry_attributes(const TriMesh& source, TriMesh& io_mesh) {
@@ -82,6 +93,7 @@ std::vector<Origin> carry_attributes(const TriMesh& source, TriMesh& io_mesh) {
             io_mesh.triangle_material.push_back(source.triangle_material[from[0] / 3]);
         for (uint32_t corner : from) {
             if (!source.corner_uvs.empty()) io_mesh.corner_uvs.push_back(source.corner_uvs[corner]);
+            if (!source.corner_colors.empty()) io_mesh.corner_colors.push_back(source.corner_colors[corner]);
             if (!source.corner_normals.empty())
                 io_mesh.corner_normals.push_back(same ? source.corner_normals[corner] : -source.corner_normals[corner]);
         }
@@ -115,6 +127,7 @@ void carry_cut_attributes(const TriMesh& source, TriMesh& io_mesh) {
                 if (!source.corner_normals.empty()) n += float(w[k]) * source.corner_normals[3 * home + k];
             }
             if (!source.corner_uvs.empty()) io_mesh.corner_uvs.push_back(uv);
+            if (!source.corner_colors.empty()) io_mesh.corner_colors.push_back(blended_color(source, home, w));
             if (!source.corner_normals.empty()) io_mesh.corner_normals.push_back(is_whole ? n : Vec3f(n.normalized()));
         }
     }
@@ -131,6 +144,11 @@ void resample_attributes(const TriMesh& source, TriMesh& io_mesh) {
         if (!source.triangle_material.empty()) io_mesh.triangle_material.push_back(source.triangle_material[home]);
         if (!source.corner_uvs.empty())
             for (uint32_t v : {a, b, c}) io_mesh.corner_uvs.push_back(uvs.at(io_mesh.positions[v], middle, home));
+        if (!source.corner_colors.empty())
+            for (uint32_t v : {a, b, c}) {
+                const SurfacePoint near = lookup.nearest(io_mesh.positions[v]);
+                io_mesh.corner_colors.push_back(blended_color(source, near.triangle, near.barycentric));
+            }
     }
     io_mesh.material_names = source.material_names;
     if (source.vertex_groups.empty()) return;
@@ -154,6 +172,7 @@ void append_triangle(TriMesh& io_mesh, const Triangle& corners, std::span<const 
         io_mesh.triangle_material.push_back(int32_t{io_mesh.triangle_material[like[0] / 3]});
     for (int c = 0; c < 3; ++c) {
         if (!io_mesh.corner_uvs.empty()) io_mesh.corner_uvs.push_back(Vec2f(io_mesh.corner_uvs[like[c]]));
+        if (!io_mesh.corner_colors.empty()) io_mesh.corner_colors.push_back(Color(io_mesh.corner_colors[like[c]]));
         if (!io_mesh.corner_normals.empty()) io_mesh.corner_normals.push_back(normals[c]);
     }
 }
@@ -162,6 +181,7 @@ void turn_triangle(TriMesh& io_mesh, uint32_t triangle) {
     std::swap(io_mesh.triangles[triangle][1], io_mesh.triangles[triangle][2]);
     const size_t first = 3 * size_t(triangle);
     if (!io_mesh.corner_uvs.empty()) std::swap(io_mesh.corner_uvs[first + 1], io_mesh.corner_uvs[first + 2]);
+    if (!io_mesh.corner_colors.empty()) std::swap(io_mesh.corner_colors[first + 1], io_mesh.corner_colors[first + 2]);
     if (io_mesh.corner_normals.empty()) return;
     std::swap(io_mesh.corner_normals[first + 1], io_mesh.corner_normals[first + 2]);
     for (size_t c = first; c < first + 3; ++c) io_mesh.corner_normals[c] = -io_mesh.corner_normals[c];
@@ -178,6 +198,7 @@ void keep_marked(TriMesh& io_mesh, std::span<const uint8_t> mark) {
         if (!io_mesh.triangle_material.empty()) io_mesh.triangle_material[n] = io_mesh.triangle_material[t];
         for (uint32_t c = 0; c < 3; ++c) {
             if (!io_mesh.corner_uvs.empty()) io_mesh.corner_uvs[3 * n + c] = io_mesh.corner_uvs[3 * t + c];
+            if (!io_mesh.corner_colors.empty()) io_mesh.corner_colors[3 * n + c] = io_mesh.corner_colors[3 * t + c];
             if (!io_mesh.corner_normals.empty()) io_mesh.corner_normals[3 * n + c] = io_mesh.corner_normals[3 * t + c];
         }
         ++n;
@@ -185,15 +206,18 @@ void keep_marked(TriMesh& io_mesh, std::span<const uint8_t> mark) {
     io_mesh.triangles.resize(n);
     if (!io_mesh.triangle_material.empty()) io_mesh.triangle_material.resize(n);
     if (!io_mesh.corner_uvs.empty()) io_mesh.corner_uvs.resize(3 * size_t(n));
+    if (!io_mesh.corner_colors.empty()) io_mesh.corner_colors.resize(3 * size_t(n));
     if (!io_mesh.corner_normals.empty()) io_mesh.corner_normals.resize(3 * size_t(n));
 
     uint32_t kept = 0;
     for (uint32_t v = 0; v < number.size(); ++v)
         if (number[v] != kUnused) {
             io_mesh.positions[kept] = io_mesh.positions[v];
+            for (auto& [name, values] : io_mesh.vertex_attributes) values[kept] = values[v];
             number[v] = kept++;
         }
     io_mesh.positions.resize(kept);
+    for (auto& [name, values] : io_mesh.vertex_attributes) values.resize(kept);
     for (Triangle& t : io_mesh.triangles)
         for (uint32_t& v : t) v = number[v];
     for (auto& [name, vertices] : io_mesh.vertex_groups) {

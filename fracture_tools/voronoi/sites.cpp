@@ -191,7 +191,8 @@ private:
         std::vector<double> in_group(solid_.positions.size(), 0);
         if (const auto painted = solid_.vertex_attributes.find(settings_.density_group);
             painted != solid_.vertex_attributes.end())
-            for (size_t v = 0; v < in_group.size(); ++v) in_group[v] = std::clamp(double(painted->second[v]), 0.0, 1.0);
+            for (size_t v = 0; v < std::min(in_group.size(), painted->second.size()); ++v)
+                in_group[v] = std::clamp(double(painted->second[v]), 0.0, 1.0);
         else
             for (uint32_t v : solid_.vertex_groups.at(settings_.density_group)) in_group[v] = 1;
         const SurfaceLookup surface(solid_);
