@@ -15,7 +15,6 @@ namespace sunder {
 namespace {
 
 constexpr double kRunawaySpeed = 1e5;       // m/s; nothing that an artist animates is faster: numbers went bad
-constexpr int kContactPasses = 12;          // Gauss-Seidel passes over the contacts after each sweep, at most
 constexpr double kContactTolerance = 1e-4;  // of the contact margin: a change of gap below it ends the passes
 constexpr int kFracturePasses = 8;          // a substep, each after the last one's cuts let go
 constexpr double kLeading = 0.8;            // what cuts in a pass is within a fifth of the piece's largest excess load
@@ -46,6 +45,8 @@ struct Substep {
     size_t n_particles() const { return rest().n_particles(); }
     size_t n_movables() const { return n_particles() + state.rigid_bodies.size(); }
     ContactBodies bodies() const { return bodies_of(work); }
+    // A resting contact closes at h g: it must not bounce, m/s.
+    double resting_speed() const { return 2 * h * context.input.gravity.norm(); }
     const Material& material(size_t particle) const { return context.input.materials[rest().body[particle]]; }
 
     void load();
@@ -153,6 +154,7 @@ void Substep::take_up_pieces() {
     remember_pieces(context, h, work);
     prepare_contacts(bodies(), work.velocity, work.angular_velocity, h, context.settings.depenetration_speed,
                      work.contacts);
+    find_islands(bodies(), work.contacts, work.islands);
 }
 
 void Substep::find_contacts() {
@@ -162,7 +164,7 @@ void Substep::find_contacts() {
     report.contacts = std::max(report.contacts, work.contacts.size());
     take_up_pieces();
     divide_pushes(context, h, false, work);
-    warm_start(bodies(), state.contacts, h, work.contacts);
+    warm_start(bodies(), state.contacts, h, resting_speed(), work.contacts);
     move_pieces(context, work);
 }
 
@@ -183,8 +185,7 @@ void Substep::push_apart(bool last) {
     Stopwatch watch(report.contact_s);
     divide_pushes(context, h, last, work);
     const double enough = kContactTolerance * work.detection.margin();
-    for (int pass = 0; pass < kContactPasses; ++pass)
-        if (solve_contacts(bodies(), work.contacts) < enough) break;
+    relax_contacts(bodies(), work.islands, enough, work.contacts);
     move_pieces(context, work);
 }
 
@@ -245,9 +246,8 @@ void Substep::restore_momentum() {
 }
 
 void Substep::settle_contacts() {
-    const double threshold =
-        2 * h * context.input.gravity.norm();  // a resting contact closes at h g: it must not bounce
-    settle_velocities(bodies(), h, threshold, work.contacts, work.angular_velocity, work.velocity, work.piece_change);
+    settle_velocities(bodies(), h, resting_speed(), work.contacts, work.angular_velocity, work.velocity,
+                      work.piece_change);
     change_velocities(context, work);
     remember(bodies(), work.contacts, h, state.contacts);
 }

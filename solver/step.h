@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "solver/collision/contact_response.h"
+#include "solver/collision/contact_islands.h"
 #include "solver/collision/scene_contacts.h"
 #include "solver/fracture.h"
 #include "solver/momentum.h"
@@ -43,6 +43,7 @@ struct Workspace {
     std::vector<uint8_t> piece_held;            // (n_pieces)
     std::vector<Vec3> piece_angular;            // L the piece must have (n_pieces)
     std::vector<ActiveContact> contacts;
+    ContactIslands islands;  // of `contacts`
     SceneContacts detection;
 };
 

@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solver/collision/depenetration.h"
+
 namespace sunder {
 namespace {
 
 constexpr double kTiny = 1e-300;
-// Share of the last force that a contact starts from. All of it makes piles of deformable pieces swing (the force
-// follows the deformation by a substep); none of it lets stacks of rigid ones sink.
-constexpr double kWarmStart = 0.5;
+// Share of the last force that a contact starts from: between rigid things at rest, and else. More makes piles of
+// deformable pieces swing (the force follows the deformation by a substep) and gives hits twice; less lets stacks
+// creep.
+constexpr double kRestingWarmStart = 0.9, kWarmStart = 0.5;
 
 bool has_movable_b(const Contact& c) { return !(c.b & Contact::kStatic); }
 
@@ -150,19 +153,27 @@ void prepare_contacts(const ContactBodies& b, std::span<const Vec3> velocity, st
         c.approach_speed = -c.contact.normal.dot(approach);
         const double overlap = c.allowed_gap - c.contact.gap;
         c.recovery = c.separate_pieces && overlap > 0 ? std::min(0.2 * overlap, recovery_speed * h) : 0.0;
-        c.wanted_gap = std::min(c.allowed_gap, c.contact.gap + c.recovery);
     }
+    agree_on_recovery(b, io_contacts);
 }
 
 void weigh_contacts(const ContactBodies& b, std::span<ActiveContact> io_contacts) {
     for (ActiveContact& c : io_contacts) c.inverse_mass_normal = inverse_mass_along(b, c, c.contact.normal);
 }
 
-void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, double h,
+namespace {
+
+bool is_rigid(const ContactBodies& b, const ActiveContact& c) {
+    return b.pieces[b.piece[c.contact.a]].rigid && (!has_movable_b(c.contact) || b.pieces[b.piece[c.contact.b]].rigid);
+}
+
+}  // namespace
+
+void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, double h, double resting,
                 std::span<ActiveContact> io_contacts) {
     size_t first = 0;
     for (ActiveContact& c : io_contacts) {
-        if (!(c.inverse_mass_normal > 0)) continue;
+        if (!(c.inverse_mass_normal > 0) || c.wanted_gap <= -kLetPass) continue;
         const auto key = std::pair(c.contact.a, c.contact.b);
         while (first < memory.size() && std::pair(memory[first].a, memory[first].b) < key) ++first;
         // Of the points that this pair had, the nearest, if it moved by less than a tenth of its arm.
@@ -173,8 +184,10 @@ void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, d
             if (const double d = (memory[k].point - point).norm(); d <= least) least = d, nearest = &memory[k];
         if (!nearest) continue;
         const Vec3& n = c.contact.normal;
-        c.normal_impulse = kWarmStart * h * h * nearest->normal_force;
-        c.friction_impulse = kWarmStart * h * h * (nearest->friction_force - n * n.dot(nearest->friction_force));
+        const double share =
+            std::abs(c.approach_speed) <= resting && is_rigid(b, c) && !c.has_hinges ? kRestingWarmStart : kWarmStart;
+        c.normal_impulse = share * h * h * nearest->normal_force;
+        c.friction_impulse = share * h * h * (nearest->friction_force - n * n.dot(nearest->friction_force));
         push_both(b, c, c.normal_impulse * n + c.friction_impulse);
     }
 }
@@ -189,21 +202,26 @@ void remember(const ContactBodies& b, std::span<const ActiveContact> contacts, d
     }
 }
 
-double solve_contacts(const ContactBodies& b, std::span<ActiveContact> io_contacts) {
-    double largest = 0;
-    for (ActiveContact& c : io_contacts) {
-        if (!(c.inverse_mass_normal > 0)) continue;
-        const Vec3& n = c.contact.normal;
-        const double gap = c.contact.gap + n.dot(relative_motion(b, c));
-        const double impulse = std::max(c.normal_impulse + (c.wanted_gap - gap) / c.inverse_mass_normal, 0.0);
-        const double change = impulse - c.normal_impulse;
-        c.normal_impulse = impulse;
-        largest = std::max(largest, std::abs(change) * c.inverse_mass_normal);
-        if (change != 0) push_both(b, c, change * n);
-        rub(b, c);
-        resist_rolling(b, c);
-    }
-    return largest;
+double solve_contact(const ContactBodies& b, ActiveContact& c) {
+    if (!(c.inverse_mass_normal > 0)) return 0;
+    const Vec3& n = c.contact.normal;
+    const double gap = c.contact.gap + n.dot(relative_motion(b, c));
+    const double impulse = std::max(c.normal_impulse + (c.wanted_gap - gap) / c.inverse_mass_normal, 0.0);
+    const double change = impulse - c.normal_impulse;
+    c.normal_impulse = impulse;
+    if (change != 0) push_both(b, c, change * n);
+    rub(b, c);
+    resist_rolling(b, c);
+    return std::abs(change) * c.inverse_mass_normal;
+}
+
+void add_impulses(const ContactBodies& b, double normal, const Vec3& friction, const Vec3& rolling, ActiveContact& c) {
+    if (!(c.inverse_mass_normal > 0)) return;
+    c.normal_impulse += normal, c.friction_impulse += friction, c.rolling_impulse += rolling;
+    push_both(b, c, normal * c.contact.normal + friction);
+    if (rolling.isZero(0)) return;
+    push_one(b, c.contact.a, Vec3::Zero(), rolling);
+    if (has_movable_b(c.contact)) push_one(b, c.contact.b, Vec3::Zero(), -rolling);
 }
 
 void settle_velocities(const ContactBodies& b, double h, double threshold, std::span<const ActiveContact> contacts,

@@ -41,6 +41,7 @@ struct ActiveContact {
     double friction = 0, restitution = 0;
     double rolling_arm = 0;          // resistance to rolling: torque = rolling_arm * normal force, m
     bool separate_pieces = true;     // overlap is worked off only between separate pieces
+    bool has_hinges = false;         // its island has a piece that is partly broken
     double wanted_gap = 0;           // at the end of the substep, m
     double recovery = 0;             // part of it that works off old overlap, m
     double inverse_mass_normal = 0;  // 1/kg
@@ -71,17 +72,22 @@ void prepare_contacts(const ContactBodies& bodies, std::span<const Vec3> velocit
 /// What each contact moves by an impulse along its normal, for the present own_share. Call before solving.
 void weigh_contacts(const ContactBodies& bodies, std::span<ActiveContact> io_contacts);
 
-/// Starts lasting contacts from the forces they had. `memory` ascending by (a, b).
-void warm_start(const ContactBodies& bodies, std::span<const ContactMemory> memory, double h,
+/// Starts lasting contacts from a share of the forces they had; between rigid things that approach or part no faster
+/// than `resting` (m/s) from most of it. `memory` ascending by (a, b).
+void warm_start(const ContactBodies& bodies, std::span<const ContactMemory> memory, double h, double resting,
                 std::span<ActiveContact> io_contacts);
 void remember(const ContactBodies& bodies, std::span<const ActiveContact> contacts, double h,
               std::vector<ContactMemory>& o_memory);
 
-/// One Gauss-Seidel pass in stored order: gap >= wanted_gap and friction within its cone. Positions, their inertial
+/// One contact's turn in a Gauss-Seidel pass: gap >= wanted_gap and friction within its cone. Positions, their inertial
 /// targets and `push` move alike, so that shape matching does not fight the contact. Motions of wholes are only added
 /// up in `pieces`: linear in the impulses, so that what is solved here is what the books get, however large they are.
-/// Returns the largest change of a gap, m.
-double solve_contacts(const ContactBodies& bodies, std::span<ActiveContact> io_contacts);
+/// Returns the change of the gap, m.
+double solve_contact(const ContactBodies& bodies, ActiveContact& io_contact);
+
+/// Adds to the running impulses of a contact (kg m; rolling: kg m2) and moves both sides by them.
+void add_impulses(const ContactBodies& bodies, double normal, const Vec3& friction, const Vec3& rolling,
+                  ActiveContact& io_contact);
 
 /// A velocity that is given to a whole piece.
 struct PieceVelocity {

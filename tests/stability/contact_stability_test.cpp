@@ -89,12 +89,9 @@ TEST(stack, ten_boxes_stand_for_ten_seconds) {
         g.scene.rigid_bodies.back().shape.half_extents = Vec3(0.1, 0.1, 0.05);
     }
     const StackResult r = stand(g);
-    EXPECT_LE(r.drift, 0.05);  // a quarter of a box: it stands
+    EXPECT_LE(r.drift, kPixel);
     EXPECT_LE(r.jitter, kFlicker);
     EXPECT_LE(r.rise, 1e-3);
-    EXPECT_TRUE(test::still_missed(r.drift <= kPixel,
-                                   "forces of the last substep are taken over by half, friction with them: "
-                                   "a tall stack creeps"));
 }
 
 // Every other one a body of irregular ellipsoids: three or four of them carry the box above.
@@ -114,7 +111,8 @@ TEST(stack, ten_of_boxes_and_fragments_stand_for_ten_seconds) {
     }
     const StackResult r = stand(g);
     EXPECT_TRUE(test::still_missed(r.drift <= kPixel && r.jitter <= kFlicker && r.rise <= 1e-3,
-                                   "12 Gauss-Seidel passes carry the weight of ten storeys only in part"));
+                                   "contacts and elastic forces are solved in turn: a soft storey gives way under "
+                                   "those above before it feels them"));
 }
 
 TEST(pile, a_body_torn_to_bits_comes_to_rest) {
@@ -156,9 +154,7 @@ TEST(overlap, two_bodies_in_one_another_part_at_the_depenetration_speed) {
         }
         std::printf("overlap at %.1f m/s: fastest %.3f m/s\n", speed, fastest);
         // Each is pushed by no more than the whole; a cell squeezed between two may swing back with as much again.
-        EXPECT_TRUE(test::still_missed(
-            fastest <= 2 * speed, "contradictory pushes on locked bodies squeeze them, and the strain comes back"));
-        EXPECT_LE(fastest, 15);  // sqrt(E / rho) / 2: the strain of what was squeezed stays below a half
+        EXPECT_LE(fastest, 2 * speed);
     }
 }
 
@@ -215,8 +211,7 @@ TEST(mass_ratio, a_thousandfold_weight_rests_on_a_light_piece) {
                 g.fastest());
     EXPECT_LE(highest - 0.2, 1e-3);
     EXPECT_LE(g.fastest(), kFlicker);
-    EXPECT_TRUE(test::still_missed(0.2 - deepest <= 0.01,  // a tenth of the piece under it
-                                   "Gauss-Seidel passes pass on a thousandth of the force each"));
+    EXPECT_LE(0.2 - deepest, 0.01);  // a tenth of the piece under it
 }
 
 TEST(slope, bodies_stick_below_the_angle_of_friction_and_slide_at_the_right_pace_above) {

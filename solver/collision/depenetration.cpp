@@ -1,0 +1,84 @@
+#include "solver/collision/depenetration.h"
+
+#include <algorithm>
+
+namespace sunder {
+namespace {
+
+// Of the smaller particle's arm: from this depth on a normal says little of the way out.
+constexpr double kDeep = 0.5;
+
+struct Meeting {
+    uint32_t low, high;  // pieces; or a piece and a collider
+    ActiveContact* contact;
+    Vec3 normal;  // from high to low
+};
+
+bool same_pair(const Meeting& x, const Meeting& y) { return x.low == y.low && x.high == y.high; }
+
+std::vector<Meeting> sorted_by_pair(std::span<const uint32_t> piece, std::span<ActiveContact> contacts) {
+    std::vector<Meeting> meetings;
+    for (ActiveContact& c : contacts) {
+        if (!c.separate_pieces) continue;
+        const Contact& contact = c.contact;
+        const uint32_t a = piece[contact.a], b = contact.b & Contact::kStatic ? contact.b : piece[contact.b];
+        if (a < b)
+            meetings.push_back({a, b, &c, contact.normal});
+        else
+            meetings.push_back({b, a, &c, -contact.normal});
+    }
+    std::ranges::stable_sort(meetings, {}, [](const Meeting& o) { return std::pair(o.low, o.high); });
+    return meetings;
+}
+
+bool is_deep(const ActiveContact& c) {
+    double size = c.arm_a.norm();
+    if (!(c.contact.b & Contact::kStatic)) size = std::min(size, c.arm_b.norm());
+    return c.allowed_gap - c.contact.gap > kDeep * size;
+}
+
+void agree(std::span<Meeting> pair) {
+    Vec3 sum = Vec3::Zero();
+    double total = 0, fastest = 0;
+    bool locked = false;
+    for (const Meeting& m : pair) {
+        sum += m.contact->recovery * m.normal;
+        total += m.contact->recovery;
+        fastest = std::max(fastest, m.contact->recovery);
+        locked = locked || is_deep(*m.contact);
+    }
+    const double length = sum.norm();
+    if (!(total > 0 && length < total)) return;  // no old overlap, or all of one mind
+    const Vec3 out = sum / std::max(length, 1e-300);
+    for (const Meeting& m : pair) {
+        ActiveContact& c = *m.contact;
+        const double along = m.normal.dot(out);
+        if (!locked) {
+            c.recovery = std::min(c.recovery, length / total * fastest * std::max(along, 0.0));
+        } else if (c.recovery > 0) {
+            c.contact.normal = m.normal == c.contact.normal ? out : Vec3(-out);
+            c.recovery = fastest;
+        } else if (along < 0) {
+            c.wanted_gap = -kLetPass;
+        }
+    }
+}
+
+}  // namespace
+
+void agree_on_recovery(const ContactBodies& b, std::span<ActiveContact> io_contacts) {
+    const auto whole = [&](uint32_t piece) {
+        return piece & Contact::kStatic || (b.pieces[piece].unbroken && !b.pieces[piece].rigid);
+    };
+    for (ActiveContact& c : io_contacts) c.wanted_gap = 0;
+    std::vector<Meeting> meetings = sorted_by_pair(b.piece, io_contacts);
+    for (size_t first = 0, last; first < meetings.size(); first = last) {
+        for (last = first + 1; last < meetings.size() && same_pair(meetings[last], meetings[first]);) ++last;
+        if (whole(meetings[first].low) && whole(meetings[first].high))
+            agree(std::span(meetings).subspan(first, last - first));
+    }
+    for (ActiveContact& c : io_contacts)
+        if (c.wanted_gap > -kLetPass) c.wanted_gap = std::min(c.allowed_gap, c.contact.gap + c.recovery);
+}
+
+}  // namespace sunder
