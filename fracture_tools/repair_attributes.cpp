@@ -79,6 +79,27 @@ Color blended_color(const TriMesh& mesh, uint32_t triangle, const Vec3& weights)
     return color;
 }
 
+/// Numbers of vertices: the source's own where it has a vertex in the place, else those of the nearest point.
+void carry_vertex_attributes(const TriMesh& source, TriMesh& io_mesh) {
+    if (source.vertex_attributes.empty()) return;
+    std::map<Key, uint32_t> at;
+    for (uint32_t v = 0; v < source.positions.size(); ++v) at.emplace(key(source.positions[v]), v);
+    const SurfaceLookup lookup(source);
+    for (const Vec3& p : io_mesh.positions) {
+        const auto own = at.find(key(p));
+        const SurfacePoint near = own == at.end() ? lookup.nearest(p) : SurfacePoint();
+        for (const auto& [name, values] : source.vertex_attributes) {
+            double value = 0;
+            if (own != at.end())
+                value = double(values[own->second]);
+            else
+                for (int c = 0; c < 3; ++c)
+                    value += near.barycentric[c] * double(values[source.triangles[near.triangle][c]]);
+            io_mesh.vertex_attributes[name].push_back(float(value));
+        }
+    }
+}
+
 }  // namespace
 
 std::vector<Origin> carry_attributes(const TriMesh& source, TriMesh& io_mesh) {
@@ -100,6 +121,7 @@ std::vector<Origin> carry_attributes(const TriMesh& source, TriMesh& io_mesh) {
     }
     io_mesh.material_names = source.material_names;
     carry_groups(source, io_mesh);
+    carry_vertex_attributes(source, io_mesh);
     return origin;
 }
 
@@ -133,6 +155,7 @@ void carry_cut_attributes(const TriMesh& source, TriMesh& io_mesh) {
     }
     io_mesh.material_names = source.material_names;
     carry_groups(source, io_mesh);
+    carry_vertex_attributes(source, io_mesh);
 }
 
 void resample_attributes(const TriMesh& source, TriMesh& io_mesh) {
@@ -151,6 +174,7 @@ void resample_attributes(const TriMesh& source, TriMesh& io_mesh) {
             }
     }
     io_mesh.material_names = source.material_names;
+    carry_vertex_attributes(source, io_mesh);
     if (source.vertex_groups.empty()) return;
     std::vector<uint32_t> nearest;
     for (const Vec3& p : io_mesh.positions) {
@@ -163,6 +187,12 @@ void resample_attributes(const TriMesh& source, TriMesh& io_mesh) {
         for (uint32_t v = 0; v < nearest.size(); ++v)
             if (std::binary_search(vertices.begin(), vertices.end(), nearest[v]))
                 io_mesh.vertex_groups[name].push_back(v);
+}
+
+uint32_t append_vertex(TriMesh& io_mesh, const Vec3& position, uint32_t like) {
+    for (auto& [name, values] : io_mesh.vertex_attributes) values.push_back(float{values[like]});
+    io_mesh.positions.push_back(position);
+    return static_cast<uint32_t>(io_mesh.positions.size() - 1);
 }
 
 void append_triangle(TriMesh& io_mesh, const Triangle& corners, std::span<const uint32_t, 3> like,

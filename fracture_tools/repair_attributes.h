@@ -1,4 +1,5 @@
-// Attributes of an artist's mesh on the mesh that repair made of it.
+// Attributes of an artist's mesh on the mesh that repair made of it: those of corners, triangles and vertices, and
+// groups.
 #pragma once
 
 #include <span>
@@ -28,6 +29,9 @@ void carry_cut_attributes(const TriMesh& source, TriMesh& io_mesh);
 /// border where that is a seam), groups have the vertices whose nearest triangle's nearest corner they have. Normals
 /// are left out: they belong to a surface that is no longer there.
 void resample_attributes(const TriMesh& source, TriMesh& io_mesh);
+
+/// Appends a vertex with the attributes of another; gives its number.
+uint32_t append_vertex(TriMesh& io_mesh, const Vec3& position, uint32_t like);
 
 /// Appends a triangle with the attributes of another: corner c has those of corner `like[c]` (3 * triangle + corner).
 void append_triangle(TriMesh& io_mesh, const Triangle& corners, std::span<const uint32_t, 3> like,

@@ -137,9 +137,8 @@ Status close_borders(TriMesh& io_mesh, const std::vector<Border>& borders, const
             patch = fan(static_cast<uint32_t>(corners.size()));
             Vec3 middle = Vec3::Zero();
             for (const Vec3& p : outline) middle += p / double(corners.size());
-            corner_at[static_cast<uint32_t>(io_mesh.positions.size())] = corner_at[corners[0]];
-            corners.push_back(static_cast<uint32_t>(io_mesh.positions.size()));
-            io_mesh.positions.push_back(middle);
+            corners.push_back(append_vertex(io_mesh, middle, corners[0]));
+            corner_at[corners.back()] = corner_at[corners[0]];
             outline.push_back(middle);
         }
         edges.add(patch, corners);

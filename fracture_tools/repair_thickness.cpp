@@ -60,8 +60,7 @@ void thicken(TriMesh& io_mesh, std::span<const uint8_t> marked, double thickness
             const uint32_t v = outer[c], w = outer[(c + 1) % 3];
             sides.push_back({std::min(v, w), std::max(v, w), 3 * t + c});
             if (inner[v] != kNone) continue;
-            inner[v] = static_cast<uint32_t>(io_mesh.positions.size());
-            io_mesh.positions.push_back(io_mesh.positions[v] + step[v]);
+            inner[v] = append_vertex(io_mesh, io_mesh.positions[v] + step[v], v);
         }
         std::array<Vec3f, 3> normals;
         for (uint32_t c = 0; c < 3; ++c)

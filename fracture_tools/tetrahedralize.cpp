@@ -46,21 +46,18 @@ struct UnitBox {
 
 Result<Surface> make_surface(const MeshView& mesh, const UnitBox& unit, const std::string& where) {
     // Vertices without a triangle are left out: CGAL follows the edges of each vertex, also where there are none.
-    constexpr size_t kUnused = ~size_t{0};
-    std::vector<size_t> number(mesh.positions.size(), kUnused);
+    std::vector<size_t> number(mesh.positions.size(), 0);
+    for (const Triangle& t : mesh.triangles)
+        for (uint32_t v : t) number[v] = 1;
     std::vector<Kernel::Point_3> points;
-    std::vector<std::array<size_t, 3>> triangles;
-    for (const Triangle& t : mesh.triangles) {
-        triangles.emplace_back();
-        for (int c = 0; c < 3; ++c) {
-            if (number[t[c]] == kUnused) {
-                const Vec3 q = (mesh.positions[t[c]] - unit.center) * unit.scale;
-                number[t[c]] = points.size();
-                points.emplace_back(q.x(), q.y(), q.z());
-            }
-            triangles.back()[c] = number[t[c]];
-        }
+    for (size_t v = 0; v < number.size(); ++v) {
+        if (number[v] == 0) continue;
+        const Vec3 q = (mesh.positions[v] - unit.center) * unit.scale;
+        number[v] = points.size();
+        points.emplace_back(q.x(), q.y(), q.z());
     }
+    std::vector<std::array<size_t, 3>> triangles;
+    for (const Triangle& t : mesh.triangles) triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
     if (!CGAL::Polygon_mesh_processing::is_polygon_soup_a_polygon_mesh(triangles))
         return bad_input(where, "the surface is not a manifold");
     Surface surface;

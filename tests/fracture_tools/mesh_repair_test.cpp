@@ -183,9 +183,44 @@ TEST(MeshRepair, a_wrap_of_crossing_solids_is_their_union_and_says_what_is_lost)
     for (const Vec2f& uv : r.mesh.corner_uvs) EXPECT_LT((uv - Vec2f(0.25f, 0.75f)).norm(), 1e-6f);
     for (uint32_t t = 0; t < r.mesh.triangles.size(); ++t) {
         const Vec3& p = r.mesh.positions[r.mesh.triangles[t][0]];
-        if (p.x() > 1.1) EXPECT_EQ(r.mesh.triangle_material[t], 1);
-        if (p.x() < 0.4) EXPECT_EQ(r.mesh.triangle_material[t], 0);
+        if (p.x() > 1.1) {
+            EXPECT_EQ(r.mesh.triangle_material[t], 1);
+        }
+        if (p.x() < 0.4) {
+            EXPECT_EQ(r.mesh.triangle_material[t], 0);
+        }
     }
+}
+
+TEST(MeshRepair, vertex_attributes_follow_their_vertices_through_every_repair) {
+    // x + 2 y + 3 z: linear, hence known wherever a vertex is.
+    auto painted = [](TriMesh mesh) {
+        for (const Vec3& p : mesh.positions)
+            mesh.vertex_attributes["soft"].push_back(float(p.x() + 2 * p.y() + 3 * p.z()));
+        return mesh;
+    };
+    TriMesh sheet = make_box();
+    sheet.triangles.resize(10);
+    TriMesh holes = make_torus();
+    for (size_t t : {1900, 1000, 400, 7}) holes.triangles.erase(holes.triangles.begin() + t);
+    const TriMesh crossing = joined(make_box(), make_box(), Vec3(0.5, 0.25, 0.1));
+    auto largest_error = [&](const TriMesh& source, const RepairSettings& settings) {
+        const TriMesh mesh = repaired(painted(source), settings).mesh;
+        const auto found = mesh.vertex_attributes.find("soft");
+        if (found == mesh.vertex_attributes.end() || found->second.size() != mesh.positions.size()) return 1e9;
+        double worst = 0;
+        for (size_t v = 0; v < mesh.positions.size(); ++v) {
+            const Vec3& p = mesh.positions[v];
+            worst = std::max(worst, std::abs(double(found->second[v]) - (p.x() + 2 * p.y() + 3 * p.z())));
+        }
+        return worst;
+    };
+    EXPECT_LT(largest_error(as_soup(make_torus()), kKeep), 1e-6);
+    EXPECT_LT(largest_error(holes, kKeep), 1e-6);
+    EXPECT_LT(largest_error(crossing, kKeep), 1e-6);
+    // Inner sides and wraps lie beside the surface: by the thickness along a diagonal, by a share of the detail.
+    EXPECT_LT(largest_error(sheet, {.mode = RepairMode::keep, .thickness = 0.01}), 0.01 * 6.1);
+    EXPECT_LT(largest_error(crossing, {.mode = RepairMode::wrap, .wrap_detail = 0.04}), 0.02);
 }
 
 TEST(MeshRepair, settings_out_of_range_are_refused_by_name) {
@@ -258,8 +293,12 @@ TEST(MeshRepair, shells_that_cross_are_united_and_keep_what_is_left_of_their_tri
         for (uint32_t c = 0; c < 3; ++c) {
             const Vec3& p = r.mesh.positions[r.mesh.triangles[t][c]];
             EXPECT_LT((r.mesh.corner_uvs[3 * t + c] - Vec2f(float(p.x()), float(p.y() + 3 * p.z()))).norm(), 1e-6f);
-            if (p.x() > 1.01) EXPECT_EQ(r.mesh.triangle_material[t], 1);
-            if (p.x() < 0.49) EXPECT_EQ(r.mesh.triangle_material[t], 0);
+            if (p.x() > 1.01) {
+                EXPECT_EQ(r.mesh.triangle_material[t], 1);
+            }
+            if (p.x() < 0.49) {
+                EXPECT_EQ(r.mesh.triangle_material[t], 0);
+            }
         }
     // The walls of a face that both have, one beside the other.
     const Repaired beside = repaired(joined(make_box(), make_box(), Vec3(1, 0.3, 0.2)));
@@ -285,15 +324,18 @@ TEST(MeshRepair, triangles_that_stay_keep_material_uvs_and_turned_normals) {
             // A UV that tells triangle and vertex, whatever the order of corners becomes.
             box.corner_uvs.push_back(Vec2f(float(t), float(box.triangles[t][corner])));
             box.corner_normals.push_back(n.cast<float>());
+            box.corner_colors.push_back({float(t), float(box.triangles[t][corner]), 0, 1});
         }
     }
     box.vertex_groups["corner"] = {7};
     TriMesh bad = flipped(box);
     bad.corner_normals.clear();
     bad.corner_uvs.clear();
+    bad.corner_colors.clear();
     for (uint32_t t = 0; t < 12; ++t)
         for (uint32_t corner : {0, 2, 1}) {
             bad.corner_uvs.push_back(box.corner_uvs[3 * t + corner]);
+            bad.corner_colors.push_back(box.corner_colors[3 * t + corner]);
             bad.corner_normals.push_back(-box.corner_normals[3 * t + corner]);
         }
     const TriMesh mesh = repaired(bad).mesh;
@@ -309,6 +351,7 @@ TEST(MeshRepair, triangles_that_stay_keep_material_uvs_and_turned_normals) {
         for (uint32_t corner = 0; corner < 3; ++corner) {
             const int vertex = int(mesh.corner_uvs[3 * t + corner].y());
             EXPECT_EQ(mesh.positions[mesh.triangles[t][corner]], box.positions[vertex]);
+            EXPECT_EQ(mesh.corner_colors[3 * t + corner], (Color{float(source), float(vertex), 0, 1}));
             EXPECT_LT((mesh.corner_normals[3 * t + corner].cast<double>() - n).norm(), 1e-6);
         }
     }
