@@ -71,6 +71,47 @@ ParameterDescription angular_velocity_parameter() {
 
 Vec3 radians(const Vec3& degrees) { return degrees * (std::numbers::pi / 180); }
 
+std::vector<ParameterDescription> region_parameters(std::string sentence, std::vector<Json> choices,
+                                                    std::string group_sentence) {
+    return {{.name = "region",
+             .label = "Region",
+             .type = ParameterType::choice,
+             .default_value = "box",
+             .sentence = std::move(sentence),
+             .choices = std::move(choices)},
+            {.name = "box_min",
+             .label = "Box Min",
+             .type = ParameterType::vector3,
+             .unit = "m",
+             .default_value = {-1.0, -1.0, -1.0},
+             .sentence = "Lowest corner of the box"},
+            {.name = "box_max",
+             .label = "Box Max",
+             .type = ParameterType::vector3,
+             .unit = "m",
+             .default_value = {1.0, 1.0, 1.0},
+             .sentence = "Highest corner of the box"},
+            {.name = "center",
+             .label = "Center",
+             .type = ParameterType::vector3,
+             .unit = "m",
+             .default_value = {0.0, 0.0, 0.0},
+             .sentence = "Of the sphere"},
+            {.name = "radius",
+             .label = "Radius",
+             .unit = "m",
+             .min = 0,
+             .max = 1e5,
+             .min_excluded = true,
+             .default_value = 0.5,
+             .sentence = "Of the sphere"},
+            {.name = "group",
+             .label = "Group",
+             .type = ParameterType::text,
+             .default_value = "",
+             .sentence = std::move(group_sentence)}};
+}
+
 Quat euler_xyz(const Vec3& degrees) {
     const Vec3 angle = radians(degrees);
     return Quat(Eigen::AngleAxisd(angle.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(angle.y(), Vec3::UnitY()) *

@@ -15,6 +15,10 @@ ParameterDescription restitution_parameter(Animation animation);
 ParameterDescription velocity_parameter();          // "velocity", m/s, at the start
 ParameterDescription angular_velocity_parameter();  // "angular_velocity", degrees/s, at the start
 
+/// "region" with its choices, and what "box" ("box_min", "box_max"), "sphere" ("center", "radius") and "group" take.
+std::vector<ParameterDescription> region_parameters(std::string sentence, std::vector<Json> choices,
+                                                    std::string group_sentence);
+
 /// Euler angles XYZ in degrees, as Blender means them: about the fixed x axis first, then y, then z; R = R_z R_y R_x.
 Quat euler_xyz(const Vec3& degrees);
 

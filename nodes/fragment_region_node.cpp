@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "fracture_tools/fragment_factors.h"
+#include "nodes/common_parameters.h"
 #include "nodes/node_list.h"
 
 namespace sunder {
@@ -90,63 +91,32 @@ NodeType fragment_region_node() {
                   .label = "Fragments",
                   .type = SocketType::fragments,
                   .sentence = "The same, with factors"}};
-    d.parameters = {
-        {.name = "region",
-         .label = "Region",
-         .type = ParameterType::choice,
-         .default_value = "box",
-         .sentence = "Fragments whose centre lies in it, in the fragments' own coordinates. all: every one; box takes "
-                     "`box_min` and `box_max`; sphere takes `center` and `radius`; group takes `group`; cluster takes "
-                     "`cluster`",
-         .choices = {"all", "box", "sphere", "group", "cluster"}},
-        {.name = "box_min",
-         .label = "Box Min",
-         .type = ParameterType::vector3,
-         .unit = "m",
-         .default_value = {-1.0, -1.0, -1.0},
-         .sentence = "Lowest corner of the box"},
-        {.name = "box_max",
-         .label = "Box Max",
-         .type = ParameterType::vector3,
-         .unit = "m",
-         .default_value = {1.0, 1.0, 1.0},
-         .sentence = "Highest corner of the box"},
-        {.name = "center",
-         .label = "Center",
-         .type = ParameterType::vector3,
-         .unit = "m",
-         .default_value = {0.0, 0.0, 0.0},
-         .sentence = "Of the sphere"},
-        {.name = "radius",
-         .label = "Radius",
-         .unit = "m",
-         .min = 0,
-         .max = 1e5,
-         .min_excluded = true,
-         .default_value = 0.5,
-         .sentence = "Of the sphere"},
-        {.name = "group",
-         .label = "Group",
-         .type = ParameterType::text,
-         .default_value = "",
-         .sentence = "Vertex group of the mesh: fragments that own one of its vertices"},
-        {.name = "cluster",
-         .label = "Cluster",
-         .type = ParameterType::integer,
-         .min = 0,
-         .default_value = 0,
-         .sentence = "Number of a cluster, as pre-fracture gathered them"},
-        factor("toughness", "Toughness", "Factor on the body's toughness around the region's fragments"),
-        factor("yield", "Yield", "Factor on the body's yield around the region's fragments"),
-        factor("density", "Density", "Factor on the body's density in the region's fragments"),
-        {.name = "interface_toughness",
-         .label = "Interface Toughness",
-         .min = kLeastFactor,
-         .max = kMostFactor,
-         .default_value = 1.0,
-         .sentence = "Factor on the toughness of interfaces between two of the region's fragments, below 1 weak; null: "
-                     "glued, they never break",
-         .nullable = true}};
+    d.parameters = region_parameters(
+        "Fragments whose centre lies in it, in the fragments' own coordinates. all: every one; box takes "
+        "`box_min` and `box_max`; sphere takes `center` and `radius`; group takes `group`; cluster takes "
+        "`cluster`",
+        {"all", "box", "sphere", "group", "cluster"},
+        "Vertex group of the mesh: fragments that own one of its vertices");
+    d.parameters.insert(
+        d.parameters.end(),
+        {{.name = "cluster",
+          .label = "Cluster",
+          .type = ParameterType::integer,
+          .min = 0,
+          .default_value = 0,
+          .sentence = "Number of a cluster, as pre-fracture gathered them"},
+         factor("toughness", "Toughness", "Factor on the body's toughness around the region's fragments"),
+         factor("yield", "Yield", "Factor on the body's yield around the region's fragments"),
+         factor("density", "Density", "Factor on the body's density in the region's fragments"),
+         {.name = "interface_toughness",
+          .label = "Interface Toughness",
+          .min = kLeastFactor,
+          .max = kMostFactor,
+          .default_value = 1.0,
+          .sentence =
+              "Factor on the toughness of interfaces between two of the region's fragments, below 1 weak; null: "
+              "glued, they never break",
+          .nullable = true}});
     return {.description = d, .cook = cook, .check = check};
 }
 

@@ -204,5 +204,29 @@ class Forces(ObjectCase):
         self.assertIn("drag is 0", force.error)
 
 
+class Solids(ObjectCase):
+    def test_any_mesh_is_a_collider_that_moves_and_has_its_objects_scale(self):
+        wedge = self.cube(size=1, location=(0, 0, -0.4), name="Wedge")
+        wedge.scale, wedge.rotation_euler = (1, 2, 0.5), (0, 0, math.radians(90))
+        wedge.keyframe_insert("location", frame=1)
+        wedge.location.z = 0.1
+        wedge.keyframe_insert("location", frame=6)
+        tree, nodes = self.tree()
+        node = nodes["collider"]
+        node.shape, node.source, node.object = "mesh", "OBJECT", wedge
+        graph = self.graph(tree)
+        vertex = addon("bake_reader").read_ply(str(self.folder / graph["collider"]["path"]))["vertex"]
+        np.testing.assert_allclose([np.ptp(vertex[a]) for a in "xyz"], [1, 2, 0.5], rtol=1e-6)
+        np.testing.assert_allclose(graph["collider"].at("rotation", 1), [0, 0, 90], atol=1e-5)
+        np.testing.assert_allclose([graph["collider"].at("position", f)[2] for f in (1, 6)], [-0.4, 0.1], atol=1e-6)
+        state = graph.evaluate("solver.state", 6)
+        self.assertGreater(state.position[:, 2].min(), 0.2)  # it rests on the wedge, whose top comes up to 0.35 m
+        self.bake(tree)
+        wedge.data.vertices[0].co.x -= 0.1
+        wedge.data.update()
+        bpy.context.view_layer.update()
+        self.assertIs(self.status(tree).is_stale, True)
+
+
 if __name__ == "__main__":
     main()

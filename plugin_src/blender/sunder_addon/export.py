@@ -81,8 +81,10 @@ class SUNDER_OT_export_host(operators._OnTree, bpy.types.Operator):
         selected, active = context.selected_objects, context.view_layer.objects.active
         bpy.ops.object.select_all(action="DESELECT")
         marks = []
+        previews = [(thing, thing.sunder.preview) for thing in things]
         try:
             for thing in things:
+                thing.sunder.preview = "OFF"  # meshes behind a preview are written late, for the exporter too late
                 thing.select_set(True)
                 if thing.type == "MESH":  # exporters take a mesh without modifiers for one that does not move
                     marks.append((thing, thing.modifiers.new("sunder export", "TRIANGULATE")))
@@ -90,6 +92,8 @@ class SUNDER_OT_export_host(operators._OnTree, bpy.types.Operator):
         finally:
             for thing, mark in marks:
                 thing.modifiers.remove(mark)
+            for thing, preview in previews:
+                thing.sunder.preview = preview
             for thing in context.view_layer.objects:
                 thing.select_set(thing in selected)
             context.view_layer.objects.active = active
