@@ -19,6 +19,8 @@ struct Hit {
     double stretch;                    // of the ellipsoids along one axis, shrunk along another, -
 };
 
+[[maybe_unused]] void PrintTo(const Hit& hit, std::ostream* out) { *out << hit.name; }
+
 // Fragments that are no spheres, each turned its own way, as those of clustered meshes.
 void make_irregular(SimulationMesh& io_mesh, double stretch) {
     for (size_t i = 0; i < io_mesh.n_particles(); ++i) {
