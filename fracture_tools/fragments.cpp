@@ -86,17 +86,6 @@ void gather_vertices(const CellComplex& complex, FragmentSet& io_set) {
             for (uint32_t& v : t) v = number[v];
 }
 
-/// In doubles, so that weights which sum to 1 leave a triangle of one colour its colour.
-Color blend_colors(const TriMesh& source, uint32_t triangle, const Vec3& weights) {
-    Color color;
-    for (size_t k = 0; k < color.size(); ++k) {
-        double sum = 0;
-        for (int m = 0; m < 3; ++m) sum += weights[m] * double(source.corner_colors[3 * triangle + m][k]);
-        color[k] = float(sum);
-    }
-    return color;
-}
-
 /// On the source's own surface: each corner has what the source has there. Where it has no normals, what they would be:
 /// from the finer triangles others would follow, and show where it will break.
 void blend_corners(const CellComplex& complex, const std::vector<uint32_t>& outer_face, const TriMesh& source,
@@ -112,7 +101,7 @@ void blend_corners(const CellComplex& complex, const std::vector<uint32_t>& oute
                 for (int m = 0; m < 3; ++m) uv += w[m] * source.corner_uvs[3 * t + m].cast<double>();
                 io_set.outer_corner_uvs.push_back(uv.cast<float>());
             }
-            if (!source.corner_colors.empty()) io_set.outer_corner_colors.push_back(blend_colors(source, t, w));
+            if (!source.corner_colors.empty()) io_set.outer_corner_colors.push_back(blended_color(source, t, w));
             Vec3 n = Vec3::Zero();
             for (int m = 0; m < 3; ++m) n += w[m] * normals[3 * t + m].cast<double>();
             const bool at_corner = w.maxCoeff() == 1;  // as the artist has it, to the last bit
@@ -128,7 +117,7 @@ void take_nearest_colors(const CellComplex& complex, const std::vector<uint32_t>
     for (uint32_t f : outer_face)
         for (uint32_t v : complex.faces[f].vertices) {
             const SurfacePoint near = lookup.nearest(complex.vertices[v]);
-            io_set.outer_corner_colors.push_back(blend_colors(source, near.triangle, near.barycentric));
+            io_set.outer_corner_colors.push_back(blended_color(source, near.triangle, near.barycentric));
         }
 }
 

@@ -68,17 +68,6 @@ void carry_groups(const TriMesh& source, TriMesh& io_mesh) {
     }
 }
 
-/// Of a point of a triangle, by the weights of its corners; in doubles, as where a cut carries colours.
-Color blended_color(const TriMesh& mesh, uint32_t triangle, const Vec3& weights) {
-    Color color;
-    for (size_t k = 0; k < color.size(); ++k) {
-        double sum = 0;
-        for (int m = 0; m < 3; ++m) sum += weights[m] * double(mesh.corner_colors[3 * triangle + m][k]);
-        color[k] = float(sum);
-    }
-    return color;
-}
-
 /// Numbers of vertices: the source's own where it has a vertex in the place, else those of the nearest point.
 void carry_vertex_attributes(const TriMesh& source, TriMesh& io_mesh) {
     if (source.vertex_attributes.empty()) return;

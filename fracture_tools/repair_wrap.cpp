@@ -10,6 +10,7 @@
 
 #include "fracture_tools/repair_surface.h"
 #include "fracture_tools/surface_lookup.h"
+#include "fracture_tools/unit_box.h"
 
 namespace sunder {
 namespace {
@@ -38,25 +39,11 @@ struct Watch : CGAL::Alpha_wraps_3::internal::Wrapping_default_visitor {
     }
 };
 
-/// To a box about the origin with sides of 1 to 2. The scale is a power of two, so that scaling rounds nothing.
-struct UnitBox {
-    Vec3 center;
-    double scale;
-
-    explicit UnitBox(const MeshView& mesh) {
-        Aabb box;
-        for (const Triangle& t : mesh.triangles)
-            for (uint32_t v : t) box.extend(mesh.positions[v]);
-        center = 0.5 * (box.min + box.max);
-        scale = std::exp2(-std::floor(std::log2((box.max - box.min).maxCoeff())));
-    }
-};
-
 TriMesh run(const MeshView& mesh, double detail, const Progress& progress) {
     const UnitBox unit(mesh);
     std::vector<Kernel::Point_3> points;
     for (const Vec3& p : mesh.positions) {
-        const Vec3 q = (p - unit.center) * unit.scale;
+        const Vec3 q = unit.to_unit(p);
         points.emplace_back(q.x(), q.y(), q.z());
     }
     std::vector<std::array<size_t, 3>> triangles;
@@ -71,7 +58,7 @@ TriMesh run(const MeshView& mesh, double detail, const Progress& progress) {
     TriMesh wrap;
     for (const auto v : surface.vertices()) {
         const auto& p = surface.point(v);
-        wrap.positions.push_back(Vec3(p.x(), p.y(), p.z()) / unit.scale + unit.center);
+        wrap.positions.push_back(unit.to_world(Vec3(p.x(), p.y(), p.z())));
     }
     for (const auto f : surface.faces()) {
         const auto h = surface.halfedge(f);

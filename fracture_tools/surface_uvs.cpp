@@ -2,6 +2,16 @@
 
 namespace sunder {
 
+Color blended_color(const TriMesh& mesh, uint32_t triangle, const Vec3& weights) {
+    Color color;
+    for (size_t k = 0; k < color.size(); ++k) {
+        double sum = 0;
+        for (int m = 0; m < 3; ++m) sum += weights[m] * double(mesh.corner_colors[3 * triangle + m][k]);
+        color[k] = float(sum);
+    }
+    return color;
+}
+
 Vec2f SourceUvs::at(const Vec3& p, const Vec3& middle, uint32_t home) const {
     const Vec2f extended = in_plane_of(home, p);
     const SurfacePoint near = lookup_.nearest(p + 0.01 * (middle - p));  // from edges a little into the own face

@@ -1,10 +1,14 @@
-// UVs of a mesh at points of another surface near it.
+// UVs and colours of a mesh at points of another surface near it.
 #pragma once
 
 #include "fracture_tools/surface_lookup.h"
 #include "solver/data/tri_mesh.h"
 
 namespace sunder {
+
+/// Colour of a point of a triangle, by the weights of its corners. In doubles, so that weights which sum to 1 leave a
+/// triangle of one colour its colour.
+Color blended_color(const TriMesh& mesh, uint32_t triangle, const Vec3& weights);
 
 /// Looks UVs up on `source`, which has some and must outlive it.
 class SourceUvs {

@@ -14,6 +14,8 @@
 #include <tuple>
 #include <unordered_map>
 
+#include "fracture_tools/unit_box.h"
+
 namespace sunder {
 namespace {
 
@@ -29,21 +31,6 @@ namespace Param = CGAL::parameters;
 constexpr double kFacetAngle = 25;
 constexpr double kCellRadiusEdge = 3;
 
-/// To a box about the origin with sides of 1 to 2: CGAL has tolerances of its own. The scale is a power of two, so that
-/// scaling rounds nothing.
-struct UnitBox {
-    Vec3 center;
-    double scale;
-
-    explicit UnitBox(const MeshView& mesh) {
-        Aabb box;
-        for (const Triangle& t : mesh.triangles)
-            for (uint32_t v : t) box.extend(mesh.positions[v]);
-        center = 0.5 * (box.min + box.max);
-        scale = std::exp2(-std::floor(std::log2((box.max - box.min).maxCoeff())));
-    }
-};
-
 Result<Surface> make_surface(const MeshView& mesh, const UnitBox& unit, const std::string& where) {
     // Vertices without a triangle are left out: CGAL follows the edges of each vertex, also where there are none.
     std::vector<size_t> number(mesh.positions.size(), 0);
@@ -52,7 +39,7 @@ Result<Surface> make_surface(const MeshView& mesh, const UnitBox& unit, const st
     std::vector<Kernel::Point_3> points;
     for (size_t v = 0; v < number.size(); ++v) {
         if (number[v] == 0) continue;
-        const Vec3 q = (mesh.positions[v] - unit.center) * unit.scale;
+        const Vec3 q = unit.to_unit(mesh.positions[v]);
         number[v] = points.size();
         points.emplace_back(q.x(), q.y(), q.z());
     }
@@ -75,7 +62,7 @@ TetMesh to_plain(const Complex& complex, const UnitBox& unit) {
             const auto [at, is_new] = number.try_emplace(cell->vertex(k), uint32_t(out.vertices.size()));
             if (is_new) {
                 const auto& p = at->first->point().point();
-                out.vertices.push_back(Vec3(p.x(), p.y(), p.z()) / unit.scale + unit.center);
+                out.vertices.push_back(unit.to_world(Vec3(p.x(), p.y(), p.z())));
             }
             tet[k] = at->second;
         }

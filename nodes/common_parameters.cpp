@@ -71,6 +71,29 @@ ParameterDescription angular_velocity_parameter() {
 
 Vec3 radians(const Vec3& degrees) { return degrees * (std::numbers::pi / 180); }
 
+ParameterDescription radius_parameter(std::string sentence) {
+    return {.name = "radius",
+            .label = "Radius",
+            .unit = "m",
+            .min = 0,
+            .max = 1e5,
+            .min_excluded = true,
+            .default_value = 0.5,
+            .sentence = std::move(sentence)};
+}
+
+ParameterDescription size_parameter() {
+    return {.name = "size",
+            .label = "Size",
+            .type = ParameterType::vector3,
+            .unit = "m",
+            .min = 0,
+            .max = 1e5,
+            .min_excluded = true,
+            .default_value = {1.0, 1.0, 1.0},
+            .sentence = "Lengths of the box's sides"};
+}
+
 std::vector<ParameterDescription> region_parameters(std::string sentence, std::vector<Json> choices,
                                                     std::string group_sentence) {
     return {{.name = "region",
@@ -97,14 +120,7 @@ std::vector<ParameterDescription> region_parameters(std::string sentence, std::v
              .unit = "m",
              .default_value = {0.0, 0.0, 0.0},
              .sentence = "Of the sphere"},
-            {.name = "radius",
-             .label = "Radius",
-             .unit = "m",
-             .min = 0,
-             .max = 1e5,
-             .min_excluded = true,
-             .default_value = 0.5,
-             .sentence = "Of the sphere"},
+            radius_parameter("Of the sphere"),
             {.name = "group",
              .label = "Group",
              .type = ParameterType::text,

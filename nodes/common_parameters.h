@@ -15,6 +15,9 @@ ParameterDescription restitution_parameter(Animation animation);
 ParameterDescription velocity_parameter();          // "velocity", m/s, at the start
 ParameterDescription angular_velocity_parameter();  // "angular_velocity", degrees/s, at the start
 
+ParameterDescription radius_parameter(std::string sentence);  // "radius", m
+ParameterDescription size_parameter();                        // "size" of a box, m
+
 /// "region" with its choices, and what "box" ("box_min", "box_max"), "sphere" ("center", "radius") and "group" take.
 std::vector<ParameterDescription> region_parameters(std::string sentence, std::vector<Json> choices,
                                                     std::string group_sentence);

@@ -1,5 +1,6 @@
 // lattice: a box of cubic cells, one fragment each.
 #include "fracture_tools/lattice.h"
+#include "nodes/common_parameters.h"
 #include "nodes/node_list.h"
 
 namespace sunder {
@@ -29,15 +30,7 @@ NodeType lattice_node() {
                   .type = SocketType::fragments,
                   .sentence = "The cells, numbered along x first, then y, then z"}};
     d.parameters = {
-        {.name = "size",
-         .label = "Size",
-         .type = ParameterType::vector3,
-         .unit = "m",
-         .min = 0,
-         .max = 1e5,
-         .min_excluded = true,
-         .default_value = {1.0, 1.0, 1.0},
-         .sentence = "Lengths of the box's sides"},
+        size_parameter(),
         {.name = "cells",
          .label = "Cells",
          .type = ParameterType::integer3,

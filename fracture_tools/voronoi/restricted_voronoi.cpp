@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fracture_tools/parallel_chunks.h"
+#include "fracture_tools/unit_box.h"
 #include "fracture_tools/voronoi/interface_loops.h"
 #include "fracture_tools/voronoi/interface_triangulation.h"
 
@@ -14,21 +15,6 @@ namespace {
 /// 2 radii from some site and at least 29 from these: their cells stay clear of it.
 constexpr double kFarAway = 30;
 constexpr size_t kInterfacesAChunk = 16;
-
-/// To a box about the origin with sides of 1 to 2, so that error bounds mean the same for all meshes.
-struct UnitBox {
-    Vec3 center;
-    double scale;
-
-    explicit UnitBox(const TriMesh& mesh) {
-        Aabb box;
-        for (const Vec3& p : mesh.positions) box.extend(p);
-        center = 0.5 * (box.min + box.max);
-        scale = std::exp2(-std::floor(std::log2((box.max - box.min).maxCoeff())));
-    }
-    Vec3 to_unit(const Vec3& p) const { return (p - center) * scale; }
-    Vec3 to_world(const Vec3& p) const { return p / scale + center; }
-};
 
 /// Sites in the unit box, and four far around them: every cell of the mesh has an end, and one site is enough.
 std::vector<Vec3> unit_sites(std::span<const Vec3> sites, const UnitBox& unit, const std::vector<Vec3>& mesh_points) {
