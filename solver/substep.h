@@ -1,0 +1,68 @@
+// The parts of a substep, as step.cpp puts them in order.
+#pragma once
+
+#include <chrono>
+
+#include "solver/step.h"
+
+namespace sunder {
+
+constexpr size_t kGroupGrain = 128, kParticleGrain = 512;  // fewest a thread is worth waking for
+
+class Stopwatch {
+public:
+    explicit Stopwatch(double& io_seconds) : total_(io_seconds), start_(std::chrono::steady_clock::now()) {}
+    ~Stopwatch() { total_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+    Stopwatch(const Stopwatch&) = delete;
+    Stopwatch& operator=(const Stopwatch&) = delete;
+
+private:
+    double& total_;
+    std::chrono::steady_clock::time_point start_;
+};
+
+/// Names for the arrays of one substep, and its parts in the order of `substep`.
+struct Substep {
+    const StepContext& context;
+    const double h, begin, end;
+    const bool measure;
+    Workspace& work;
+    FrameState& state;
+    StepReport& report;
+
+    const SimulationMesh& rest() const { return context.scene.rest; }
+    size_t n_particles() const { return rest().n_particles(); }
+    size_t n_movables() const { return n_particles() + state.rigid_bodies.size(); }
+    ContactBodies bodies() const { return bodies_of(work); }
+    // A resting contact closes at h g: it must not bounce, m/s.
+    double resting_speed() const { return 2 * h * context.input.gravity.norm(); }
+    const Material& material(size_t particle) const { return context.input.materials[rest().body[particle]]; }
+
+    // substep_motion.cpp
+    void load();
+    void predict();
+    void hold_pins();
+    void update_velocities();
+    void restore_momentum();
+    void store();
+
+    // substep_contacts.cpp
+    void mark_held_pieces();
+    void take_up_pieces();
+    void find_contacts();
+    void push_apart(bool last);
+    bool contacts_push() const;
+    void settle_contacts();
+
+    // substep_fracture.cpp
+    void flow_and_measure(double seconds);
+    bool break_edges(double leading);
+    void run_cracks();
+
+    // step.cpp
+    void correct(int iterations);
+    void match_shapes(bool first_iteration);
+    Status check_finite(const char* stage) const;
+};
+
+}  // namespace sunder

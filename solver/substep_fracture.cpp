@@ -1,0 +1,106 @@
+// Plastic flow and fracture of a substep.
+#include <algorithm>
+#include <cmath>
+
+#include "solver/plasticity.h"
+#include "solver/polar_decomposition.h"
+#include "solver/substep.h"
+
+namespace sunder {
+namespace {
+
+constexpr int kFracturePasses = 8;  // a substep, each after the last one's cuts let go
+constexpr double kLeading = 0.8;    // what cuts in a pass is within a fifth of the piece's largest excess load
+
+}  // namespace
+
+// Optimal stretch of every group where things came to lie; flow above the yield strain; the load towards breaking.
+void Substep::flow_and_measure(double seconds) {
+    context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
+        for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
+            work.strains[g].load = 0;
+            if (work.live.count(g) == 1) {
+                state.strain[g] = 0;
+                continue;
+            }
+            const Material m = material_of(rest(), g, material(g));
+            const bool is_uneven = rest().group_uneven[g] != 0;
+            const double toughness = std::min(m.toughness, m.compressive_toughness) *
+                                     (is_uneven ? weakest_factor(rest(), work.live, g) : 1.0);
+            const double limit = std::min(state.yield[g], toughness);
+            if (limit == kNever && !measure) continue;
+
+            const GroupMoments A = group_moments(work.live, work.shapes, work.moving, g);
+            Quat& R = work.goals[g].rotation;
+            R = optimal_rotation(A.positions * work.shapes.group[g].isotropy + kOrientationWeight * A.ellipsoids, R);
+            const Mat3 S = optimal_stretch(work.shapes.group[g].stretch, R.toRotationMatrix(),
+                                           A.positions + kStretchMomentWeight * A.ellipsoids);
+            // |log lambda| <= limit wherever |S - I| is below this: no need for the eigenvectors.
+            if (!measure && (S - Mat3::Identity()).norm() < -std::expm1(-limit)) continue;
+
+            const PrincipalStretch principal = principal_stretch(S);
+            PlasticState plastic{state.plastic_deformation[g], state.yield[g]};
+            const FlowResult result = flow(principal, m, seconds, plastic);
+            state.strain[g] = result.elastic_log_strain.cwiseAbs().maxCoeff();
+            if (principal.reliable)
+                work.strains[g] = is_uneven ? uneven_group_strain(result.elastic_log_strain, principal.directions, R, m,
+                                                                  {rest(), work.live, work.shapes, work.moving}, g)
+                                            : group_strain(result.elastic_log_strain, principal.directions, R, m);
+            if (!result.flowed) continue;
+            state.plastic_deformation[g] = plastic.F_P;
+            state.yield[g] = plastic.yield;
+            R = (R * result.spin).normalized();
+            work.flowed[g] = 1;
+        }
+    });
+}
+
+bool Substep::break_edges(double leading) {
+    const auto cuts =
+        edges_to_cut({rest(), work.live, work.shapes, work.moving}, work.strains, leading, state.time + h);
+    std::vector<uint32_t> broken;
+    for (const BrokenEdge& cut : cuts) {
+        state.edge_intact[cut.edge] = work.synced_edges[cut.edge] = 0;
+        state.broken.push_back(cut);
+        broken.push_back(cut.edge);
+    }
+    report.edges_broken += cuts.size();
+    for (uint32_t g : work.live.remove_edges(rest(), broken)) work.flowed[g] = 1;
+    if (!cuts.empty()) {
+        mark_held_pieces();
+        work.detection.topology_changed();
+    }
+    // Rest shapes changed where material flowed or edges broke.
+    context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
+        for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
+            if (!work.flowed[g]) continue;
+            work.flowed[g] = 0;
+            work.synced_plastic[g] = state.plastic_deformation[g];
+            work.shapes.rebuild(rest(), work.live, state.plastic_deformation[g], g);
+            work.stiffness[g] =
+                group_stiffness(work.shapes.group[g], work.shapes.rest_trace[g], rest().volume[g], material(g));
+        }
+    });
+    return !cuts.empty();
+}
+
+// Cuts and starts the correction over until nothing breaks: a crack runs as far as the load that it releases lets it,
+// and not one ring a substep. Only while nothing pushes: what contacts did was divided by the pieces as they were, so
+// that a hit breaks one pass a substep, after the momentum books are closed.
+void Substep::run_cracks() {
+    for (int pass = 0; pass < kFracturePasses; ++pass) {
+        {
+            Stopwatch watch(report.fracture_s);
+            flow_and_measure(pass == 0 ? h : 0);
+            if (!break_edges(kLeading)) return;
+        }
+        take_up_pieces();
+        for (size_t i = 0; i < n_particles(); ++i) {
+            MovingParticle& p = work.moving[i];
+            p.x = p.x_inertial, p.d = p.d_inertial, p.D = p.d.toRotationMatrix();
+        }
+        correct(context.settings.iterations);
+    }
+}
+
+}  // namespace sunder

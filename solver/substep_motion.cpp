@@ -1,0 +1,127 @@
+// How things move between contacts and shape matching: prediction, velocities, momentum.
+#include <cmath>
+
+#include "solver/motion.h"
+#include "solver/substep.h"
+
+namespace sunder {
+
+// Positions and rotations since rest, into the workspace; inverse masses and inertia there.
+void Substep::load() {
+    const Scene& scene = context.scene;
+    for (size_t i = 0; i < n_particles(); ++i) {
+        MovingParticle& p = work.moving[i];
+        p.x = state.position[i];
+        p.d = (state.orientation[i] * rest().rest_orientation[i].conjugate()).normalized();
+        p.D = p.d.toRotationMatrix();
+        const Mat3 M = to_matrix(work.shapes.particle_moment[i]);
+        work.inertia[i] = p.D * (M.trace() * Mat3::Identity() - M) * p.D.transpose();
+        work.inverse_mass[i] = 1.0 / rest().mass[i];
+        work.velocity[i] = state.velocity[i];
+        work.angular_velocity[i] = state.angular_velocity[i];
+    }
+    for (size_t r = 0; r < state.rigid_bodies.size(); ++r) {
+        const size_t i = n_particles() + r;
+        const RigidBodyState& body = state.rigid_bodies[r];
+        MovingParticle& p = work.moving[i];
+        p.x = body.position, p.d = body.orientation, p.D = p.d.toRotationMatrix();
+        work.inverse_mass[i] = 1.0 / scene.rigid_bodies[r].mass;
+        work.velocity[i] = body.velocity;
+        work.angular_velocity[i] = body.angular_velocity;
+    }
+    for (size_t i = 0; i < n_movables(); ++i) {
+        work.start_position[i] = work.moving[i].x;
+        work.start_rotation[i] = work.moving[i].d;
+        work.push[i] = ContactPush();
+    }
+}
+
+// Forces act on velocities; held particles take the speed of their pin.
+void Substep::predict() {
+    Vec3 acceleration = context.input.gravity, wind = Vec3::Zero();
+    double drag = 0;
+    for (const Force& f : context.input.forces) acceleration += f.acceleration, wind += f.drag * f.wind, drag += f.drag;
+    for (size_t i = 0; i < n_movables(); ++i)
+        work.velocity[i] = (work.velocity[i] + h * (acceleration + wind)) / (1 + h * drag);  // implicit drag
+
+    hold_pins();
+    mark_held_pieces();
+    for (size_t i = 0; i < n_movables(); ++i) {
+        MovingParticle& p = work.moving[i];
+        if (i < n_particles() && work.held[i]) continue;
+        p.x = p.x_inertial = work.start_position[i] + h * work.velocity[i];
+        p.d = p.d_inertial = (rotation_of(h * work.angular_velocity[i]) * work.start_rotation[i]).normalized();
+        p.D = p.d.toRotationMatrix();
+    }
+}
+
+void Substep::hold_pins() {
+    std::fill(work.held.begin(), work.held.end(), uint8_t{0});
+    for (size_t k = 0; k < context.scene.pins.size(); ++k) {
+        const DrivenPose& drive = context.input.pins[k];
+        if (!drive.active) continue;
+        const Pose pose = interpolate(drive, end);
+        for (uint32_t i : context.scene.pins[k].particles) {
+            MovingParticle& p = work.moving[i];
+            p.x = p.x_inertial = pose.apply(rest().rest_position[i]);
+            p.d = p.d_inertial = pose.orientation;
+            p.D = p.d.toRotationMatrix();
+            work.velocity[i] = (p.x - work.start_position[i]) / h;
+            work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / h;
+            work.inverse_mass[i] = 0;
+            work.held[i] = 1;
+        }
+    }
+}
+
+void Substep::update_velocities() {
+    for (size_t i = 0; i < n_movables(); ++i) {
+        const MovingParticle& p = work.moving[i];
+        work.velocity[i] = (p.x - work.start_position[i]) / h;
+        if (!work.pieces[work.piece[i]].rigid)
+            work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / h;
+    }
+}
+
+// Each free piece gets the angular momentum that it had, plus what contacts gave it.
+void Substep::restore_momentum() {
+    context.workers.for_range(n_particles(), kParticleGrain, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i) {
+            const Mat3 M = to_matrix(work.shapes.particle_moment[i]);
+            work.inertia[i] = work.moving[i].D * (M.trace() * Mat3::Identity() - M) * work.moving[i].D.transpose();
+            state.position[i] = work.moving[i].x;
+        }
+    });
+    for (size_t piece = 0; piece < work.live.n_pieces(); ++piece) {
+        if (work.piece_held[piece] || work.pieces[piece].rigid) continue;
+        const auto particles = work.live.piece_particles(piece);
+        // Levers of the start, as the contacts were solved with: the large pushes on a pinched piece cancel there,
+        // while a millimetre more or less of lever would spin it.
+        Vec3 gained = Vec3::Zero();
+        for (uint32_t j : particles)
+            gained += rest().mass[j] * (work.start_position[j] - work.pieces[piece].center).cross(work.push[j].shift) +
+                      work.push[j].torque;
+        set_angular_momentum(rest(), work.inertia, particles, work.piece_angular[piece] + gained / h, state.position,
+                             work.velocity, work.angular_velocity);
+    }
+}
+
+void Substep::store() {
+    const double keep = std::exp(-context.settings.damping * h);
+    for (size_t i = 0; i < n_particles(); ++i) {
+        const MovingParticle& p = work.moving[i];
+        state.position[i] = p.x;
+        state.orientation[i] = (p.d * rest().rest_orientation[i]).normalized();
+        state.velocity[i] = keep * work.velocity[i];
+        state.angular_velocity[i] = keep * work.angular_velocity[i];
+        state.group_rotation[i] = work.goals[i].rotation;
+    }
+    for (size_t r = 0; r < state.rigid_bodies.size(); ++r) {
+        const size_t i = n_particles() + r;
+        state.rigid_bodies[r] = {work.moving[i].x, work.moving[i].d, keep * work.velocity[i],
+                                 keep * work.angular_velocity[i]};
+    }
+    state.time += h;
+}
+
+}  // namespace sunder
