@@ -15,18 +15,6 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-// A dependent addition takes one cycle on every processor of these years.
-double clock_gigahertz() {
-    constexpr uint64_t kAdditions = 20'000'000;
-    uint64_t sum = 0;
-    const auto start = Clock::now();
-    for (uint64_t i = 0; i < kAdditions; ++i) {
-        sum += i;
-        asm volatile("" : "+r"(sum));
-    }
-    return kAdditions / seconds_since(start) * 1e-9;
-}
-
 struct Times {
     std::vector<double> solver, skin;  // s, a frame
     StepReport sum;
@@ -100,11 +88,6 @@ void keep_least(std::vector<double>& io_best, const std::vector<double>& other) 
     for (size_t i = 0; i < io_best.size(); ++i) io_best[i] = std::min(io_best[i], other[i]);
 }
 
-double quantile(std::vector<double> values, double q) {
-    std::sort(values.begin(), values.end());
-    return values[static_cast<size_t>(q * static_cast<double>(values.size() - 1) + 0.5)];
-}
-
 Method method_named(const std::string& name) {
     if (name == "jacobi") return Method::jacobi;
     if (name == "gauss_seidel") return Method::gauss_seidel;
@@ -112,6 +95,23 @@ Method method_named(const std::string& name) {
 }
 
 }  // namespace
+
+// A dependent addition takes one cycle on every processor of these years.
+double clock_gigahertz() {
+    constexpr uint64_t kAdditions = 20'000'000;
+    uint64_t sum = 0;
+    const auto start = Clock::now();
+    for (uint64_t i = 0; i < kAdditions; ++i) {
+        sum += i;
+        asm volatile("" : "+r"(sum));
+    }
+    return kAdditions / seconds_since(start) * 1e-9;
+}
+
+double quantile(std::vector<double> values, double q) {
+    std::sort(values.begin(), values.end());
+    return values[static_cast<size_t>(q * static_cast<double>(values.size() - 1) + 0.5)];
+}
 
 Measurement measure(const NamedScene& named, const std::string& method, int threads, int frames, int repeats) {
     BenchScene s = named.make();

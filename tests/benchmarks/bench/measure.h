@@ -26,4 +26,10 @@ struct Measurement {
 /// `frames` 0: as many as the scene says. Throws std::runtime_error with the core's text.
 Measurement measure(const NamedScene& scene, const std::string& method, int threads, int frames, int repeats);
 
+/// Of values of which the q-th part is no larger, 0 <= q <= 1.
+double quantile(std::vector<double> values, double q);
+
+/// The clock as it is now, from a chain of dependent additions: GHz.
+double clock_gigahertz();
+
 }  // namespace sunder::bench

@@ -42,6 +42,11 @@ class Bench(unittest.TestCase):
             self.assertLessEqual(float(r["least_ms"]), float(r["median_ms"]))
             self.assertAlmostEqual(sum(float(r[c]) for c in ("predict", "shape", "contact", "momentum", "fracture")), 1, delta=0.01)
 
+    def test_bullet_runs_the_same_bar(self):
+        row, = bench("bar320", "plate300", "--method", "bullet", "--threads", "1,2", "--frames", "3", "--repeats", "1")
+        self.assertEqual((row["scene"], row["method"], row["particles"], row["members"]), ("bar320", "bullet", "320", "1888"))
+        self.assertGreater(float(row["ns_group"]), 0)
+
     def test_a_scene_that_is_not_there_is_refused(self):
         result = subprocess.run([BENCH, "bar3200"], capture_output=True, text=True)
         self.assertNotEqual(result.returncode, 0)
