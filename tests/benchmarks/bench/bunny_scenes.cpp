@@ -1,42 +1,19 @@
-#include <algorithm>
-#include <map>
 #include <random>
 
 #include "fracture_tools/mesh_io.h"
 #include "fracture_tools/prefracture.h"
 #include "solver/motion.h"
 #include "tests/benchmarks/bench/scene_parts.h"
+#include "tests/support/finer_mesh.h"
 
 namespace sunder::bench {
 namespace {
 
-// The bunny, each triangle split in four `times` over.
-TriMesh bunny(int times) {
-    TriMesh mesh = must(read_mesh(SUNDER_TEST_DATA "/bunny.obj"));
-    for (int k = 0; k < times; ++k) {
-        TriMesh fine;
-        fine.positions = mesh.positions;
-        std::map<std::pair<uint32_t, uint32_t>, uint32_t> middles;
-        const auto middle = [&](uint32_t a, uint32_t b) {
-            const auto [at, is_new] =
-                middles.try_emplace(std::minmax(a, b), static_cast<uint32_t>(fine.positions.size()));
-            if (is_new) fine.positions.push_back(0.5 * (mesh.positions[a] + mesh.positions[b]));
-            return at->second;
-        };
-        for (const Triangle& t : mesh.triangles) {
-            const uint32_t ab = middle(t[0], t[1]), bc = middle(t[1], t[2]), ca = middle(t[2], t[0]);
-            for (const Triangle& part : {Triangle{t[0], ab, ca}, {ab, t[1], bc}, {ca, bc, t[2]}, {ab, bc, ca}})
-                fine.triangles.push_back(part);
-        }
-        mesh = std::move(fine);
-    }
-    return mesh;
-}
-
 std::shared_ptr<const FragmentSet> bunny_pieces(int refinements, int pieces, uint32_t seed) {
     PrefractureSettings settings;
     settings.pieces = pieces, settings.seed = seed;
-    return std::make_shared<FragmentSet>(must(prefracture(bunny(refinements), settings, "bunny")));
+    return std::make_shared<FragmentSet>(
+        must(prefracture(finer_mesh(must(read_mesh(SUNDER_TEST_DATA "/bunny.obj")), refinements), settings, "bunny")));
 }
 
 }  // namespace

@@ -1,8 +1,9 @@
 // What cutting costs and gives: mesh x method x pieces, as a table (docs/meshes.md).
 //
-//   fracture_table [--pieces N,N,...] [--methods voronoi,kmeans] MESH...
+//   fracture_table [--pieces N,N,...] [--methods voronoi,kmeans] [--split N] MESH...
 //
-// Each cut is made in a process of its own, on one thread, so that processor time and peak memory are its own.
+// --split splits each triangle in four, N times over. Each cut is made in a process of its own, on one thread, so that
+// processor time and peak memory are its own.
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -18,6 +19,7 @@
 #include "fracture_tools/mesh_checks.h"
 #include "fracture_tools/mesh_io.h"
 #include "fracture_tools/prefracture.h"
+#include "tests/support/finer_mesh.h"
 
 namespace {
 
@@ -26,7 +28,7 @@ using namespace sunder;
 struct Job {
     std::string path;
     CutMethod method;
-    int pieces;
+    int pieces, split;
 };
 
 struct Row {
@@ -52,11 +54,12 @@ Row cut(const Job& job) {
     const Result<TriMesh> mesh = read_mesh(job.path);
     row.read_s = cpu_seconds() - start;
     if (!mesh) return tell(row, mesh.error().what), row;
-    row.triangles = mesh->triangles.size();
+    const TriMesh fine = finer_mesh(*mesh, job.split);
+    row.triangles = fine.triangles.size();
     PrefractureSettings settings;
     settings.method = job.method, settings.pieces = job.pieces, settings.threads = 1;
     const double read = cpu_seconds();
-    const Result<FragmentSet> set = prefracture(*mesh, settings, "mesh");
+    const Result<FragmentSet> set = prefracture(fine, settings, "mesh");
     row.cut_s = cpu_seconds() - read;
     if (!set) return tell(row, set.error().what), row;
     row.pieces = set->fragments.size();
@@ -121,15 +124,19 @@ std::vector<std::string> split(const std::string& list) {
 
 int main(int argc, char** argv) {
     std::vector<std::string> pieces = {"20", "300"}, methods = {"voronoi", "kmeans"}, meshes;
+    int times = 0;
     for (int k = 1; k < argc; ++k) {
         const std::string word = argv[k];
-        if ((word == "--pieces" || word == "--methods") && k + 1 < argc)
+        if (word == "--split" && k + 1 < argc)
+            times = std::stoi(argv[++k]);
+        else if ((word == "--pieces" || word == "--methods") && k + 1 < argc)
             (word == "--pieces" ? pieces : methods) = split(argv[++k]);
         else
             meshes.push_back(word);
     }
     if (meshes.empty()) {
-        std::fprintf(stderr, "usage: fracture_table [--pieces N,N,...] [--methods voronoi,kmeans] MESH...\n");
+        std::fprintf(stderr,
+                     "usage: fracture_table [--pieces N,N,...] [--methods voronoi,kmeans] [--split N] MESH...\n");
         return 2;
     }
     std::printf(
@@ -139,6 +146,6 @@ int main(int argc, char** argv) {
     for (const std::string& mesh : meshes)
         for (const std::string& method : methods)
             for (const std::string& n : pieces)
-                whole &= run({mesh, method == "kmeans" ? CutMethod::kmeans : CutMethod::voronoi, std::stoi(n)});
+                whole &= run({mesh, method == "kmeans" ? CutMethod::kmeans : CutMethod::voronoi, std::stoi(n), times});
     return whole ? 0 : 1;
 }
