@@ -189,6 +189,34 @@ SUNDER_API sunder_status sunder_graph_export_bake(sunder_graph* graph, const sun
 SUNDER_API sunder_status sunder_value_write_fragments(sunder_value* value, const char* folder,
                                                       const sunder_progress* progress);
 
+/* ---- Jobs ---- */
+
+/* Long work on a thread of the library's own, for hosts that cannot have threads call back into them (Python inside
+ * Blender). The graph is the job's until it was finished or freed; sunder_job_look, _cancel and _wait are for the
+ * thread that started it. */
+typedef struct sunder_job sunder_job;
+
+typedef struct sunder_job_state {
+    uint32_t struct_size;
+    int32_t is_running;
+    double fraction;  /* [0, 1] */
+    const char* text; /* what it is at; until the next look */
+} sunder_job_state;
+
+/* As sunder_graph_evaluate; a later call for the same value finds it done. */
+SUNDER_API sunder_status sunder_graph_start_evaluate(sunder_graph* graph, const char* output, int32_t frame,
+                                                     sunder_job** out_job);
+/* As sunder_graph_bake. */
+SUNDER_API sunder_status sunder_graph_start_bake(sunder_graph* graph, const sunder_bake_settings* settings,
+                                                 sunder_job** out_job);
+SUNDER_API void sunder_job_look(sunder_job* job, sunder_job_state* out_state);
+SUNDER_API void sunder_job_cancel(sunder_job* job);
+SUNDER_API int32_t sunder_job_wait(sunder_job* job, double seconds); /* 1 once it has ended */
+/* Waits for the end, and gives what the call would have given; errors are told by the graph. `out_report` may be NULL.
+ */
+SUNDER_API sunder_status sunder_job_finish(sunder_job* job, sunder_bake_report* out_report);
+SUNDER_API void sunder_job_free(sunder_job* job); /* cancels it and waits, if it runs; before its graph is freed */
+
 #ifdef __cplusplus
 }
 #endif

@@ -166,6 +166,41 @@ static void files(sunder_graph* graph, const char* folder) {
     CHECK(sunder_graph_read_state(graph, path, &state) == SUNDER_BAD_INPUT && state == NULL);
 }
 
+/* Work on the library's own thread, and what it gave. */
+static void jobs(sunder_graph* graph, const char* folder) {
+    sunder_job* job = NULL;
+    sunder_job_state state;
+    sunder_bake_report report;
+    sunder_bake_settings settings;
+    memset(&state, 0, sizeof state), memset(&report, 0, sizeof report), memset(&settings, 0, sizeof settings);
+    state.struct_size = sizeof state, report.struct_size = sizeof report, settings.struct_size = sizeof settings;
+    settings.folder = folder, settings.start = SUNDER_BAKE_RESTART;
+    settings.has_frames = 1, settings.first_frame = 1, settings.last_frame = 3;
+    CHECK(sunder_graph_start_evaluate(graph, "sim.state", 2, &job) == SUNDER_OK && job != NULL);
+    CHECK(sunder_job_finish(job, NULL) == SUNDER_OK);
+    sunder_job_free(job);
+    CHECK(sunder_graph_start_evaluate(graph, "nobody.state", 2, &job) == SUNDER_OK);
+    CHECK(sunder_job_finish(job, NULL) == SUNDER_BAD_INPUT && strstr(error_of(graph).text, "nobody") != NULL);
+    sunder_job_free(job);
+    CHECK(sunder_graph_start_bake(graph, &settings, &job) == SUNDER_OK);
+    while (!sunder_job_wait(job, 1)) sunder_job_look(job, &state);
+    sunder_job_look(job, &state);
+    CHECK(!state.is_running && state.fraction > 0 && strlen(state.text) > 0);
+    CHECK(sunder_job_finish(job, &report) == SUNDER_OK && report.n_frames == 3 && report.struct_size == sizeof report);
+    sunder_job_free(job);
+    settings.last_frame = 100000;
+    CHECK(sunder_graph_start_bake(graph, &settings, &job) == SUNDER_OK);
+    sunder_job_cancel(job);
+    CHECK(sunder_job_finish(job, &report) == SUNDER_CANCELLED && error_of(graph).status == SUNDER_CANCELLED);
+    sunder_job_free(job);
+    CHECK(sunder_graph_start_bake(graph, &settings, &job) == SUNDER_OK);
+    sunder_job_free(job); /* while it is at work */
+    CHECK(sunder_graph_start_bake(graph, NULL, &job) == SUNDER_BAD_USAGE && job == NULL);
+    CHECK(sunder_graph_start_evaluate(graph, "sim.state", 1, NULL) == SUNDER_BAD_USAGE);
+    sunder_job_look(NULL, &state), sunder_job_cancel(NULL), sunder_job_free(NULL);
+    CHECK(sunder_job_wait(NULL, 1) == 1 && sunder_job_finish(NULL, NULL) == SUNDER_BAD_USAGE);
+}
+
 int main(int argc, char** argv) {
     sunder_graph* graph = NULL;
     if (argc != 2) return 2;
@@ -179,6 +214,7 @@ int main(int argc, char** argv) {
     edits_and_errors(graph);
     values(graph);
     files(graph, argv[1]);
+    jobs(graph, argv[1]);
     sunder_graph_free(graph);
     printf("%d failures\n", failures);
     return failures != 0;

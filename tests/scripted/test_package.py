@@ -225,6 +225,24 @@ def test_cancel_from_another_thread_and_the_lock_is_free_meanwhile(graph):
     assert not thread.is_alive() and failed == ["cancelled"]
 
 
+def test_a_job_works_beside_and_no_python_thread_does(tmp_path, graph):
+    job = graph.start_evaluate("sim.state", 3)
+    assert threading.active_count() == 1
+    while not job.wait(0.1):
+        fraction, text = job.progress
+        assert 0 <= fraction <= 1
+    job.result()
+    job = graph.start_bake(tmp_path / "a", frames=(1, 4))
+    assert job.result()["n_frames"] == 4
+    job = graph.start_bake(tmp_path / "a", frames=(1, 100000), resume=True)
+    job.cancel()
+    with pytest.raises(sunder.Error) as caught:
+        job.result()
+    assert caught.value.code == "cancelled"
+    with pytest.raises(sunder.Error, match="nobody"):
+        graph.start_evaluate("nobody.state").result()
+
+
 def test_bake_from_python(tmp_path, graph):
     report = graph.bake(tmp_path / "a", frames=(1, 4))
     assert report["n_frames"] == 4 and report["n_files"] == 8 and report["frames"] == (1, 4)

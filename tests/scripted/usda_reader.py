@@ -1,8 +1,13 @@
 """USD text as a tree, after the grammar of the format (openusd.org, "Usda file format"); knows nothing of who wrote it.
 
 read(path) -> Prim: the pseudo root. Everything has to be understood: what is not raises ValueError with its line.
+read_by_tinyusdz(path) -> Reading: the same by way of another program, which has its own idea of what is USD.
 """
+import json
+import os
 import re
+import subprocess
+from pathlib import Path
 
 import numpy as np
 
@@ -167,11 +172,35 @@ class _Reader:
             self.property(prim)
 
 
-def read(path):
-    with open(path, encoding="utf-8") as file:
-        reader = _Reader(file.read())
+def parse(text):
+    reader = _Reader(text)
     root = Prim()
     root.metadata = reader.metadata()
     while reader.peek()[0] != "end":
         root.children.update({p.name: p for p in [reader.prim()]})
     return root
+
+
+def read(path):
+    with open(path, encoding="utf-8") as file:
+        return parse(file.read())
+
+
+class Reading:
+    """root: Prim of what tinyusdz understood, numbers rounded to 8 digits; meshes: {path: {name: flat array}} as it hands them
+    to a renderer, at the first time."""
+
+    def __init__(self, root, meshes):
+        self.root, self.meshes = root, meshes
+
+
+def read_by_tinyusdz(path):
+    modules = Path(os.environ["SUNDER_USD_READER"]) / "node_modules"
+    if not (modules / "tinyusdz").is_dir():
+        raise FileNotFoundError(f"{modules}/tinyusdz is not there: `./sunder test` installs it")
+    script = Path(__file__).with_name("usd_reader") / "read_usd.mjs"
+    done = subprocess.run(["node", script, modules, path], capture_output=True, timeout=60)
+    if done.returncode:
+        raise ValueError(done.stderr.decode()[-2000:])
+    told = json.loads(done.stdout)
+    return Reading(parse(told["text"]), {p: {n: np.array(v) for n, v in m.items()} for p, m in told["meshes"].items()})

@@ -1,12 +1,17 @@
-"""One bake: compiled in the main thread, run in a thread of its own (or in place), cancelled at any moment."""
+"""One bake: compiled here, run by a thread of the library's own, cancelled at any moment.
+
+No Python may run in another thread while Blender works: its main thread then takes Python for its own where it looks up a
+context that was overridden, without Python's lock, and crashes (3.4.1; any script's operators meanwhile would do).
+"""
 import os
-import threading
+import time
 
 import bpy
 
 from . import cache, compiler, core, mesh_export, runtime, signature, tree as trees
 
 _CACHE_LIMIT = 2**30  # bytes of past frames that a solver keeps at least
+_LOOK = 0.1  # s between looks while waiting
 AUTO, RESTART, FROM_FRAME = "AUTO", "RESTART", "FROM_FRAME"
 
 
@@ -21,8 +26,8 @@ class BakeJob:
         self.tree_name, self.cache_id = tree.name_full, trees.identity(tree)
         self.fraction, self.text = 0.0, "preparing"
         self.report, self.error, self.node, self.is_cancelled = None, "", "", False
-        self._cancel = threading.Event()
-        self._thread = None
+        self.is_running = self._is_to_stop = False
+        self._steps = self._at = None  # what is still to do; the library's job at work
         runtime.forget_errors(tree.name_full)
         try:
             self._prepare(tree, scene, start, frame)
@@ -90,61 +95,82 @@ class BakeJob:
             runtime.node_errors[tree.name_full, node.graph_name] = sentence
 
     def _work(self):
+        """Yields the library's jobs one after the other, and None between what is done here."""
+        for solver, number, path in self._history:
+            self._graph.seed_state(solver, number, core.sunder().read_state(path))
+            yield None
+        if not self.is_resumed:
+            # What cannot be baked is refused before the bake that is there is removed. (The bake finds this frame done.)
+            for name, fields in self._graph.to_dict()["nodes"].items():
+                if fields["type"] == "deformer":
+                    job = self._graph.start_evaluate(f"{name}.mesh", self.frames[0])
+                    yield job
+                    job.result()
+            cache.remove_old_inputs(self.folder, self._inputs)
+        cache.write_note(self.folder, self._note, self._description)
+        job = self._graph.start_bake(self.folder, resume=self.is_resumed, restart=not self.is_resumed)
+        self._bakes = True
+        yield job
+        self.report = job.result()
+        self.fraction = 1.0
+
+    def start(self):
+        runtime.jobs[self.cache_id] = self
+        if self._history:  # the solvers go on from the last state; all must stay until they are written
+            n_bytes = sum(os.path.getsize(path) for _, _, path in self._history)
+            self._graph.set_cache_limit(max(_CACHE_LIMIT, 3 * n_bytes))
+        self._steps, self._bakes, self.is_running = self._work(), False, True
+
+    def advance(self):
+        """To be called again and again: looks at the library's job, and goes on with what follows it."""
+        if not self.is_running:
+            return
+        if self._at is not None:
+            fraction, self.text = self._at.progress
+            self.fraction = fraction if self._bakes else 0.0
+            if self._is_to_stop and self._may_stop():
+                self._at.cancel()
+            if self._at.is_running:
+                return
+        elif self._is_to_stop and self._may_stop():
+            self.is_cancelled, self.is_running = True, False
+            return
+        end = time.monotonic() + _LOOK / 2
         try:
-            self._take_over()
-            if not self.is_resumed:
-                self._try_first_frame()
-                cache.remove_old_inputs(self.folder, self._inputs)
-            cache.write_note(self.folder, self._note, self._description)
-            start = {"resume": True} if self.is_resumed else {"restart": True}
-            self.report = self._graph.bake(self.folder, progress=self._progress, **start)
-            self.fraction = 1.0
+            self._at = next(self._steps)
+            while self._at is None and time.monotonic() < end:
+                self._at = next(self._steps)
+            return
+        except StopIteration:
+            pass
         except self._error_type as error:
             self.is_cancelled = error.code == "cancelled"
             if not self.is_cancelled:
                 self._told(error)
         except OSError as error:
             self.error = f"{error.filename or self.folder}: {error.strerror}"
-        except BaseException as error:  # the thread's end is the only place where this can be seen
+        except Exception as error:
             self.error = f"{type(error).__name__}: {error}"
+        self.is_running = False
 
-    def _take_over(self):
-        """States of an earlier bake, from the last of which the solvers go on; all must stay until they are written."""
-        if not self._history:
-            return
-        n_bytes = sum(os.path.getsize(path) for _, _, path in self._history)
-        self._graph.set_cache_limit(max(_CACHE_LIMIT, 3 * n_bytes))
-        for solver, number, path in self._history:
-            self._graph.seed_state(solver, number, core.sunder().read_state(path))
-
-    def _try_first_frame(self):
-        """What cannot be baked is refused before the bake that is there is removed. (The bake finds this frame done.)"""
-        for name, fields in self._graph.to_dict()["nodes"].items():
-            if fields["type"] == "deformer":
-                self._graph.evaluate(f"{name}.mesh", self.frames[0], lambda _, text: self._progress(0.0, text))
-
-    def _progress(self, fraction, text):
-        self.fraction, self.text = fraction, text
-        # What is taken over is written before the bake can be stopped: it is quick, and would be lost.
+    def _may_stop(self):
+        """What is taken over is written before the bake can be stopped: it is quick, and would be lost."""
         first, last = self.frames
-        is_taken_over = self._history and fraction * (last - first + 1) < self._history[-1][1] - first + 1
-        return bool(is_taken_over) or not self._cancel.is_set()
-
-    def start(self):
-        runtime.jobs[self.cache_id] = self
-        self._thread = threading.Thread(target=self._work, name="sunder bake", daemon=True)
-        self._thread.start()
-
-    @property
-    def is_running(self):
-        return self._thread is not None and self._thread.is_alive()
+        return not self._history or self.fraction * (last - first + 1) >= self._history[-1][1] - first + 1
 
     def cancel(self):
         """The bake ends after the step at work; what is whole stays and is resumed from."""
-        self._cancel.set()
+        self._is_to_stop = True
+        self.advance()
 
     def wait(self, seconds=None):
-        self._thread.join(seconds)
+        """Goes on until the end, or for about that time; whether it has ended."""
+        end = None if seconds is None else time.monotonic() + seconds
+        while self.is_running and (end is None or time.monotonic() < end):
+            if self._at is not None:
+                look = _LOOK / 50 if self._is_to_stop else _LOOK
+                self._at.wait(look if end is None else max(0.0, min(look, end - time.monotonic())))
+            self.advance()
         return not self.is_running
 
     def finish(self, tree):

@@ -120,6 +120,7 @@ class SUNDER_OT_bake(_OnTree, bpy.types.Operator):
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
+        self._job.advance()
         if self._job.is_running:
             percent = 100 * self._job.fraction
             context.window_manager.progress_update(percent)
@@ -131,7 +132,7 @@ class SUNDER_OT_bake(_OnTree, bpy.types.Operator):
         return self._end(context, self._job)
 
     def cancel(self, context):
-        """Blender quits or opens another file: the thread must have ended before its memory goes."""
+        """Blender quits or opens another file: the bake must have ended before its memory goes."""
         self._job.cancel()
         self._leave(context)
         self._job.finish(None)

@@ -3,8 +3,6 @@
 The library gives what rests (vertices, whom they follow) when it changes, which is when edges broke, and one affine map a
 particle at every frame. Nothing here knows of Blender's scene or of graphics.
 """
-import threading
-
 import numpy as np
 
 from . import core
@@ -58,7 +56,8 @@ def skinned(geometry, particles):
 class Source:
     """The body that one deformer shows in one bake folder. `frame` raises core.Refused, Unusable or the library's Error.
 
-    Cutting the mesh again takes the library a while: `start` does it in a thread, `is_ready` tells when it is done.
+    Cutting the mesh again takes the library a while: `start` lets it begin (in a thread of its own, see bake_job.py),
+    `is_ready` tells when it is done.
     """
 
     def __init__(self, folder, graph, node):
@@ -73,23 +72,24 @@ class Source:
         self._first = graph["frame_range"][0]
         self._fragments = graph["nodes"][self._body]["fragments"][1:]
         self._intact = self._surface = self._center = self._factor = None
-        self._thread = threading.Thread(target=self._prepare, name="sunder preview", daemon=True)
+        self._job = None
 
     def start(self):
-        self._thread.start()
+        self._job = self._graph.start_evaluate(f"{self._node}.mesh", self._first)
 
     def wait(self):
-        self._thread.join()
+        while not self.is_ready:
+            self._job.wait(1.0)
 
     @property
     def is_ready(self):
-        return not self._thread.is_alive()
-
-    def _prepare(self):
-        try:
-            self._graph.evaluate(f"{self._node}.mesh", self._first)
-        except Exception as error:  # the thread's end is the only place where this can be seen
-            self.error = str(error)
+        if self._job is not None and not self._job.is_running:
+            job, self._job = self._job, None
+            try:
+                job.result()
+            except self._sunder.Error as error:
+                self.error = str(error)
+        return self._job is None
 
     def frame(self, state_path, number, mode, limit=0.0):
         """A Frame of the state file of frame `number`. `limit`: strain of the hottest colour; 0: the body's toughness."""

@@ -12,6 +12,7 @@ SI units; Z up; quaternions are (w, x, y, z).
 """
 from .errors import Error
 from .graph import Graph, Node, bake, export, node_types, read_state, verify
+from .job import Job
 from .library import version
 from .values import Fragments, Interfaces, Mesh, State, Value
 
@@ -21,6 +22,7 @@ __all__ = [
     "Fragments",
     "Graph",
     "Interfaces",
+    "Job",
     "Mesh",
     "Node",
     "State",

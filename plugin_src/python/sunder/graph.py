@@ -4,6 +4,7 @@ import json
 import os
 
 from .errors import Error
+from .job import Job
 from .library import ABI_VERSION, BakeReport, BakeSettings, ExportSettings, Progress, check, decode, dump, encode, lib
 from .values import wrap
 
@@ -196,21 +197,25 @@ class Graph:
 
     def bake(self, folder, frames=None, resume=False, restart=False, progress=None):
         """Evaluates every bake node over `frames` (first, last) into `folder`; returns a dict of what was written."""
-        if resume and restart:
-            raise Error("bad_usage", "bake: resume and restart exclude one another")
-        first, last = frames or (0, 0)
-        settings = BakeSettings(
-            1 if resume else 2 if restart else 0, encode(folder), int(frames is not None), int(first), int(last)
-        )
-        report = BakeReport()
+        settings, report = _bake_settings(folder, frames, resume, restart), BakeReport()
         self._long_call("graph_bake", progress, ctypes.byref(settings), Progress, ctypes.byref(report))
-        return {
-            "frames": (report.first_frame, report.last_frame),
-            "first_new_frame": report.first_new_frame,
-            "n_frames": report.n_frames,
-            "n_files": report.n_files,
-            "bytes": report.bytes,
-        }
+        return report.as_dict()
+
+    def start_evaluate(self, output, frame=None):
+        """A Job that evaluates on a thread of the library's own; `evaluate` then finds it done."""
+        frame = self.frame_range[0] if frame is None else frame
+        return Job(self, "graph_start_evaluate", encode(output), int(frame))
+
+    def start_bake(self, folder, frames=None, resume=False, restart=False):
+        """A Job that bakes on a thread of the library's own, as `bake`."""
+        return Job(self, "graph_start_bake", ctypes.byref(_bake_settings(folder, frames, resume, restart)))
+
+
+def _bake_settings(folder, frames, resume, restart):
+    if resume and restart:
+        raise Error("bad_usage", "bake: resume and restart exclude one another")
+    first, last = frames or (0, 0)
+    return BakeSettings(1 if resume else 2 if restart else 0, encode(folder), int(frames is not None), int(first), int(last))
 
 
 def bake(graph, folder, frames=None, threads=None, resume=False, restart=False, progress=None):

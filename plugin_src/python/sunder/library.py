@@ -68,6 +68,14 @@ class BakeReport(_Sized):
         ("bytes", c_uint64),
     ]
 
+    def as_dict(self):
+        counts = {name: getattr(self, name) for name in ("first_new_frame", "n_frames", "n_files", "bytes")}
+        return {"frames": (self.first_frame, self.last_frame), **counts}
+
+
+class JobState(_Sized):
+    _fields_ = [("struct_size", c_uint32), ("is_running", c_int32), ("fraction", c_double), ("text", c_char_p)]
+
 
 class ExportSettings(_Sized):
     _fields_ = [
@@ -115,6 +123,13 @@ _FUNCTIONS = {  # name: (result, arguments)
     "graph_read_state": (c_int32, [c_void_p, c_char_p, _HANDLE]),
     "graph_seed_state": (c_int32, [c_void_p, c_char_p, c_int32, c_void_p]),
     "graph_bake": (c_int32, [c_void_p, POINTER(BakeSettings), _PROGRESS, POINTER(BakeReport)]),
+    "graph_start_evaluate": (c_int32, [c_void_p, c_char_p, c_int32, _HANDLE]),
+    "graph_start_bake": (c_int32, [c_void_p, POINTER(BakeSettings), _HANDLE]),
+    "job_look": (None, [c_void_p, POINTER(JobState)]),
+    "job_cancel": (None, [c_void_p]),
+    "job_wait": (c_int32, [c_void_p, c_double]),
+    "job_finish": (c_int32, [c_void_p, POINTER(BakeReport)]),
+    "job_free": (None, [c_void_p]),
     "graph_verify_bake": (c_int32, [c_void_p, c_char_p, _PROGRESS, _TEXT]),
     "graph_export_bake": (c_int32, [c_void_p, POINTER(ExportSettings), _PROGRESS, _TEXT]),
     "value_free": (None, [c_void_p]),

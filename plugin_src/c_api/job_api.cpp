@@ -1,0 +1,120 @@
+// Jobs: evaluating and baking on a thread of the library's own. The host looks at them when it likes; it is never
+// called.
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <cstring>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "plugin_src/c_api/handles.h"
+
+struct sunder_job {
+    explicit sunder_job(sunder_graph* g) : graph(g) {}
+
+    sunder_graph* graph;
+    std::atomic<bool> cancel = false;
+    std::mutex mutex;  // of all below but the thread
+    std::condition_variable has_ended;
+    bool is_running = true;
+    double fraction = 0;  // [0, 1]
+    std::string text, given_text;
+    sunder_status status = SUNDER_OK;
+    sunder_bake_report report{};
+    std::thread thread;
+};
+
+namespace {
+
+int32_t on_progress(void* user, double fraction, const char* text) {
+    auto* job = static_cast<sunder_job*>(user);
+    const std::lock_guard lock(job->mutex);
+    job->fraction = fraction;
+    job->text = text;
+    return !job->cancel;
+}
+
+/// `work` gives the status of a call that takes a progress; it owns what it needs, for the caller returns at once.
+template <class Work>
+sunder_status start(sunder_graph* graph, sunder_job** out_job, Work work) noexcept {
+    return sunder::c_api::guarded(graph->told, [&]() -> sunder::Status {
+        auto made = std::make_unique<sunder_job>(graph);
+        made->report.struct_size = sizeof made->report;
+        made->thread = std::thread([job = made.get(), work = std::move(work)] {
+            const sunder_progress progress{sizeof progress, on_progress, job};
+            const sunder_status status = work(job, &progress);
+            const std::lock_guard lock(job->mutex);
+            job->status = status;
+            job->is_running = false;
+            job->has_ended.notify_all();
+        });
+        *out_job = made.release();
+        return {};
+    });
+}
+
+}  // namespace
+
+sunder_status sunder_graph_start_evaluate(sunder_graph* graph, const char* output, int32_t frame,
+                                          sunder_job** out_job) {
+    if (out_job) *out_job = nullptr;
+    if (!graph || !output || !out_job) return SUNDER_BAD_USAGE;
+    return start(graph, out_job,
+                 [graph, frame, output = std::string(output)](sunder_job*, const sunder_progress* progress) {
+                     sunder_value* value = nullptr;
+                     const sunder_status status = sunder_graph_evaluate(graph, output.c_str(), frame, progress, &value);
+                     sunder_value_free(value);
+                     return status;
+                 });
+}
+
+sunder_status sunder_graph_start_bake(sunder_graph* graph, const sunder_bake_settings* settings, sunder_job** out_job) {
+    if (out_job) *out_job = nullptr;
+    if (!graph || !settings || settings->struct_size < sizeof *settings || !settings->folder || !out_job)
+        return SUNDER_BAD_USAGE;
+    return start(graph, out_job,
+                 [graph, s = *settings, folder = std::string(settings->folder)](sunder_job* job,
+                                                                                const sunder_progress* progress) {
+                     sunder_bake_settings own = s;
+                     own.struct_size = sizeof own;
+                     own.folder = folder.c_str();
+                     return sunder_graph_bake(graph, &own, progress, &job->report);
+                 });
+}
+
+void sunder_job_look(sunder_job* job, sunder_job_state* out_state) {
+    if (!job || !sunder::c_api::has_size(out_state)) return;
+    const std::lock_guard lock(job->mutex);
+    job->given_text = job->text;
+    const sunder_job_state now{out_state->struct_size, job->is_running, job->fraction, job->given_text.c_str()};
+    std::memcpy(out_state, &now, std::min<size_t>(out_state->struct_size, sizeof now));
+}
+
+void sunder_job_cancel(sunder_job* job) {
+    if (job) job->cancel = true;
+}
+
+int32_t sunder_job_wait(sunder_job* job, double seconds) {
+    if (!job) return 1;
+    std::unique_lock lock(job->mutex);
+    const std::chrono::duration<double> patience(std::clamp(seconds, 0.0, 1e6));
+    return job->has_ended.wait_for(lock, patience, [&] { return !job->is_running; });
+}
+
+sunder_status sunder_job_finish(sunder_job* job, sunder_bake_report* out_report) {
+    if (!job) return SUNDER_BAD_USAGE;
+    if (job->thread.joinable()) job->thread.join();
+    if (sunder::c_api::has_size(out_report) && job->status == SUNDER_OK) {
+        const uint32_t known = out_report->struct_size;
+        std::memcpy(out_report, &job->report, std::min<size_t>(known, sizeof job->report));
+        out_report->struct_size = known;
+    }
+    return job->status;
+}
+
+void sunder_job_free(sunder_job* job) {
+    sunder_job_cancel(job);
+    sunder_job_finish(job, nullptr);
+    delete job;
+}

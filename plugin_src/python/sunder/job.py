@@ -1,0 +1,46 @@
+"""Long work on a thread of the library's own, looked at from this one: no Python runs beside the caller's."""
+import ctypes
+
+from .library import BakeReport, JobState, check, decode, lib
+
+
+class Job:
+    """What Graph.start_evaluate or start_bake has begun. The graph is the job's until `result` was asked for."""
+
+    def __init__(self, graph, function, *arguments):
+        self._graph, self._pointer = graph, ctypes.c_void_p()
+        graph._call(function, *arguments, ctypes.byref(self._pointer))
+
+    def __del__(self):
+        if getattr(self, "_pointer", None):
+            lib().sunder_job_free(self._pointer)
+
+    def _look(self):
+        state = JobState()
+        lib().sunder_job_look(self._pointer, ctypes.byref(state))
+        return state
+
+    @property
+    def is_running(self):
+        return bool(self._look().is_running)
+
+    @property
+    def progress(self):
+        """(fraction from 0 to 1, what it is at)."""
+        state = self._look()
+        return state.fraction, decode(state.text)
+
+    def cancel(self):
+        """It ends as soon as its data are whole; `result` then raises Error with code "cancelled"."""
+        lib().sunder_job_cancel(self._pointer)
+
+    def wait(self, seconds=0.0):
+        """Whether it has ended within that time."""
+        return bool(lib().sunder_job_wait(self._pointer, seconds))
+
+    def result(self):
+        """Waits for the end; of a bake what Graph.bake returns. Raises Error if it failed."""
+        report = BakeReport()
+        status = lib().sunder_job_finish(self._pointer, ctypes.byref(report))
+        check(status, lib().sunder_graph_error, self._graph._pointer)
+        return report.as_dict()
