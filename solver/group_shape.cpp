@@ -64,11 +64,13 @@ void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,
         rest_trace[g] = second - center.squaredNorm() / mass;
     }
     group.assign(n, GroupShape());
+    revision.assign(n, uint64_t{++resets_} << 32);
     member.assign(live.n_slots(), MemberShape{Vec3::Zero(), 0, 0, {}});
     for (uint32_t g = 0; g < n; ++g) rebuild(rest, live, plastic_deformation[g], g);
 }
 
 void GroupShapes::rebuild(const SimulationMesh& rest, const LiveTopology& live, const Mat3& F_P, uint32_t g) {
+    ++revision[g];
     GroupShape& shape = group[g];
     const uint32_t begin = live.begin(g), end = live.end(g);
     const Vec3& origin =

@@ -54,12 +54,14 @@ struct GroupShapes {
     std::vector<MemberShape> member;    // as LiveTopology's slots
     std::vector<double> edge_weight;    // w_gj of the edge's two particles in each other's group (n_edges)
     std::vector<double> rest_trace;     // positions_trace of the whole one-ring before any flow (n_particles), kg m2
+    std::vector<uint64_t> revision;     // of each group: another after every change (n_particles)
     std::vector<Sym3> particle_moment;  // Rbar_j A_j Rbar_j^T, A_j = m_j/5 diag(a2, b2, c2), kg m2 (n_particles)
 
     void reset(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation);
     void rebuild(const SimulationMesh& rest, const LiveTopology& live, const Mat3& F_P, uint32_t g);
 
 private:
+    uint32_t resets_ = 0;
     double weight(uint32_t edge) const { return edge == SimulationMesh::kNone ? 1.0 : edge_weight[edge]; }
 };
 

@@ -54,6 +54,7 @@ bool LiveTopology::joined(uint32_t i, uint32_t j) const {
 }
 
 void LiveTopology::find_pieces() {
+    ++version_;
     const uint32_t n = static_cast<uint32_t>(end_.size());
     piece_.assign(n, SimulationMesh::kNone);
     piece_particle_.clear();

@@ -28,6 +28,7 @@ public:
     std::span<const uint32_t> ends() const { return end_; }        // (n_particles)
     std::span<const uint32_t> members() const { return member_; }  // by slot
     size_t n_slots() const { return member_.size(); }
+    uint64_t version() const { return version_; }  // another after every change
 
     /// Pieces: connected sets of particles, numbered by their first particle; their particles, piece after piece.
     size_t n_pieces() const { return piece_offset_.size() - 1; }
@@ -43,6 +44,7 @@ private:
     std::vector<uint32_t> offset_, end_, member_, edge_, twin_;
     std::vector<uint32_t> piece_, piece_offset_, piece_particle_;
     std::vector<uint8_t> gone_;  // scratch: edges to drop
+    uint64_t version_ = 0;
 };
 
 }  // namespace sunder

@@ -1,23 +1,20 @@
-// A Newton step of the implicit Euler equations: all particles of the scene move together, rotations included, so that
+// A Newton step of the implicit Euler equations: all particles of a piece move together, rotations included, so that
 // stiff bodies have their true stiffness after one or two steps where sweeps would need hundreds.
 #pragma once
 
 #include <span>
 #include <vector>
 
+#include "solver/lane_layout.h"
+#include "solver/newton_kernels.h"
 #include "solver/parallel.h"
 #include "solver/shape_matching.h"
 
 namespace sunder {
 
-/// Motion of a particle: shift (m) and turn (rad, world). Also the residual and the like, in kg m and kg m2 rad.
-struct Twist {
-    Vec3 shift = Vec3::Zero();
-    Vec3 turn = Vec3::Zero();
-};
-
-/// Solves H d = -gradient by conjugate gradients, matrix-free over the groups. A group with goal rotation R pulls its
-/// members towards the rigid motion that fits theirs best (centre c and turn w about it):
+/// Solves H d = -gradient by conjugate gradients, matrix-free over the groups, every unit of LaneLayout by itself. A
+/// group with goal rotation R pulls its members towards the rigid motion that fits theirs best (centre c and turn w
+/// about it):
 ///
 ///     H d at member j:   b m_j ( d_j - c - w x R q_j )      and   b H_j ( turn_j - w ),
 ///     c = sum m_j d_j / M,   w = K^-1 sum ( m_j R q_j x d_j + H_j turn_j ),   K = inertia of the group in its goal
@@ -25,10 +22,13 @@ struct Twist {
 ///
 /// with masses and inertias weighted as in GroupShapes, plus m_j d_j and H_j turn_j for inertia, plus the pressure
 /// term. K of the goal shape, not of the present one, keeps H positive definite in any deformation.
+///
+/// The gradient and the particles are of double precision, the conjugate gradients of single: what they lose is left in
+/// the next gradient. Their products are with M^-1 H, so that masses and inertias come in once a particle.
 class NewtonStep {
 public:
     static constexpr int kMaxIterations = 60;    // of conjugate gradients; a bar of 2560 particles at 2 MPa takes 40
-    static constexpr double kTolerance = 0.005;  // of the preconditioned residual at the start of the substep
+    static constexpr double kTolerance = 0.003;  // of the preconditioned residual at the start of the substep
 
     struct Input {
         const SimulationMesh& rest;
@@ -40,30 +40,47 @@ public:
         std::span<const uint8_t> held;     // these stay
     };
 
+    NewtonStep();
+
     /// Moves the particles by the step. Later iterations of a substep do no more than contacts and turning left to do.
     void apply(bool first_iteration, const Input& input, const WorkerPool& workers,
                std::span<MovingParticle> io_particles);
 
 private:
-    struct Group {
-        Mat3 R, K_inverse;        // goal rotation; 1/(kg m2)
-        double b, inverse_mass;   // -, 1/kg
-        double pressure;          // lambda/(2 mu) tr/3, kg m2
-        Vec3 center_shift, turn;  // c, w of the present direction
-        Mat3 pull;                // P: pulls member j by -c + P q_j
+    // Of a block, in double precision.
+    struct Block {
+        double residual[6][8];  // M^-1 times minus the gradient
+        double magnitude = 0;   // residual . M residual / diagonal, kg m2
+        double size = 0;        // sum of the groups' traces of A_qq, kg m2
     };
-    void prepare_groups(const Input& input, size_t begin, size_t end);
-    void gather_residual(const Input& input, std::span<const MovingParticle> particles, size_t begin, size_t end);
-    void fit_groups(const Input& input, size_t begin, size_t end);
-    void gather_product(const Input& input, size_t begin, size_t end);
-    void precondition(const Input& input, size_t begin, size_t end);
-    void solve(bool first_iteration_iteration, const Input& input, const WorkerPool& workers);
+    struct alignas(64) Pull {
+        float numbers[16];
+    };
+    struct alignas(32) Momentum {
+        float numbers[8];
+    };
 
-    std::vector<Group> groups_;
-    std::vector<Twist> solution_, residual_, direction_, product_, preconditioned_;
-    double reference_ = 0;               // squared residual at the start of the substep
-    std::vector<double> diagonal_;       // 1 + sum_g b_g
-    std::vector<Mat3> inverse_inertia_;  // 1/(kg m2)
+    void take_up_shapes(const Input& input, bool all, size_t begin, size_t end);
+    void prepare_groups(const Input& input, size_t begin_block, size_t end_block);
+    void gather_residual(const Input& input, std::span<const MovingParticle> particles, size_t begin_block,
+                         size_t end_block);
+    template <class ForBlocks>
+    void solve_unit(bool first_iteration, size_t unit, const ForBlocks& for_blocks);
+    void solve(bool first_iteration, const WorkerPool& workers);
+    void move(std::span<MovingParticle> io_particles, size_t begin_block, size_t end_block) const;
+
+    const NewtonKernels* kernels_;
+    LaneLayout layout_;
+    std::vector<uint64_t> packed_;  // revision of each group's shape in rows_ and groups_ (n_particles)
+    std::vector<CgRow> rows_;
+    std::vector<CgGroups> groups_;
+    std::vector<CgParticles> particles_;
+    std::vector<Momentum> momentum_;
+    std::vector<Pull> pulls_;
+    std::vector<double> magnitude_, curvature_;
+    std::vector<Block> blocks_;
+    std::vector<double> unit_scale_;  // of the particles' floats: residual and solution are multiplied by it
+    std::vector<double> reference_;   // squared residual of each unit at the start of the substep, kg m2
 };
 
 }  // namespace sunder

@@ -1,6 +1,8 @@
 // Fork and join over ranges. Threads write only their own range, so results do not depend on how many there are.
 #pragma once
 
+#include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <memory>
 
@@ -21,6 +23,15 @@ public:
         run(
             n, grain, [](const void* b, size_t begin, size_t end) { (*static_cast<const Body*>(b))(begin, end); },
             &body);
+    }
+
+    /// Calls body(i) for i in [0, n), each once, by whichever thread is free.
+    template <class Body>
+    void for_each(size_t n, const Body& body) const {
+        std::atomic<size_t> next{0};
+        for_range(std::min<size_t>(n, static_cast<size_t>(threads())), 1, [&](size_t, size_t) {
+            for (size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < n;) body(i);
+        });
     }
 
 private:

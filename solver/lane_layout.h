@@ -1,0 +1,52 @@
+// Particles and their groups in blocks of eight, so that one instruction works on eight of them.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "solver/live_topology.h"
+
+namespace sunder {
+
+/// Every particle that is bound to another, and the group that it is the centre of, has a lane; lone ones have none.
+/// Eight lanes are a block. A group of block b has its members in the block's rows, one a row:
+///
+///     lane      8b    8b+1  ...  8b+7       neighbour(row, 0 .. 7): the members' lanes, which are as well the groups
+///     row 0   member member     member      that the particle of the lane is in; where a group has fewer members than
+///     row 1   member member     padding     the block has rows, the lane itself, with a weight of 0
+///
+/// Within a window of particles, lanes are in the order of ring sizes, so that little is padding. A unit is what is
+/// solved by itself: a piece, or several small ones. All is a function of the topology alone.
+class LaneLayout {
+public:
+    static constexpr uint32_t kLanes = 8;
+    static constexpr uint32_t kNone = SimulationMesh::kNone;
+
+    struct Unit {
+        uint32_t begin_block, end_block;
+    };
+
+    /// Does nothing if the topology is the one of the last call; true if it did something.
+    bool update(const LiveTopology& live);
+
+    size_t n_blocks() const { return row_begin_.size() - 1; }
+    size_t n_lanes() const { return particle_.size(); }
+    size_t n_rows() const { return neighbour_.size() / kLanes; }
+    std::span<const Unit> units() const { return units_; }
+    uint32_t particle(size_t lane) const { return particle_[lane]; }   // kNone: padding
+    uint32_t lane(size_t particle) const { return lane_[particle]; }   // kNone: a lone particle
+    uint32_t cell(size_t slot) const { return cell_[slot]; }           // 8 row + lane of the slot's group
+    const uint32_t* row_begin() const { return row_begin_.data(); }    // (n_blocks + 1)
+    const uint32_t* neighbours() const { return neighbour_.data(); }   // (n_rows x 8)
+    std::span<const uint32_t> particles() const { return particle_; }  // (n_lanes)
+
+private:
+    void add_unit(const LiveTopology& live, std::span<const uint32_t> particles);
+
+    uint64_t version_ = 0;
+    std::vector<Unit> units_;
+    std::vector<uint32_t> particle_, lane_, cell_, row_begin_ = {0}, neighbour_;
+    std::vector<uint32_t> sorted_;  // scratch
+};
+
+}  // namespace sunder

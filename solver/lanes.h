@@ -1,0 +1,209 @@
+// Numbers side by side, for kernels: eight floats or four doubles. Included only by files that are compiled once for
+// each instruction set (SUNDER_AVX2 or not); all in an anonymous namespace, so that no linker mixes them up. The
+// operations are the same, in the same order and rounded alike: every instruction set gives the same bits.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#define SUNDER_INLINE inline __attribute__((always_inline))
+
+namespace sunder {
+namespace {
+
+using Float4 = float __attribute__((vector_size(16)));
+using Double2 = double __attribute__((vector_size(16)));
+
+#ifdef __AVX2__
+
+using Float8 = float __attribute__((vector_size(32)));
+using Double4 = double __attribute__((vector_size(32)));
+
+SUNDER_INLINE Float8 join(Float4 low, Float4 high) {
+    return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+SUNDER_INLINE Double4 join(Double2 low, Double2 high) { return __builtin_shufflevector(low, high, 0, 1, 2, 3); }
+
+template <class V>
+using Mask = decltype(V() < V());
+template <class V>
+SUNDER_INLINE V select(Mask<V> mask, V yes, V no) {
+    return mask ? yes : no;
+}
+template <class M>
+SUNDER_INLINE bool any(M mask) {
+    long long bits[sizeof(M) / 8];
+    __builtin_memcpy(bits, &mask, sizeof(M));
+    return (bits[0] | bits[1] | bits[2] | bits[3]) != 0;
+}
+SUNDER_INLINE Float8 root(Float8 a) { return __builtin_ia32_sqrtps256(a); }
+SUNDER_INLINE Double4 root(Double4 a) { return __builtin_ia32_sqrtpd256(a); }
+SUNDER_INLINE Float4 low(Float8 a) { return __builtin_shufflevector(a, a, 0, 1, 2, 3); }
+SUNDER_INLINE Float4 high(Float8 a) { return __builtin_shufflevector(a, a, 4, 5, 6, 7); }
+SUNDER_INLINE Double2 low(Double4 a) { return __builtin_shufflevector(a, a, 0, 1); }
+SUNDER_INLINE Double2 high(Double4 a) { return __builtin_shufflevector(a, a, 2, 3); }
+
+#else
+
+template <class Half>
+struct HalfMasks {
+    Half lo, hi;
+    friend SUNDER_INLINE HalfMasks operator&(HalfMasks a, HalfMasks b) { return {a.lo & b.lo, a.hi & b.hi}; }
+    friend SUNDER_INLINE HalfMasks operator|(HalfMasks a, HalfMasks b) { return {a.lo | b.lo, a.hi | b.hi}; }
+    SUNDER_INLINE HalfMasks operator~() const { return {~lo, ~hi}; }
+};
+
+template <class Half, class Number>
+struct Halves {
+    Half lo, hi;
+    friend SUNDER_INLINE Halves operator+(Halves a, Halves b) { return {a.lo + b.lo, a.hi + b.hi}; }
+    friend SUNDER_INLINE Halves operator-(Halves a, Halves b) { return {a.lo - b.lo, a.hi - b.hi}; }
+    friend SUNDER_INLINE Halves operator*(Halves a, Halves b) { return {a.lo * b.lo, a.hi * b.hi}; }
+    friend SUNDER_INLINE Halves operator/(Halves a, Halves b) { return {a.lo / b.lo, a.hi / b.hi}; }
+    friend SUNDER_INLINE Halves operator*(Number a, Halves b) { return {a * b.lo, a * b.hi}; }
+    friend SUNDER_INLINE Halves operator+(Number a, Halves b) { return {a + b.lo, a + b.hi}; }
+    friend SUNDER_INLINE Halves operator/(Number a, Halves b) { return {a / b.lo, a / b.hi}; }
+    friend SUNDER_INLINE auto operator<(Halves a, Halves b) {
+        return HalfMasks<decltype(a.lo < b.lo)>{a.lo < b.lo, a.hi < b.hi};
+    }
+    friend SUNDER_INLINE auto operator>(Halves a, Halves b) { return b < a; }
+    SUNDER_INLINE Halves operator-() const { return {-lo, -hi}; }
+    SUNDER_INLINE Halves& operator+=(Halves b) { return *this = *this + b; }
+    SUNDER_INLINE Halves& operator-=(Halves b) { return *this = *this - b; }
+};
+using Float8 = Halves<Float4, float>;
+using Double4 = Halves<Double2, double>;
+
+template <class V>
+using Mask = decltype(V() < V());
+template <class V>
+SUNDER_INLINE V select(Mask<V> mask, V yes, V no) {
+    return {mask.lo ? yes.lo : no.lo, mask.hi ? yes.hi : no.hi};
+}
+template <class M>
+SUNDER_INLINE bool any(M mask) {
+    const auto half = mask.lo | mask.hi;
+    long long bits[2];
+    __builtin_memcpy(bits, &half, sizeof(bits));
+    return (bits[0] | bits[1]) != 0;
+}
+template <class Half, class Number>
+SUNDER_INLINE Halves<Half, Number> root(Halves<Half, Number> a) {
+    for (size_t i = 0; i < sizeof(Half) / sizeof(Number); ++i)
+        a.lo[i] = __builtin_sqrt(a.lo[i]), a.hi[i] = __builtin_sqrt(a.hi[i]);
+    return a;
+}
+SUNDER_INLINE Float8 join(Float4 low, Float4 high) { return {low, high}; }
+SUNDER_INLINE Double4 join(Double2 low, Double2 high) { return {low, high}; }
+SUNDER_INLINE Float4 low(Float8 a) { return a.lo; }
+SUNDER_INLINE Float4 high(Float8 a) { return a.hi; }
+SUNDER_INLINE Double2 low(Double4 a) { return a.lo; }
+SUNDER_INLINE Double2 high(Double4 a) { return a.hi; }
+
+#endif
+
+template <class V, class Number>
+SUNDER_INLINE V load(const Number* from) {
+    V v;
+    __builtin_memcpy(&v, from, sizeof(V));
+    return v;
+}
+
+template <class V, class Number>
+SUNDER_INLINE void store(Number* to, V v) {
+    __builtin_memcpy(to, &v, sizeof(V));
+}
+
+// Four numbers of each of eight records: out[i] holds the i-th of all.
+SUNDER_INLINE void transpose(Float4 a, Float4 b, Float4 c, Float4 d, Float4 (&out)[4]) {
+    const Float4 ab01 = __builtin_shufflevector(a, b, 0, 4, 1, 5), ab23 = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+    const Float4 cd01 = __builtin_shufflevector(c, d, 0, 4, 1, 5), cd23 = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+    out[0] = __builtin_shufflevector(ab01, cd01, 0, 1, 4, 5);
+    out[1] = __builtin_shufflevector(ab01, cd01, 2, 3, 6, 7);
+    out[2] = __builtin_shufflevector(ab23, cd23, 0, 1, 4, 5);
+    out[3] = __builtin_shufflevector(ab23, cd23, 2, 3, 6, 7);
+}
+
+#ifdef __AVX2__
+SUNDER_INLINE void transpose(const Float8 (&in)[4], Float8 (&out)[4]) {  // 4x4 in each half
+    const Float8 ab01 = __builtin_shufflevector(in[0], in[1], 0, 8, 1, 9, 4, 12, 5, 13);
+    const Float8 ab23 = __builtin_shufflevector(in[0], in[1], 2, 10, 3, 11, 6, 14, 7, 15);
+    const Float8 cd01 = __builtin_shufflevector(in[2], in[3], 0, 8, 1, 9, 4, 12, 5, 13);
+    const Float8 cd23 = __builtin_shufflevector(in[2], in[3], 2, 10, 3, 11, 6, 14, 7, 15);
+    out[0] = __builtin_shufflevector(ab01, cd01, 0, 1, 8, 9, 4, 5, 12, 13);
+    out[1] = __builtin_shufflevector(ab01, cd01, 2, 3, 10, 11, 6, 7, 14, 15);
+    out[2] = __builtin_shufflevector(ab23, cd23, 0, 1, 8, 9, 4, 5, 12, 13);
+    out[3] = __builtin_shufflevector(ab23, cd23, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+#else
+SUNDER_INLINE void transpose(const Float8 (&in)[4], Float8 (&out)[4]) {
+    Float4 l[4], h[4];
+    transpose(in[0].lo, in[1].lo, in[2].lo, in[3].lo, l);
+    transpose(in[0].hi, in[1].hi, in[2].hi, in[3].hi, h);
+    for (int i = 0; i < 4; ++i) out[i] = {l[i], h[i]};
+}
+#endif
+
+// Numbers [offset, offset + 4) of the records of eight lanes; `stride` numbers a record.
+template <size_t stride>
+SUNDER_INLINE void gather4(const float* records, const uint32_t* lanes, size_t offset, Float8 (&out)[4]) {
+    Float8 in[4];
+    for (int i = 0; i < 4; ++i)
+        in[i] = join(load<Float4>(records + stride * lanes[i] + offset),
+                     load<Float4>(records + stride * lanes[i + 4] + offset));
+    transpose(in, out);
+}
+
+// The reverse, for the eight records that start at `record`.
+template <size_t stride>
+SUNDER_INLINE void scatter4(float* record, size_t offset, const Float8 (&in)[4]) {
+    Float8 out[4];
+    transpose(in, out);
+    for (int i = 0; i < 4; ++i) {
+        store(record + stride * i + offset, low(out[i]));
+        store(record + stride * (i + 4) + offset, high(out[i]));
+    }
+}
+
+template <size_t stride>
+SUNDER_INLINE void gather4(const double* records, const uint32_t* lanes, size_t offset, Double4 (&out)[4]) {
+    for (int half = 0; half < 2; ++half) {
+        Double2 in[4];
+        for (int i = 0; i < 4; ++i) in[i] = load<Double2>(records + stride * lanes[i] + offset + 2 * half);
+        out[2 * half] = join(__builtin_shufflevector(in[0], in[1], 0, 2), __builtin_shufflevector(in[2], in[3], 0, 2));
+        out[2 * half + 1] =
+            join(__builtin_shufflevector(in[0], in[1], 1, 3), __builtin_shufflevector(in[2], in[3], 1, 3));
+    }
+}
+
+template <size_t stride>
+SUNDER_INLINE void scatter4(double* record, size_t offset, const Double4 (&in)[4]) {
+    for (int half = 0; half < 2; ++half) {
+        const Double4 &a = in[2 * half], &b = in[2 * half + 1];
+        double* to = record + offset + 2 * half;
+        store(to, __builtin_shufflevector(low(a), low(b), 0, 2));
+        store(to + stride, __builtin_shufflevector(low(a), low(b), 1, 3));
+        store(to + 2 * stride, __builtin_shufflevector(high(a), high(b), 0, 2));
+        store(to + 3 * stride, __builtin_shufflevector(high(a), high(b), 1, 3));
+    }
+}
+
+SUNDER_INLINE double sum(Double4 a) {
+    const Double2 h = low(a) + high(a);
+    return h[0] + h[1];
+}
+
+// Four of eight lanes, in single precision.
+SUNDER_INLINE void narrow(Double4 a, float* to) {
+    const Double2 l = low(a), h = high(a);
+    store(to, Float4{static_cast<float>(l[0]), static_cast<float>(l[1]), static_cast<float>(h[0]),
+                     static_cast<float>(h[1])});
+}
+
+SUNDER_INLINE float sum(Float8 a) {
+    const Float4 h = low(a) + high(a);
+    return (h[0] + h[2]) + (h[1] + h[3]);
+}
+
+}  // namespace
+}  // namespace sunder

@@ -1,0 +1,2 @@
+#define SUNDER_NEWTON_KERNELS kNewtonKernelsPortable
+#include "solver/newton_kernels.inl"
