@@ -1,6 +1,7 @@
 // One fragment as a mesh of its own, and the check of all of them (prefracture.h).
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <span>
 #include <tuple>
 
@@ -230,17 +231,28 @@ Error bad_fragment(size_t i, std::string what) {
 
 }  // namespace
 
-TriMesh fragment_mesh(const FragmentSet& set, FragmentId fragment) {
-    PieceBuilder piece(set);
-    const Fragment& f = set.fragments[fragment.index()];
+FragmentMeshes::FragmentMeshes(const FragmentSet& set) : set_(set), begin_(set.fragments.size() + 1, 0) {
+    for (const Interface& face : set.interfaces) ++begin_[face.a.index() + 1], ++begin_[face.b.index() + 1];
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+    interface_.resize(begin_.back());
+    std::vector<uint32_t> next(begin_.begin(), begin_.end() - 1);
+    for (uint32_t k = 0; k < set.interfaces.size(); ++k)
+        for (const FragmentId side : {set.interfaces[k].a, set.interfaces[k].b}) interface_[next[side.index()]++] = k;
+}
+
+TriMesh FragmentMeshes::mesh(FragmentId fragment) const {
+    PieceBuilder piece(set_);
+    const Fragment& f = set_.fragments[fragment.index()];
     for (uint32_t t = f.outer_begin; t < f.outer_end; ++t) piece.add_outer(t);
-    for (const Interface& face : set.interfaces)
-        if (face.a == fragment || face.b == fragment)
-            for (uint32_t t = face.triangle_begin; t < face.triangle_end; ++t)
-                piece.add_interface(t, face.a == fragment);
+    for (uint32_t k = begin_[fragment.index()]; k < begin_[fragment.index() + 1]; ++k) {
+        const Interface& face = set_.interfaces[interface_[k]];
+        for (uint32_t t = face.triangle_begin; t < face.triangle_end; ++t) piece.add_interface(t, face.a == fragment);
+    }
     piece.smooth_interior(f.outer_end - f.outer_begin);
     return piece.finish();
 }
+
+TriMesh fragment_mesh(const FragmentSet& set, FragmentId fragment) { return FragmentMeshes(set).mesh(fragment); }
 
 Status check_fragments(const FragmentSet& set) {
     Result<FragmentFaces> faces = make_fragment_faces(set);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "fracture_tools/fragment_factors.h"
 #include "fracture_tools/interior.h"
@@ -63,6 +64,17 @@ void measure_fragments(FragmentSet& io_set);
 /// duplicated, one for each fan. Material: outer ids, `interior_material` on break surfaces. UVs where the set has
 /// them.
 TriMesh fragment_mesh(const FragmentSet& set, FragmentId fragment);
+
+/// The same for many fragments: the interfaces of each are looked up once for all. The set must outlive it.
+class FragmentMeshes {
+public:
+    explicit FragmentMeshes(const FragmentSet& set);
+    TriMesh mesh(FragmentId fragment) const;
+
+private:
+    const FragmentSet& set_;
+    std::vector<uint32_t> begin_, interface_;  // CSR: ascending interfaces of each fragment
+};
 
 /// The fragments' own invariants: each closed, positive volume, volumes sum to the source. Errors name the fragment.
 Status check_fragments(const FragmentSet& set);

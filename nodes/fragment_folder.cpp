@@ -151,9 +151,10 @@ Status write_fragments(const FragmentSet& set, const fs::path& folder, const Pro
     if (fs::remove(listing, code); code) return not_removed(listing, code);
 
     const size_t n = set.fragments.size();
+    const FragmentMeshes pieces(set);
     for (size_t i = 0; i < n; ++i) {
         if (!progress.report(static_cast<double>(i) / static_cast<double>(n), "writing pieces")) return cancelled();
-        const TriMesh piece = fragment_mesh(set, FragmentId(i));
+        const TriMesh piece = pieces.mesh(FragmentId(i));
         if (auto written = write_file(folder / piece_path(i), encode_piece(piece).view()); !written)
             return written.error();
     }

@@ -65,10 +65,11 @@ Row cut(const Job& job) {
     row.pieces = set->fragments.size();
     double sum = 0;
     row.least = HUGE_VAL;
+    const FragmentMeshes pieces(*set);
     for (uint32_t i = 0; i < set->fragments.size(); ++i) {
         const double v = set->fragments[i].volume;
         sum += v, row.least = std::min(row.least, v), row.largest = std::max(row.largest, v);
-        row.not_closed += !check_mesh(fragment_mesh(*set, FragmentId(i))).is_solid();
+        row.not_closed += !check_mesh(pieces.mesh(FragmentId(i))).is_solid();
     }
     row.volume_error = std::abs(sum - set->source_volume) / set->source_volume;
     const double mean = sum / double(set->fragments.size());
