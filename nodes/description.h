@@ -52,6 +52,8 @@ struct ParameterDescription {
     bool nullable = false;                  // may be null; the sentence says what that means
     std::vector<Json> choices = {};         // permitted values of a choice (texts) or an integer (numbers)
     std::vector<std::string> aliases = {};  // names that it had before; files that use them still load
+    std::vector<std::pair<Json, Json>> former_values =
+        {};  // of a choice: what it took before, and which choice that is
 };
 
 struct NodeDescription {

@@ -147,7 +147,7 @@ private:
     ByteBuffer binary_;
 };
 
-// glTF has one normal and UV a vertex: corners that differ become vertices of their own.
+// glTF has one normal, UV and colour a vertex: corners that differ become vertices of their own.
 size_t add_mesh(Glb& glb, const VisualMesh& first, const RigidFragment& f, const std::string& name,
                 size_t first_material) {
     std::map<uint32_t, Vec3> local;
@@ -156,32 +156,41 @@ size_t add_mesh(Glb& glb, const VisualMesh& first, const RigidFragment& f, const
     for (uint32_t t : f.triangles) by_material[first.triangle_material[t]].push_back(t);
     Json primitives = Json::array();
     for (const auto& [material, triangles] : by_material) {
-        using Key = std::array<uint32_t, 6>;  // vertex, bits of normal and UV
+        using Key = std::array<uint32_t, 10>;  // vertex, bits of normal, UV and colour
         std::map<Key, uint32_t> known;
         std::vector<uint32_t> indices;
         std::vector<Vec3f> positions, normals;
         std::vector<Vec2f> uvs;
+        std::vector<Color> colors;
         for (uint32_t t : triangles)
             for (uint32_t c = 0; c < 3; ++c) {
                 const Vec3f& n = first.corner_normals[3 * t + c];
                 const Vec2f uv = first.corner_uvs.empty() ? Vec2f(0, 0) : first.corner_uvs[3 * t + c];
+                const Color color = first.corner_colors.empty() ? Color{1, 1, 1, 1} : first.corner_colors[3 * t + c];
                 const uint32_t v = first.triangles[t][c];
                 const Key key = {v,
                                  std::bit_cast<uint32_t>(n.x()),
                                  std::bit_cast<uint32_t>(n.y()),
                                  std::bit_cast<uint32_t>(n.z()),
                                  std::bit_cast<uint32_t>(uv.x()),
-                                 std::bit_cast<uint32_t>(uv.y())};
+                                 std::bit_cast<uint32_t>(uv.y()),
+                                 std::bit_cast<uint32_t>(color[0]),
+                                 std::bit_cast<uint32_t>(color[1]),
+                                 std::bit_cast<uint32_t>(color[2]),
+                                 std::bit_cast<uint32_t>(color[3])};
                 const auto [at, is_new] = known.try_emplace(key, static_cast<uint32_t>(positions.size()));
                 indices.push_back(at->second);
                 if (!is_new) continue;
                 positions.push_back(y_up(local[v])), normals.push_back(y_up(n.cast<double>()));
                 uvs.push_back({uv.x(), 1 - uv.y()});  // v runs down there
+                colors.push_back(color);
             }
         Json attributes = {{"POSITION", glb.accessor(positions, "VEC3", kFloat, kArrayBuffer, true)},
                            {"NORMAL", glb.accessor(normals, "VEC3", kFloat, kArrayBuffer, false)}};
         if (!first.corner_uvs.empty())
             attributes["TEXCOORD_0"] = glb.accessor(uvs, "VEC2", kFloat, kArrayBuffer, false);
+        if (!first.corner_colors.empty())
+            attributes["COLOR_0"] = glb.accessor(colors, "VEC4", kFloat, kArrayBuffer, false);
         primitives.push_back({{"attributes", attributes},
                               {"indices", glb.accessor(indices, "SCALAR", kUnsignedInt, kElementBuffer, false)},
                               {"material", first_material + static_cast<size_t>(material)}});
@@ -241,8 +250,9 @@ Status add_body(Glb& glb, Json& animation, size_t times, const Shot& shot, const
     const size_t first_material = glb.json()["materials"].size();
     for (const std::string& name : start->materials) {
         const bool is_interior = &name == &start->materials.back();
+        const double outer = first.corner_colors.empty() ? 0.7 : 1.0;  // colours of vertices are multiplied by it
         const std::vector<double> color =
-            is_interior ? std::vector<double>{0.5, 0.42, 0.36, 1} : std::vector<double>{0.7, 0.7, 0.7, 1};
+            is_interior ? std::vector<double>{0.5, 0.42, 0.36, 1} : std::vector<double>{outer, outer, outer, 1};
         glb.add("materials", {{"name", name},
                               {"pbrMetallicRoughness",
                                {{"baseColorFactor", color}, {"metallicFactor", 0}, {"roughnessFactor", 0.8}}}});

@@ -43,6 +43,8 @@ std::string parameter_row(const ParameterDescription& p) {
     if (p.animatable) type += ", animatable";
     std::string sentence = p.sentence + ".";
     for (const std::string& alias : p.aliases) sentence += " Formerly " + code(alias) + ".";
+    for (const auto& [former, choice] : p.former_values)
+        sentence += " Formerly " + code(former.dump()) + " for " + code(choice.get<std::string>()) + ".";
     return "| " + code(p.name) + " | " + p.label + " | " + type + " | " + cell(p.unit) + " | " +
            code(p.default_value.dump()) + " | " + cell(permitted(p)) + " | " + cell(sentence) + " |\n";
 }

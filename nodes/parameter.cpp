@@ -146,6 +146,8 @@ private:
     }
 
     Result<Json> text(const Json& value) const {
+        for (const auto& [former, choice] : description_.former_values)
+            if (value == former) return choice;
         if (!value.is_string()) return wrong_type(value);
         const std::string& text = value.get_ref<const std::string&>();
         if (std::ranges::any_of(text, [](unsigned char c) { return c < 0x20 || c == 0x7f; }))

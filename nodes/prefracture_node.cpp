@@ -169,7 +169,8 @@ std::vector<ParameterDescription> repair_parameters() {
          .sentence = "What is done about a mesh that is no solid; what was done is told as a warning. keep: the mesh's "
                      "own triangles stay, welded, oriented, holes closed; wrap: a new surface around them; auto: keep, "
                      "or where that cannot be cut, wrap; refuse: nothing, it is an error",
-         .choices = names(kRepairs)},
+         .choices = names(kRepairs),
+         .former_values = {{true, "auto"}, {false, "keep"}}},
         {.name = "thickness",
          .label = "Thickness",
          .type = ParameterType::number,

@@ -108,9 +108,24 @@ def _row_type(data, at, count, properties):
     return np.dtype(fields), lengths
 
 
+def value_at(value, frame):
+    """A number or list of numbers of a graph file at a frame, keys worked out; None for null."""
+    if not isinstance(value, dict):
+        return value
+    keys = value["keys"]
+    after = next((i for i, (at, _) in enumerate(keys) if at > frame), len(keys))
+    if after in (0, len(keys)):
+        return keys[min(after, len(keys) - 1)][1]
+    (t0, v0), (t1, v1) = keys[after - 1], keys[after]
+    if value.get("interpolation") == "step" or v0 is None or v1 is None:
+        return v0
+    share = (frame - t0) / (t1 - t0)
+    return [a + (b - a) * share for a, b in zip(v0, v1)] if isinstance(v0, list) else v0 + (v1 - v0) * share
+
+
 class Bake:
     """A bake folder. `meshes` and `states` are path patterns with ####, `rigid_bodies` the graph's nodes in the
-    solver's order, `planes` its plane colliders, `frames` the numbers of the whole frames."""
+    solver's order, `colliders` its collider nodes, `frames` the numbers of the whole frames."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -129,7 +144,7 @@ class Bake:
         solvers = [n for n in nodes.values() if n["type"] == "solver"]
         wires = solvers[0].get("rigid_bodies", []) if solvers else []
         self.rigid_bodies = [nodes[w[1:].split(".")[0]] for w in ([wires] if isinstance(wires, str) else wires)]
-        self.planes = [n for n in nodes.values() if n["type"] == "collider" and n.get("shape") == "plane"]
+        self.colliders = [n for n in nodes.values() if n["type"] == "collider"]
         if not self.meshes or not self.frames:
             raise BakeError(f"{folder}: has no whole mesh frame")
 
@@ -158,6 +173,10 @@ class Bake:
                             f"the graph {len(self.rigid_bodies)}")
         return (np.stack([rows[n] for n in ("x", "y", "z")], 1),
                 np.stack([rows[n] for n in ("qw", "qx", "qy", "qz")], 1))
+
+    def collider_pose(self, node, frame):
+        """Position (m) and Euler angles XYZ (degrees) of a collider."""
+        return [value_at(node.get(name, (0.0, 0.0, 0.0)), frame) for name in ("position", "rotation")]
 
     def edges_broken(self, frame):
         """How many edges broke in that frame; 0 for a bake without states."""

@@ -1,4 +1,4 @@
-"""Draws a bake with Blender, without the add-on: mesh frames, rigid bodies, floor, light, and a contact sheet.
+"""Draws a bake with Blender, without the add-on: mesh frames, rigid bodies, colliders, light, and a contact sheet.
 
     blender -b --factory-startup --python-exit-code 9 --python render_bake.py -- BAKE_DIR OUT_DIR [options]
 
@@ -12,15 +12,22 @@ import sys
 from math import radians, tan
 
 import bpy
-import numpy as np
 from mathutils import Quaternion, Vector
 
+try:
+    import numpy as np
+except ImportError:
+    print(f"render_bake: error: Blender's Python in {sys.prefix} has no numpy; where Blender takes the first python3 on PATH for "
+          "its own (Debian's does), start it with PATH=/usr/bin:$PATH", file=sys.stderr, flush=True)
+    sys.exit(3)
+
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from bake_reader import Bake, BakeError  # noqa: E402
+from bake_reader import Bake, BakeError, read_ply  # noqa: E402
 
 OUTER_COLORS = [(0.30, 0.33, 0.38), (0.46, 0.20, 0.11), (0.27, 0.42, 0.40), (0.50, 0.44, 0.28)]  # linear RGB
 INNER_COLOR = (1.0, 0.42, 0.03)
 RIGID_COLOR = (0.07, 0.08, 0.10)
+COLLIDER_COLOR = (0.20, 0.23, 0.30)
 FLOOR_COLOR = (0.42, 0.43, 0.45)
 LABEL_FONT = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf"
 
@@ -31,6 +38,7 @@ def arguments():
     parser.add_argument("out")
     parser.add_argument("--frames", help="numbers and ranges, as 1,5,10:20 (default: 12, most of them where most breaks)")
     parser.add_argument("--sheet", help="write a contact sheet of the rendered frames to this PNG")
+    parser.add_argument("--inputs", default=".", help="folder that mesh files of the graph are seen from (default: the one at work)")
     parser.add_argument("--width", type=int, default=640, help="pixels; the picture is 16:9")
     parser.add_argument("--engine", choices=["cycles", "eevee", "workbench"], default="cycles")
     parser.add_argument("--samples", type=int, default=24, help="light paths per pixel")
@@ -103,14 +111,24 @@ def write_mesh(mesh, positions, triangles, corner_normals, face_material):
     mesh.normals_split_custom_set(corner_normals.tolist())
 
 
-def rigid_body_mesh(node):
+def solid_mesh(node, name):
+    """The shape of a rigid body or collider about its own origin; None for a mesh file that is not found."""
     import bmesh
-    shape, mesh = bmesh.new(), bpy.data.meshes.new("rigid body")
-    if node.get("shape", "sphere") == "box":
+    shape, mesh = bmesh.new(), bpy.data.meshes.new(name)
+    kind, radius = node.get("shape", "sphere"), node.get("radius", 0.5)
+    if kind == "box":
         bmesh.ops.create_cube(shape, size=1)
         bmesh.ops.scale(shape, vec=Vector(node.get("size", (1, 1, 1))), verts=shape.verts)
+    elif kind == "mesh":
+        file = node.get("path", "")
+        if not os.path.isfile(file):
+            return None
+        read_solid(file, shape)
+        bmesh.ops.scale(shape, vec=Vector((1, 1, 1)) * node.get("scale", 1.0), verts=shape.verts)
     else:
-        bmesh.ops.create_uvsphere(shape, u_segments=64, v_segments=32, radius=node.get("radius", 0.5))
+        bmesh.ops.create_uvsphere(shape, u_segments=64, v_segments=32, radius=radius)
+        for vertex in shape.verts if kind == "capsule" else ():
+            vertex.co.z += (node.get("height", 1.0) / 2) * (1 if vertex.co.z > -1e-9 * radius else -1)
         for face in shape.faces:
             face.smooth = True
     shape.to_mesh(mesh)
@@ -118,9 +136,54 @@ def rigid_body_mesh(node):
     return mesh
 
 
+def read_solid(file, shape):
+    """A PLY file (binary, as bakes from Blender hold their inputs) or an OBJ file, z up, into a BMesh."""
+    if file.lower().endswith(".obj"):
+        before = set(bpy.data.objects)
+        bpy.ops.wm.obj_import(filepath=file, forward_axis="Y", up_axis="Z")
+        for thing in set(bpy.data.objects) - before:
+            shape.from_mesh(thing.data)
+            bpy.data.objects.remove(thing)
+        return
+    ply, mesh = read_ply(file), bpy.data.meshes.new("solid")
+    points = np.stack([ply["vertex"][n] for n in "xyz"], 1)
+    mesh.from_pydata(points.tolist(), [], ply["face"]["vertex_indices"].tolist())
+    shape.from_mesh(mesh)
+    bpy.data.meshes.remove(mesh)
+
+
+def add_colliders(bake, inputs, distance):
+    """[(node, object)]: planes as wide floors, all others as the solids that they are, where their files are found."""
+    floor, wall = material("floor", FLOOR_COLOR, 0.9), material("collider", COLLIDER_COLOR, 0.8)
+    made = []
+    for node in bake.colliders:
+        if node.get("shape", "plane") == "plane":
+            mesh, s = bpy.data.meshes.new("floor"), 20 * distance
+            mesh.from_pydata([(-s, -s, 0), (s, -s, 0), (s, s, 0), (-s, s, 0)], [], [(0, 1, 2, 3)])
+            made.append((node, add_object("floor", mesh, floor)))
+            continue
+        places = [os.path.join(folder, node.get("path", "")) for folder in (bake.folder, inputs)]
+        file = next((p for p in places if os.path.isfile(p)), "")
+        mesh = solid_mesh({**node, "path": file}, "collider")
+        if mesh is None:
+            told = f"{node['path']} is not in {inputs} (name its folder with --inputs)" if node.get("path") else "its mesh is wired"
+            print(f"render_bake: warning: a collider is not drawn: {told}", file=sys.stderr, flush=True)
+        else:
+            made.append((node, add_object("collider", mesh, wall)))
+    return made
+
+
+def place(thing, position, degrees):
+    thing.location, thing.rotation_euler = Vector(position), [radians(a) for a in degrees]
+
+
 def floor_height(bake):
-    position = bake.planes[0].get("position", (0, 0, 0)) if bake.planes else (0, 0, 0)
-    return 0.0 if isinstance(position, dict) else position[2]
+    """Of the first plane that lies flat, at the first frame."""
+    for node in bake.colliders:
+        position, rotation = bake.collider_pose(node, bake.frames[0])
+        if node.get("shape", "plane") == "plane" and not any(rotation):
+            return position[2]
+    return 0.0
 
 
 def subject_box(bake, frames):
@@ -198,10 +261,14 @@ def set_engine(options):
         scene.cycles.seed = 1
         scene.render.use_persistent_data = True
     elif options.engine == "eevee":
-        scene.render.engine = "BLENDER_EEVEE"
+        try:
+            scene.render.engine = "BLENDER_EEVEE"
+        except TypeError:  # its name from Blender 4.2 to 4.5
+            scene.render.engine = "BLENDER_EEVEE_NEXT"
         scene.eevee.taa_render_samples = options.samples
-        scene.eevee.use_gtao = True
-        scene.eevee.use_soft_shadows = True
+        for name in ("use_gtao", "use_soft_shadows"):  # Blender 4.2 and later have no such choice
+            if hasattr(scene.eevee, name):
+                setattr(scene.eevee, name, True)
     else:
         scene.render.engine = "BLENDER_WORKBENCH"
         shading = scene.display.shading
@@ -236,12 +303,8 @@ def main():
         outer = material(f"outside {i}", OUTER_COLORS[i % len(OUTER_COLORS)], 0.5)
         bodies.append((pattern, add_object(pattern, mesh, outer, inner), bake.interior_material(pattern)))
     iron = material("iron", RIGID_COLOR, 0.35, 0.6)
-    weights = [add_object("rigid body", rigid_body_mesh(node), iron) for node in bake.rigid_bodies]
-    if bake.planes:
-        floor = bpy.data.meshes.new("floor")
-        s, z = 20 * distance, floor_height(bake)
-        floor.from_pydata([(-s, -s, z), (s, -s, z), (s, s, z), (-s, s, z)], [], [(0, 1, 2, 3)])
-        add_object("floor", floor, material("floor", FLOOR_COLOR, 0.9))
+    weights = [add_object("rigid body", solid_mesh(node, "rigid body"), iron) for node in bake.rigid_bodies]
+    colliders = add_colliders(bake, options.inputs, distance)
 
     os.makedirs(options.out, exist_ok=True)
     pictures = []
@@ -252,6 +315,8 @@ def main():
         for weight, position, orientation in zip(weights, *bake.rigid_body_poses(frame)):
             weight.rotation_mode = "QUATERNION"
             weight.location, weight.rotation_quaternion = Vector(position), Quaternion(orientation)
+        for node, thing in colliders:
+            place(thing, *bake.collider_pose(node, frame))
         picture = os.path.join(options.out, f"frame_{frame:04d}.png")
         bpy.context.scene.render.filepath = os.path.abspath(picture)
         bpy.ops.render.render(write_still=True)

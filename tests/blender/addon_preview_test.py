@@ -270,6 +270,24 @@ class Meshes(PreviewCase):
         self.bake(other)
         self.assertEqual([source(self.shot) is first, source(other) is second], [True, False])
 
+    def test_after_a_bake_its_own_cut_is_shown(self):
+        self.result.sunder.preview = "STRAIN"
+        bpy.ops.sunder.bake(tree=self.shot.name, start="RESTART")
+        preview, source_of = addon("preview"), addon("preview_source").Source
+        folder, manifest = str(self.cached(self.shot)), self.manifest(self.shot)
+        graph = preview._at_hand[folder]
+        source, fresh = source_of(folder, manifest.graph, "deformer", graph), source_of(folder, manifest.graph, "deformer")
+        self.assertTrue(source._graph is graph and fresh._graph is not graph)
+        for number in (2, 4, 3):
+            path, _ = addon("player").state_file(folder, manifest, number, "deformer")
+            one, other = (s.frame(path, number, "STRAIN") for s in (source, fresh))
+            np.testing.assert_array_equal(one.particles, other.particles)
+            np.testing.assert_array_equal(one.surface.rest, other.surface.rest)
+            np.testing.assert_array_equal(one.surface.influences, other.surface.influences)
+        self.result.sunder.preview = "OFF"
+        bpy.ops.sunder.bake(tree=self.shot.name, start="RESTART")
+        self.assertEqual(preview._at_hand, {})  # nobody would look
+
     def test_an_object_that_plays_no_deformer_of_the_bake_says_so(self):
         self.result.sunder.preview, self.result.sunder.node = "PIECES", "deformer_7"
         self.assertIsNone(addon("preview")._updated(self.result))

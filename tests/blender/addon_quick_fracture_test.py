@@ -60,6 +60,13 @@ class QuickFracture(AddonCase):
         tree, = addon("tree").trees()
         self.assertEqual([n.sunder_type for n in tree.nodes if n.error], ["prefracture"])
 
+    def test_a_head_with_holes_gets_a_closed_skin(self):
+        bpy.ops.mesh.primitive_monkey_add(location=(0, 0, 1.5))
+        _, tree = self.quick(bpy.context.object, pieces=10, bake=True)
+        self.assertEqual([tree.nodes["Pre-Fracture"].repair, self.status(tree).state], ["wrap", "complete"])
+        _, tree = self.quick(self.cube(), pieces=4, bake=False)
+        self.assertEqual(tree.nodes["Pre-Fracture"].repair, "auto")
+
     def test_it_wants_a_mesh_that_is_no_result(self):
         bpy.ops.object.empty_add()
         self.assertFalse(bpy.ops.sunder.quick_fracture.poll())

@@ -50,10 +50,36 @@ class Shown(AddonCase):
         left, strain = attribute(thing, "toughness_left"), attribute(thing, "strain")
         np.testing.assert_allclose(left, 1 - np.clip(strain / tough, 0, 1), atol=1e-5)
         self.assertLess(left.min(), 0.9)
-        at = addon("player").value_at
+        at = addon("bake_reader").value_at
         steps = {"keys": [[1, None], [3, 0.5]], "interpolation": "step"}
         self.assertEqual([at(steps, f) for f in (0, 2, 3, 9)], [None, None, 0.5, 0.5])
         self.assertEqual([at(0.4, 7), at(None, 7)], [0.4, None])
+        self.assertEqual(at({"keys": [[1, [0, 0, 2]], [3, [1, 0, 4]]]}, 2), [0.5, 0, 3])
+
+    def test_toughness_left_counts_factors_of_fragments_and_edges(self):
+        thing = self.cube()
+        group = thing.vertex_groups.new(name="Tough")
+        group.add([v.index for v in thing.data.vertices if v.co.z > 0], 1, "REPLACE")
+        tree, nodes = self.tree(thing, pieces=20)
+        nodes["prefracture"].set_parameters(toughness_map="Tough", clusters=3, cluster_toughness=2.0)
+        shown, = self.results(tree)
+        self.bake(tree)
+        folder = self.cached(tree)
+        graph = addon("core").sunder().Graph.load(str(folder / "graph.json"))
+        self.scene.frame_set(4)
+        cut, body, state = (graph.evaluate(n, 4) for n in ("prefracture.fragments", "body.body", "solver.state"))
+        mesh, tough = graph.evaluate("deformer.mesh", 4), graph["body"].at("toughness", 4)
+        expected = []
+        for p in range(len(state.strain)):  # by hand, particle after particle
+            held = [f for (a, b), f, holds in zip(state.edges, body.edge_toughness_factor, state.edge_intact)
+                    if holds and p in (a, b)]
+            factor = cut.toughness_factor[state.fragment[p]] * (min(held) if held else 1)
+            expected.append(1 - min(max(state.strain[p] / (tough * factor), 0), 1))
+        self.assertTrue(body.edge_toughness_factor.max() > 1 and cut.toughness_factor.min() < 0.5)
+        left = attribute(shown, "toughness_left")
+        np.testing.assert_allclose(left, np.array(expected)[mesh.vertex_fragment], atol=1e-5)
+        plain = 1 - np.clip(state.strain / tough, 0, 1)
+        self.assertGreater(np.abs(left - plain[mesh.vertex_fragment]).max(), 0.01)
 
     def test_break_surfaces_know_their_interface_and_how_near_the_rim_is(self):
         tree, nodes = self.tree()

@@ -1,5 +1,7 @@
 """The pictures of a bake show it: not empty, break surfaces only once broken, errors end with a status."""
+import json
 import os
+import shutil
 import subprocess
 import tempfile
 import unittest
@@ -31,8 +33,9 @@ class RenderBake(unittest.TestCase):
         self.bake = small_bake.write(self.folder / "a bake")
         self.out = self.folder / "pictures of it"
 
-    def render(self, *options):
-        environment = {**os.environ, "BLENDER_USER_RESOURCES": str(self.folder / "profile"), "TMPDIR": str(self.folder)}
+    def render(self, *options, path="/usr/bin"):
+        environment = {**os.environ, "BLENDER_USER_RESOURCES": str(self.folder / "profile"), "TMPDIR": str(self.folder),
+                       "PATH": path + ":/usr/bin:" + os.environ["PATH"]}
         environment.pop("DISPLAY", None)
         return subprocess.run(
             ["blender", "-b", "--factory-startup", "--python-exit-code", "9", "--python", SCRIPT, "--", self.bake, self.out,
@@ -57,6 +60,37 @@ class RenderBake(unittest.TestCase):
 
     def test_break_surfaces_show_once_broken_in_cycles(self):
         self.check_pictures("--engine", "cycles", "--samples", "4")
+
+    def test_colliders_are_drawn_where_they_are(self):
+        """Of each shape, beside the cube: seen where none was before, and elsewhere once it has moved."""
+        (self.bake / "inputs").mkdir()
+        shutil.copy(self.bake / "mesh/cube.0001.ply", self.bake / "inputs/solid.ply")
+        self.render("--engine", "workbench")
+        bare = [pixels(self.out / f"frame_{n:04d}.png") for n in (1, 2)]
+        manifest = json.loads((self.bake / "manifest.json").read_text())
+        for shape in ({"shape": "sphere", "radius": 0.3}, {"shape": "box", "size": [0.4, 0.4, 0.6]},
+                      {"shape": "capsule", "radius": 0.2, "height": 0.3},
+                      {"shape": "mesh", "path": "inputs/solid.ply", "scale": 0.5}):
+            with self.subTest(shape["shape"]):
+                manifest["graph"]["nodes"]["post"] = {"type": "collider", **shape, "rotation": [0, 0, 20], "position": {
+                    "keys": [[1, [-0.9, 0, 0.4]], [2, [-0.9, -0.5, 0.4]]]}}
+                (self.bake / "manifest.json").write_text(json.dumps(manifest))
+                self.render("--engine", "workbench")
+                seen = [np.any(pixels(self.out / f"frame_{n:04d}.png") != bare[n - 1], 1) for n in (1, 2)]
+                self.assertTrue(min(s.sum() for s in seen) > 150, [s.sum() for s in seen])
+                self.assertGreater(np.count_nonzero(seen[0] != seen[1]), 50)
+        manifest["graph"]["nodes"]["post"]["path"] = "nowhere.obj"
+        (self.bake / "manifest.json").write_text(json.dumps(manifest))
+        done = self.render("--engine", "workbench")
+        self.assertEqual(done.returncode, 0)
+        self.assertIn("warning: a collider is not drawn: nowhere.obj", done.stdout)
+
+    def test_a_python_without_numpy_is_told_how_to_mend_it(self):
+        bare = self.folder / "bare"
+        subprocess.run(["/usr/bin/python3", "-m", "venv", "--without-pip", bare], check=True)
+        done = self.render("--engine", "workbench", path=str(bare / "bin"))
+        self.assertEqual(done.returncode, 3, done.stdout)
+        self.assertIn("start it with PATH=/usr/bin:$PATH", done.stdout)
 
     def test_a_truncated_frame_is_named_and_ends_with_status_3(self):
         frame = self.bake / "mesh/cube.0002.ply"

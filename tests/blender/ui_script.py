@@ -271,6 +271,15 @@ def undo():
     assert not addon("bake_status").status(tree(), bpy.context.scene).is_stale
 
 
+def drawn_preview():
+    for _ in range(200):
+        drawn = addon("preview")._drawn.get(result().name)
+        if drawn is not None and drawn.frame is not None:
+            return
+        yield 0.1
+    raise AssertionError(f"not drawn: {addon('preview').problems}")
+
+
 def reopen():
     """A file that was saved with a preview on shows it again, cut anew from the bake."""
     result().sunder.preview = "PIECES"
@@ -280,19 +289,12 @@ def reopen():
         bpy.ops.wm.save_as_mainfile(filepath=path)
         bpy.ops.wm.open_mainfile(filepath=path)
     yield 1.0
-    for _ in range(100):
-        drawn = addon("preview")._drawn.get(result().name)
-        if drawn is not None and drawn.frame is not None:
-            break
-        yield 0.1
-    else:
-        raise AssertionError(f"not drawn: {addon('preview').problems}")
+    yield from drawn_preview()
     shot("8-reopened")
     bpy.ops.preferences.addon_disable(module="sunder_addon")  # with a preview on the screen
     yield 1.0
     bpy.ops.preferences.addon_enable(module="sunder_addon")
-    yield 1.5
-    assert addon("preview")._drawn[result().name].frame is not None
+    yield from drawn_preview()
 
 
 STEPS = [arrange, make, wrong_wire, stop, finish, error, previews, render, undo, reopen]

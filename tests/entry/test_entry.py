@@ -39,6 +39,10 @@ class Entry(unittest.TestCase):
         (self.project / ".ci").mkdir(parents=True)
         for name in ("sunder", ".ci/run"):
             shutil.copy(ROOT / name, self.project / name)
+        (self.project / "tests/scripted/usd_reader").mkdir(parents=True)
+        (self.project / "build/usd_reader/node_modules/tinyusdz").mkdir(parents=True)  # as if npm had installed it
+        for folder in ("tests/scripted/usd_reader", "build/usd_reader"):
+            self.write(f"{folder}/package-lock.json", "{}")
         self.write("CMakeLists.txt", CMAKE_LISTS)
         self.write("tests.cmake", "")
         self.write("program.sh", PROGRAM)
@@ -55,6 +59,24 @@ class Entry(unittest.TestCase):
         done = self.run_entry(*options, script=".ci/run")
         lines = [line for line in done.stdout.splitlines() if re.fullmatch(r"\d+ passed, \d+ failed", line)]
         return done.returncode, lines
+
+    def test_the_reader_of_usd_is_installed_when_its_lock_file_changes(self):
+        npm = self.home / "bin/npm"
+        npm.parent.mkdir()
+        npm.write_text(f"#!/bin/sh\necho \"$@\" >> {self.home}/asked\n")
+        npm.chmod(0o755)
+        environment = {**os.environ, "PATH": f"{npm.parent}:{os.environ['PATH']}"}
+        self.write("tests.cmake", "add_test(NAME a COMMAND true)")
+        self.write("tests/scripted/usd_reader/package.json", "{}")
+        self.write("tests/scripted/usd_reader/package-lock.json", '{"lockfileVersion": 3}')
+        done = subprocess.run(["bash", self.project / "sunder", "test"], env=environment, text=True, capture_output=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex((self.home / "asked").read_text(), r"^ci --prefix .*build/usd_reader .*\n$")
+        npm.write_text("#!/bin/sh\necho no network; exit 1\n")
+        done = subprocess.run(["bash", self.project / "sunder", "test"], env=environment, text=True, capture_output=True)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("no network", done.stderr)
+        self.assertIn("npm could not install tinyusdz", done.stderr)
 
     def test_chart_tells_what_it_takes(self):
         for wrong in (["--fast"], ["-o"]):

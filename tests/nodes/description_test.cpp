@@ -37,6 +37,8 @@ TEST(Description, names_are_unique_and_nothing_is_left_unsaid) {
             EXPECT_TRUE(names.insert(p.name).second) << d.type << "." << p.name;
             for (const std::string& alias : p.aliases)
                 EXPECT_TRUE(names.insert(alias).second) << d.type << "." << alias;
+            for (const auto& [former, choice] : p.former_values)
+                EXPECT_TRUE(std::ranges::count(p.choices, choice) == 1 && std::ranges::count(p.choices, former) == 0);
             EXPECT_FALSE(p.label.empty() || p.sentence.empty()) << d.type << "." << p.name;
             EXPECT_FALSE(p.sentence.ends_with(".")) << d.type << "." << p.name;
             EXPECT_EQ(p.type == ParameterType::choice, !p.choices.empty() && p.choices[0].is_string())

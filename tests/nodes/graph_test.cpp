@@ -101,6 +101,15 @@ TEST(Graph, aliases_reach_the_renamed_parameter) {
     EXPECT_EQ(graph.parameter("a", "amount")->get<double>(), 1);
 }
 
+TEST(Graph, former_values_of_a_choice_become_what_they_mean_today) {
+    Graph graph = chain();
+    ASSERT_TRUE(graph.set("a", "mode", true));
+    EXPECT_EQ(graph.parameter("a", "mode")->get<std::string>(), "exact");
+    ASSERT_TRUE(graph.set("a", "mode", false));
+    EXPECT_EQ(graph.parameter("a", "mode")->get<std::string>(), "fast");
+    EXPECT_FALSE(graph.set("a", "mode", 1));
+}
+
 TEST(Graph, wires_are_replaced_where_one_fits_and_added_where_many_do) {
     Graph graph = chain();
     ASSERT_TRUE(graph.add_node("c", "number"));

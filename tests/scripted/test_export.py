@@ -272,6 +272,33 @@ def test_glb_moves_fragments_as_the_bake_does(sunder, baked, tmp_path):
     assert turned > 0.5
 
 
+def test_glb_carries_colours_of_vertices(sunder, scene, tmp_path):
+    corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    faces = [(0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 6, 7), (2, 7, 3), (0, 4, 6), (0, 6, 2), (1, 3, 7), (1, 7, 5)]
+    lines = ["ply", "format ascii 1.0", "element vertex 8", *(f"property float {n}" for n in "xyz"),
+             *(f"property uchar {n}" for n in ("red", "green", "blue")), "element face 12",
+             "property list uchar int vertex_indices", "end_header"]
+    lines += [f"{x} {y} {z} {255 * x} {255 * y} {51 * z}" for x, y, z in corners] + [f"3 {a} {b} {c}" for a, b, c in faces]
+    (tmp_path / "box.ply").write_text("\n".join(lines) + "\n")
+    scene({"sunder": 1, "frame_range": [1, 1], "nodes": {
+        "file": {"type": "mesh_file", "path": "box.ply"},
+        "cut": {"type": "prefracture", "mesh": "@file.mesh", "pieces": 4},
+        "clay": {"type": "body", "fragments": "@cut.fragments"},
+        "sim": {"type": "solver", "bodies": ["@clay.body"]},
+        "skin": {"type": "deformer", "body": "@clay.body", "state": "@sim.state", "topology": "constant"},
+        "out": {"type": "bake_mesh", "mesh": "@skin.mesh"}}})
+    assert sunder("bake", "scene.json", "-o", "bake").status == 0
+    export(sunder, "-o", "shot.glb")
+    frame, glb = read_mesh_frame(tmp_path / "bake/mesh/mesh.0001.ply"), Glb(tmp_path / "shot.glb")
+    assert [m["pbrMetallicRoughness"]["baseColorFactor"][0] for m in glb.json["materials"]] == [1, 0.5]
+    for node in (n for n in glb.json["nodes"] if "mesh" in n):
+        fragment = int(node["name"].rsplit(".", 1)[1])
+        for p in glb.json["meshes"][node["mesh"]]["primitives"]:
+            wanted = frame.colors.reshape(-1, 3, 4)[(frame.fragment == fragment) & (frame.material == p["material"])]
+            np.testing.assert_array_equal(glb.array(p["attributes"]["COLOR_0"])[glb.array(p["indices"])], wanted.reshape(-1, 4))
+    assert len(np.unique(frame.colors, axis=0)) > 8
+
+
 def test_what_a_format_cannot_hold_is_refused(sunder, baked, tmp_path):
     baked(block_scene((1, 8)))
     for name in ("shot.pc2", "shot.glb"):

@@ -12,6 +12,16 @@ bl_info = {
     "category": "Physics",
 }
 
+try:
+    import numpy  # noqa: F401
+except ImportError as error:
+    import sys
+
+    raise ImportError(
+        f"Sunder needs numpy, which Blender's Python in {sys.prefix} has not; where Blender takes the first python3 on PATH "
+        "for its own (Debian's does), start it with PATH=/usr/bin:$PATH"
+    ) from error
+
 from . import registration
 
 

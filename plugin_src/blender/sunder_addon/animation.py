@@ -4,18 +4,22 @@ import re
 _NODE_PATH = re.compile(r'^nodes\["((?:[^"\\]|\\.)*)"\]\.(\w+)$')
 
 
-def fcurves(action):
+def fcurves(user):
+    """The curves by which animation data or a strip animates. From Blender 4.4 on an action has slots, each for one user."""
+    action = user.action
     if action is None:
         return []
-    if hasattr(action, "fcurves"):
-        return list(action.fcurves)
-    return [c for layer in action.layers for strip in layer.strips for bag in strip.channelbags for c in bag.fcurves]
+    slot = getattr(user, "action_slot", None)
+    if slot is None:
+        return list(getattr(action, "fcurves", ()))
+    bags = [bag for layer in action.layers for strip in layer.strips for bag in strip.channelbags]
+    return [c for bag in bags if bag.slot_handle == slot.handle for c in bag.fcurves]
 
 
 def is_animated(thing):
     """Whether a datablock has keys, drivers or strips of its own."""
     data = getattr(thing, "animation_data", None)
-    return data is not None and bool(fcurves(data.action) or data.drivers or data.nla_tracks)
+    return data is not None and bool(fcurves(data) or data.drivers or data.nla_tracks)
 
 
 def animated_attributes(tree):
@@ -23,8 +27,8 @@ def animated_attributes(tree):
     data, found = tree.animation_data, {}
     if data is None:
         return found
-    strips = [fcurves(s.action) for track in data.nla_tracks for s in track.strips]
-    for curve in [*fcurves(data.action), *data.drivers, *(c for curves in strips for c in curves)]:
+    strips = [fcurves(s) for track in data.nla_tracks for s in track.strips]
+    for curve in [*fcurves(data), *data.drivers, *(c for curves in strips for c in curves)]:
         match = _NODE_PATH.match(curve.data_path)
         if match:
             name = re.sub(r"\\(.)", r"\1", match[1])
@@ -59,7 +63,7 @@ def is_deforming(thing):
 
 def _own_curves(thing):
     data = thing.animation_data
-    return [] if data is None else [*fcurves(data.action), *data.drivers]
+    return [] if data is None else [*fcurves(data), *data.drivers]
 
 
 def describe_curve(curve):
@@ -80,11 +84,11 @@ def describe(thing):
     if data is None:
         return []
     strips = [
-        [s.name, s.frame_start, s.frame_end, s.scale, s.repeat, [describe_curve(c) for c in fcurves(s.action)]]
+        [s.name, s.frame_start, s.frame_end, s.scale, s.repeat, [describe_curve(c) for c in fcurves(s)]]
         for track in data.nla_tracks
         for s in track.strips
     ]
-    return [[describe_curve(c) for c in [*fcurves(data.action), *data.drivers]], strips]
+    return [[describe_curve(c) for c in [*fcurves(data), *data.drivers]], strips]
 
 
 def describe_motion(thing):

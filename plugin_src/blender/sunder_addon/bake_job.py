@@ -18,7 +18,7 @@ AUTO, RESTART, FROM_FRAME = "AUTO", "RESTART", "FROM_FRAME"
 class BakeJob:
     """Refuses (core.Refused, core.Unusable) when it is made, or ends with `error`; `node` names the node at fault.
 
-    fraction, text: progress. After the end: report (of the library) or error or is_cancelled.
+    fraction, text: progress; graph: the library's. After the end: report (of the library) or error or is_cancelled.
     """
 
     def __init__(self, tree, scene, start=AUTO, frame=0):
@@ -75,7 +75,7 @@ class BakeJob:
             raise core.Refused(f"{error.filename or folder}: {error.strerror}") from error
         self.folder, self._home = folder, cache.home()
         self._note, self._description, self._inputs = note, compiled.description, compiled.files.keys()
-        self._graph, self._error_type = graph, sunder.Error
+        self.graph, self._error_type = graph, sunder.Error
         self.frames = compiled.description["frame_range"]
 
     def _told(self, error, tree=None):
@@ -97,28 +97,44 @@ class BakeJob:
     def _work(self):
         """Yields the library's jobs one after the other, and None between what is done here."""
         for solver, number, path in self._history:
-            self._graph.seed_state(solver, number, core.sunder().read_state(path))
+            self.graph.seed_state(solver, number, core.sunder().read_state(path))
             yield None
         if not self.is_resumed:
             # What cannot be baked is refused before the bake that is there is removed. (The bake finds this frame done.)
-            for name, fields in self._graph.to_dict()["nodes"].items():
+            for name, fields in self.graph.to_dict()["nodes"].items():
                 if fields["type"] == "deformer":
-                    job = self._graph.start_evaluate(f"{name}.mesh", self.frames[0])
+                    job = self.graph.start_evaluate(f"{name}.mesh", self.frames[0])
                     yield job
                     job.result()
             cache.remove_old_inputs(self.folder, self._inputs)
+        yield from self._note_factors()
         cache.write_note(self.folder, self._note, self._description)
-        job = self._graph.start_bake(self.folder, resume=self.is_resumed, restart=not self.is_resumed)
+        job = self.graph.start_bake(self.folder, resume=self.is_resumed, restart=not self.is_resumed)
         self._bakes = True
         yield job
         self.report = job.result()
         self.fraction = 1.0
 
+    def _note_factors(self):
+        """Toughness that differs within a body is noted for the attribute `toughness_left`: frames do not hold it."""
+        for name, fields in self.graph.to_dict()["nodes"].items():
+            if fields["type"] != "body":
+                continue
+            job = self.graph.start_evaluate(f"{name}.body", self.frames[0])
+            yield job
+            job.result()
+            body = self.graph.evaluate(f"{name}.body", self.frames[0])
+            fragments = self.graph.evaluate(fields["fragments"][1:], self.frames[0])
+            factors = {"fragment": fragments.toughness_factor, "edge": body.edge_toughness_factor}
+            if any((f != 1).any() for f in factors.values()):
+                self._note.setdefault("toughness_factors", {})[name] = {
+                    n: [float(x) if x < float("inf") else None for x in f] for n, f in factors.items()}
+
     def start(self):
         runtime.jobs[self.cache_id] = self
         if self._history:  # the solvers go on from the last state; all must stay until they are written
             n_bytes = sum(os.path.getsize(path) for _, _, path in self._history)
-            self._graph.set_cache_limit(max(_CACHE_LIMIT, 3 * n_bytes))
+            self.graph.set_cache_limit(max(_CACHE_LIMIT, 3 * n_bytes))
         self._steps, self._bakes, self.is_running = self._work(), False, True
 
     def advance(self):

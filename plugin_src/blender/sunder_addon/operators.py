@@ -5,7 +5,7 @@ import threading
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
-from . import bake_job, cache, core, handlers, player, results, runtime, tree as trees
+from . import bake_job, cache, core, handlers, player, preview, results, runtime, tree as trees
 
 _TICK = 0.1  # s between looks at a bake at work
 _AGAIN = 5.0  # percent between lines of progress in background mode
@@ -72,6 +72,7 @@ class SUNDER_OT_bake(_OnTree, bpy.types.Operator):
         known = [t for t in trees.trees() if t.cache_id == job.cache_id]
         tree = next((t for t in known if t.name_full == job.tree_name), known[0] if known else None)
         job.finish(tree)
+        preview.take_over(job, tree)
         player.show_all(context.scene)
         handlers.redraw()
         if job.error:

@@ -6,7 +6,7 @@ import numpy as np
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from mathutils import Matrix, Quaternion
 
-from . import bake_reader, cache, preview_source, result_mesh, runtime, tree as trees
+from . import bake_reader, cache, preview_source, result_mesh, runtime, tearing, tree as trees
 
 SHOWN = "sunder_shown"  # on the mesh, so that undo and files carry it along
 _interiors = {}  # (folder, hash of the first frame's file): material number of break surfaces
@@ -148,25 +148,24 @@ def _attributes(folder, manifest, shown, node, frame):
     graph = manifest.graph["nodes"]
     solver, body = _solver_of(manifest, node), graph[node]["body"]
     path, _ = _file(folder, manifest, shown, solver)
-    rows = bake_reader.read_ply(path)["particle"]
-    bodies = graph[solver]["bodies"]
-    toughness = value_at(graph[body[1:].rsplit(".", 1)[0]].get("toughness"), shown)
+    state = bake_reader.read_ply(path)
+    bodies, name = graph[solver]["bodies"], body[1:].rsplit(".", 1)[0]
+    toughness = bake_reader.value_at(graph[name].get("toughness"), shown)
     index = [bodies].index(body) if isinstance(bodies, str) else bodies.index(body)
-    return result_mesh.state_attributes(rows, index, frame, toughness)
+    factors = cache.note(folder).get("toughness_factors", {}).get(name)
+    factor = _tearing_factors(state, index, factors) if factors else 1.0
+    return result_mesh.state_attributes(state["particle"], index, frame, toughness, factor)
 
 
-def value_at(value, frame):
-    """A number of a graph file at a frame, keys worked out; None for null."""
-    if not isinstance(value, dict):
-        return value
-    keys = value["keys"]
-    after = next((i for i, (at, _) in enumerate(keys) if at > frame), len(keys))
-    if after in (0, len(keys)):
-        return keys[min(after, len(keys) - 1)][1]
-    (t0, v0), (t1, v1) = keys[after - 1], keys[after]
-    if value.get("interpolation") == "step" or v0 is None or v1 is None:
-        return v0
-    return v0 + (v1 - v0) * (frame - t0) / (t1 - t0)
+def _tearing_factors(state, body, factors):
+    """As tearing.tearing_factors, for one body of a state file. `factors`: of its fragments and edges, None for infinite."""
+    mine = np.flatnonzero(state["particle"]["body"] == body)
+    edge = state["edge"]
+    own = (edge["a"] >= mine[0]) & (edge["a"] <= mine[-1])
+    edges = np.stack([edge["a"], edge["b"]], 1)[own].astype(np.int64) - mine[0]
+    of_fragment, of_edge = (np.array([np.inf if f is None else f for f in factors[n]]) for n in ("fragment", "edge"))
+    return tearing.tearing_factors(of_fragment[state["particle"]["fragment"][mine]], edges,
+                                       edge["intact"][own].astype(bool), of_edge)
 
 
 def _show_rigid_body(thing, folder, manifest, shown):

@@ -28,13 +28,13 @@ PRESETS = {
         "Glass",
         "Never dents; shatters, the more the thinner it is. Hundreds of times softer than glass; cracks run between the "
         "pieces that were cut before",
-        {"density": 2500, "youngs_modulus": 1e8, "yield": None, "toughness": 0.004},
+        {"density": 2500, "youngs_modulus": 1e8, "yield": None, "toughness": 0.002},
         {"substeps": 16},
     ),
     "WOOD": (
         "Wood-like",
         "Light; gives a little, then splits off chunks. Has no grain: it breaks alike in all directions",
-        {"density": 700, "youngs_modulus": 2e7, "yield": 0.012, "flow_rate": 100, "hardening": 2.0, "toughness": 0.02},
+        {"density": 700, "youngs_modulus": 2e7, "yield": 0.012, "flow_rate": 100, "hardening": 2.0, "toughness": 0.013},
         {"substeps": 12},
     ),
 }

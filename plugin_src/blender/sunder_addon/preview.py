@@ -11,6 +11,7 @@ from . import bake_reader, cache, core, player, preview_shader, preview_source, 
 
 problems = {}  # name of a result object: why its preview is not drawn
 _sources = {}  # (bake folder, node): preview_source.Source
+_at_hand = {}  # bake folder: the library's graph that baked it, its mesh cut already
 _drawn = {}  # name of a result object: _Drawn
 _shaders = {}
 _handles = []
@@ -44,7 +45,7 @@ def _source(folder, manifest, node):
     """The bake's body; None while the library prepares it."""
     known = _sources.get((folder, node))
     if known is None or _cut_of(known.graph) != _cut_of(manifest.graph):
-        known = _sources[folder, node] = preview_source.Source(folder, manifest.graph, node)
+        known = _sources[folder, node] = preview_source.Source(folder, manifest.graph, node, _at_hand.get(folder))
         known.start()
         if not bpy.app.timers.is_registered(_await):
             bpy.app.timers.register(_await, first_interval=0.1)
@@ -53,6 +54,14 @@ def _source(folder, manifest, node):
     if known.error:
         raise core.Refused(known.error)
     return known
+
+
+def take_over(job, tree):
+    """After a bake: its graph spares previews that are on cutting the mesh again."""
+    _at_hand.pop(job.folder, None)
+    if tree is not None and not job.error and any(o.sunder.preview != "OFF" for o in player.result_objects(tree)):
+        _at_hand[job.folder] = job.graph
+        job.graph.set_cache_limit(0)  # states are read from files
 
 
 def _await():
@@ -221,7 +230,7 @@ def _draw_legend():
 @persistent
 def forget(*_):
     """Another file is open, or none: nothing of the old one is kept."""
-    for memory in (problems, _drawn):
+    for memory in (problems, _drawn, _at_hand):
         memory.clear()
     for key in [k for k, s in _sources.items() if s.is_ready]:
         del _sources[key]

@@ -5,7 +5,7 @@ particle at every frame. Nothing here knows of Blender's scene or of graphics.
 """
 import numpy as np
 
-from . import core
+from . import core, tearing
 
 MODES = [
     ("OFF", "Mesh", "The mesh itself"),
@@ -60,18 +60,23 @@ class Source:
     `is_ready` tells when it is done.
     """
 
-    def __init__(self, folder, graph, node):
+    def __init__(self, folder, graph, node, at_hand=None):
+        """`at_hand`: the library's graph that made the bake, if it is there still: what it has cut is not cut again."""
         sunder = core.sunder()
         self._sunder, self._node, self.graph, self.error = sunder, node, graph, ""
         fields = graph["nodes"][node]
         # What cannot be seen is not drawn, whatever the bake's files hold.
-        nodes = {**graph["nodes"], node: {**fields, "topology": "compact"}}
-        self._graph = sunder.Graph.from_dict({**graph, "nodes": nodes}, base_folder=folder)
+        if at_hand is not None and at_hand.to_dict(defaults=True)["nodes"] == graph["nodes"]:
+            self._graph = at_hand
+            at_hand[node]["topology"] = "compact"
+        else:
+            nodes = {**graph["nodes"], node: {**fields, "topology": "compact"}}
+            self._graph = sunder.Graph.from_dict({**graph, "nodes": nodes}, base_folder=folder)
         self._solver, self._output = fields["state"][1:].rsplit(".", 1)
         self._body = fields["body"][1:].rsplit(".", 1)[0]
         self._first = graph["frame_range"][0]
         self._fragments = graph["nodes"][self._body]["fragments"][1:]
-        self._intact = self._surface = self._center = self._factor = None
+        self._intact = self._surface = self._center = self._factors = None
         self._job = None
 
     def start(self):
@@ -100,7 +105,9 @@ class Source:
         intact = state.edge_intact[own_edges].astype(bool)
         if self._center is None:
             self._center = state.rest_position[mine].mean(0)
-            self._factor = self._graph.evaluate(self._fragments, self._first).toughness_factor[state.fragment[mine]]
+            of_fragment = self._graph.evaluate(self._fragments, self._first).toughness_factor
+            of_edge = self._graph.evaluate(f"{self._body}.body", self._first).edge_toughness_factor
+            self._factors = of_fragment[state.fragment[mine]], of_edge
         if self._surface is None or not np.array_equal(intact, self._intact):
             self._bind(self._graph.evaluate(f"{self._node}.mesh", number))
             self._intact = intact
@@ -108,10 +115,11 @@ class Source:
         made.center, made.surface = self._center, self._surface
         made.limit = self._limit(number, limit)
         edges = state.edges[own_edges].astype(np.int64) - mine.start
+        factor = tearing.tearing_factors(self._factors[0], edges, intact, self._factors[1])
         broken_now = np.zeros(len(state.edges), bool)
         broken_now[state.broken_edge] = True
         made.edges = _edges(state.rest_position[mine] - self._center, edges, intact, broken_now[own_edges])
-        colors = _colors(mode, state.piece[mine], state.strain[mine], made.limit, self._factor)
+        colors = _colors(mode, state.piece[mine], state.strain[mine], made.limit, factor)
         made.particles = _texels(_about(state.particle_transform[mine], self._center), colors)
         made.ellipsoids = _texels(_ellipsoids(state, mine, self._center), colors)
         return made

@@ -1,8 +1,11 @@
 """Quick Fracture: from a mesh object to a working tree, its bake and its result in one step."""
 import bpy
+import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
 from . import drawing, nodes, pickers, presets, results, scene_input, tree as trees
+
+_HOLES = 0.125  # share of the edges that may lie at holes
 
 
 def add_node(tree, node_type, location):
@@ -23,6 +26,17 @@ def floor_height(thing):
     return min(0.0, scene_input.world_bounds(thing, bpy.context.evaluated_depsgraph_get())[0].z)
 
 
+def has_holes(thing):
+    """Whether its surface bounds a solid but for holes: few of its edges have a face on one side alone. (Most of a sheet's.)"""
+    source = thing.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    mesh = source.to_mesh()
+    edges = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("edge_index", edges)
+    source.to_mesh_clear()
+    faces = np.bincount(edges)
+    return 0 < np.count_nonzero(faces == 1) < _HOLES * len(faces)
+
+
 def build(thing, preset, pieces=100, seed=0, fall_speed=0.0, has_floor=True):
     """A tree that drops `thing` on a floor; returns it."""
     _, _, material, steps = presets.PRESETS[preset]
@@ -31,6 +45,8 @@ def build(thing, preset, pieces=100, seed=0, fall_speed=0.0, has_floor=True):
     mesh.source, mesh.object = pickers.OBJECT, thing
     cut = add_node(tree, "prefracture", (260, 0))
     cut.set_parameters(pieces=pieces, seed=seed)
+    if has_holes(thing):
+        cut.set_parameters(repair="wrap")
     body = add_node(tree, "body", (520, 0))
     body.set_parameters(velocity=(0, 0, -fall_speed), **material)
     solver = add_node(tree, "solver", (800, 0))
@@ -42,7 +58,7 @@ def build(thing, preset, pieces=100, seed=0, fall_speed=0.0, has_floor=True):
     connect(tree, body, "body", skin, "body")
     connect(tree, solver, "state", skin, "state")
     if has_floor:
-        floor = add_node(tree, "collider", (260, -340))
+        floor = add_node(tree, "collider", (520, 460))  # above the others, which are tall
         floor.set_parameters(shape="plane", position=(0, 0, floor_height(thing)))
         floor.name = floor.label = "Floor"
         connect(tree, floor, "collider", solver, "colliders")
@@ -90,6 +106,8 @@ class SUNDER_OT_quick_fracture(bpy.types.Operator):
     def execute(self, context):
         thing = context.object
         tree = build(thing, self.preset, self.pieces, self.seed, self.fall_speed, self.has_floor)
+        if any(n.sunder_type == "prefracture" and n.repair == "wrap" for n in tree.nodes):
+            self.report({"INFO"}, f"Sunder: '{thing.name}' has holes and gets a closed skin (Repair in the pre-fracture node)")
         made = results.add_missing(tree, context.scene)
         for other in context.selected_objects:
             other.select_set(False)

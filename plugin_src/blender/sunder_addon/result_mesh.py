@@ -92,11 +92,11 @@ def write_attribute(mesh, name, kind, domain, values):
     _foreach(attribute.data, {"FLOAT_VECTOR": "vector", "FLOAT_COLOR": "color"}.get(kind, "value"), values)
 
 
-def state_attributes(rows, body, frame, toughness=None):
+def state_attributes(rows, body, frame, toughness=None, factor=1.0):
     """{name: (kind, values)} a vertex, from the particle that it follows first.
 
     rows: `particle` of a state frame; body: number of the mesh's body in it; toughness: its own at that frame, None for
-    never. Strain is the largest principal elastic logarithmic strain, toughness left what is missing to the toughness, as a
+    never; factor: on it, of each particle. Strain is the largest principal elastic logarithmic strain, toughness left what is missing to the toughness, as a
     share of it; plastic strain sqrt(2/3) |ln U| of the plastic deformation, U its stretch; velocity in m/s is
     the frame file's; where that has none, of the particle's rigid motion at the vertex.
     """
@@ -113,7 +113,8 @@ def state_attributes(rows, body, frame, toughness=None):
     log_stretch = np.log(np.maximum(squared, 1e-30)) / 2
     plastic_strain = np.sqrt(2 / 3) * np.linalg.norm(log_stretch, axis=1)
     strain = own["strain"][follows]
-    left = np.ones_like(strain) if toughness is None else 1 - np.clip(strain / toughness, 0, 1)
+    share = 0 if toughness is None else own["strain"] / (toughness * np.broadcast_to(factor, len(own)))
+    left = np.broadcast_to(1 - np.clip(share, 0, 1), len(own))[follows]
     return {
         "velocity": ("FLOAT_VECTOR", at_vertex),
         "strain": ("FLOAT", strain.astype(np.float32)),
