@@ -62,6 +62,8 @@ struct Halves {
     friend SUNDER_INLINE Halves operator/(Halves a, Halves b) { return {a.lo / b.lo, a.hi / b.hi}; }
     friend SUNDER_INLINE Halves operator*(Number a, Halves b) { return {a * b.lo, a * b.hi}; }
     friend SUNDER_INLINE Halves operator+(Number a, Halves b) { return {a + b.lo, a + b.hi}; }
+    friend SUNDER_INLINE Halves operator+(Halves a, Number b) { return {a.lo + b, a.hi + b}; }
+    friend SUNDER_INLINE Halves operator-(Number a, Halves b) { return {a - b.lo, a - b.hi}; }
     friend SUNDER_INLINE Halves operator/(Number a, Halves b) { return {a / b.lo, a / b.hi}; }
     friend SUNDER_INLINE auto operator<(Halves a, Halves b) {
         return HalfMasks<decltype(a.lo < b.lo)>{a.lo < b.lo, a.hi < b.hi};
@@ -193,8 +195,9 @@ SUNDER_INLINE double sum(Double4 a) {
     return h[0] + h[1];
 }
 
-// Four of eight lanes, in single precision.
-SUNDER_INLINE void narrow(Double4 a, float* to) {
+// Four lanes, rounded to what `to` holds.
+SUNDER_INLINE void put_numbers(Double4 a, double* to) { store(to, a); }
+SUNDER_INLINE void put_numbers(Double4 a, float* to) {
     const Double2 l = low(a), h = high(a);
     store(to, Float4{static_cast<float>(l[0]), static_cast<float>(l[1]), static_cast<float>(h[0]),
                      static_cast<float>(h[1])});

@@ -6,6 +6,21 @@
 #include <vector>
 
 namespace sunder {
+namespace {
+
+// Stages follow each other within microseconds: look a while, without troubling the system, then let others run, before
+// sleeping.
+template <class Done>
+void look_for(const Done& done) {
+    for (int look = 0; look < 500 && !done(); ++look) {
+#if defined(__x86_64__)
+        __builtin_ia32_pause();
+#endif
+    }
+    for (int look = 0; look < 2000 && !done(); ++look) std::this_thread::yield();
+}
+
+}  // namespace
 
 struct WorkerPool::Impl {
     std::vector<std::thread> workers;
@@ -26,9 +41,7 @@ struct WorkerPool::Impl {
     void serve(size_t part) {
         uint32_t seen = 0;
         for (;;) {
-            // Stages follow each other within microseconds: look a while before sleeping.
-            for (int spin = 0; spin < 2000 && generation.load(std::memory_order_acquire) == seen; ++spin)
-                std::this_thread::yield();
+            look_for([&] { return generation.load(std::memory_order_acquire) != seen; });
             generation.wait(seen, std::memory_order_acquire);
             seen = generation.load(std::memory_order_acquire);
             if (stop) return;
@@ -65,8 +78,7 @@ void WorkerPool::run(size_t n, size_t grain, Call call, const void* body) const 
     p.generation.notify_all();
     p.do_part(0);
     for (int left; (left = p.running.load(std::memory_order_acquire)) > 0;) {
-        for (int spin = 0; spin < 2000 && p.running.load(std::memory_order_acquire) > 0; ++spin)
-            std::this_thread::yield();
+        look_for([&] { return p.running.load(std::memory_order_acquire) == 0; });
         left = p.running.load(std::memory_order_acquire);
         if (left > 0) p.running.wait(left, std::memory_order_acquire);
     }

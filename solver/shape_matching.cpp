@@ -1,9 +1,5 @@
 #include "solver/shape_matching.h"
 
-#include <cmath>
-
-#include "solver/polar_decomposition.h"
-
 namespace sunder {
 namespace {
 
@@ -32,64 +28,6 @@ GroupMoments group_moments(const LiveTopology& live, const GroupShapes& shapes,
     }
     m.center = origin + m.center / shapes.group[g].mass;
     return m;
-}
-
-void match_groups(const LiveTopology& live, const GroupShapes& shapes, std::span<const GroupStiffness> stiffness,
-                  double h, std::span<const MovingParticle> particles, size_t begin, size_t end,
-                  std::span<GroupGoal> io_goals) {
-    for (uint32_t g = static_cast<uint32_t>(begin); g < end; ++g) {
-        GroupGoal& goal = io_goals[g];
-        if (live.count(g) == 1) {  // a lone particle matches itself wherever it is
-            goal.center = particles[g].x;
-            goal.G = particles[g].D;
-            goal.rotation = particles[g].d;
-            goal.weight = goal.weight_bound = 0;
-            continue;
-        }
-        const GroupShape& shape = shapes.group[g];
-        const GroupMoments A = group_moments(live, shapes, particles, g);
-        goal.center = A.center;
-        const Mat3 A_balanced = A.positions * shape.isotropy;
-        goal.rotation = optimal_rotation(A_balanced + kOrientationWeight * A.ellipsoids, goal.rotation);
-        const Mat3 R = goal.rotation.toRotationMatrix();
-        goal.G = R * shape.isotropy + (A.positions - A_balanced) * shape.affine_inverse;
-        goal.weight = h * h * stiffness[g].k;
-        goal.weight_bound = goal.weight * shape.most_isotropy;
-        if (const double ratio = stiffness[g].volume_ratio; ratio > 0) {
-            // Pressure: E = lambda/2 V (tr(R^T A_pq W) - tr(A_qq W))^2 beside the mu |F - R|^2 of shape matching;
-            // its gradient at member j is lambda V (...) R W m_j q_j.
-            const double volume_strain =
-                (R.transpose() * A.positions * shape.volume_gradient).trace() - shape.volume_rest;
-            const Mat3 spread = shape.positions_trace / 3 * shape.volume_gradient;
-            goal.G -= ratio * volume_strain * R * spread;
-            goal.weight_bound += goal.weight * (ratio * 3 * spread.norm() / std::sqrt(3.0));
-        }
-    }
-}
-
-void average_goals(const LiveTopology& live, const GroupShapes& shapes, std::span<const GroupGoal> goals, double omega,
-                   std::span<const uint8_t> held, size_t begin, size_t end, std::span<MovingParticle> io_particles) {
-    for (uint32_t j = static_cast<uint32_t>(begin); j < end; ++j) {
-        if (held[j] || live.count(j) == 1) continue;
-        MovingParticle& p = io_particles[j];
-        Vec3 pull = p.x_inertial - p.x;
-        // Rotations as quaternions on p.d's side of the sphere: the weighted sum points at the chordal mean.
-        Eigen::Vector4d turn = p.d_inertial.coeffs() * (p.d_inertial.dot(p.d) < 0 ? -1.0 : 1.0);
-        double total = 1.0, total_turn = 1.0;
-        for (uint32_t s = live.begin(j); s < live.end(j); ++s) {
-            const GroupGoal& goal = goals[live.member(s)];
-            const MemberShape& m = shapes.member[live.twin(s)];
-            pull += m.weight * goal.weight * (goal.center + goal.G * m.q - p.x);
-            const double turn_weight = kOrientationWeight * m.weight * goal.weight;
-            turn += (goal.rotation.dot(p.d) < 0 ? -turn_weight : turn_weight) * goal.rotation.coeffs();
-            total += m.weight * goal.weight_bound;
-            total_turn += turn_weight;
-        }
-        p.x += omega / total * pull;
-        p.d.coeffs() += omega * (turn / total_turn - p.d.coeffs());
-        p.d.normalize();
-        p.D = p.d.toRotationMatrix();
-    }
 }
 
 void restore_linear_momentum(const SimulationMesh& rest, const LiveTopology& live, std::span<const uint8_t> piece_held,

@@ -29,21 +29,17 @@ void Substep::match_shapes(bool first_iteration) {
     if (settings.method == Method::gauss_seidel)
         return gauss_seidel_sweep(work.live, work.shapes, work.paper_stiffness, work.held, work.moving, work.goals);
 
-    context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
-        match_groups(work.live, work.shapes, work.stiffness, h, work.moving, first, last, work.goals);
-    });
+    for (uint32_t g = 0; g < n_particles(); ++g)  // a lone particle matches itself wherever it is
+        if (work.live.count(g) == 1) work.goals[g].rotation = work.moving[g].d;
+    const SweepInput in{rest(), work.live, work.shapes, work.stiffness, work.inertia, work.held, h};
     if (settings.method == Method::projective) {
         work.before_newton = work.moving;
-        work.newton.apply(first_iteration,
-                          {rest(), work.live, work.shapes, work.stiffness, work.goals, work.inertia, work.held},
-                          context.workers, work.moving);
+        work.newton.apply(first_iteration, in, context.workers, work.goals, work.moving);
         limit_step(work.live, work.before_newton, 0, work.live.n_pieces(), work.moving);
     } else {
         // A single over-relaxed sweep overshoots the implicit step.
         const double omega = settings.iterations > 1 ? settings.over_relaxation : 1.0;
-        context.workers.for_range(n_particles(), kParticleGrain, [&](size_t first, size_t last) {
-            average_goals(work.live, work.shapes, work.goals, omega, work.held, first, last, work.moving);
-        });
+        work.jacobi.apply(in, omega, context.workers, work.goals, work.moving);
     }
     restore_linear_momentum(rest(), work.live, work.piece_held, 0, work.live.n_pieces(), work.moving);
 }

@@ -6,6 +6,7 @@
 #include "solver/collision/contact_islands.h"
 #include "solver/collision/scene_contacts.h"
 #include "solver/fracture.h"
+#include "solver/jacobi_sweep.h"
 #include "solver/momentum.h"
 #include "solver/newton_step.h"
 #include "solver/parallel.h"
@@ -36,6 +37,7 @@ struct Workspace {
     std::vector<double> paper_stiffness;           // k in [0, 1]  (n_particles)
     std::vector<GroupGoal> goals;                  // (n_particles)
     NewtonStep newton;
+    JacobiSweep jacobi;
     std::vector<MovingParticle> before_newton;  // (n_movables)
     std::vector<GroupStrain> strains;           // (n_particles)
     std::vector<uint8_t> flowed;                // (n_particles)

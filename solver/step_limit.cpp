@@ -1,6 +1,7 @@
 #include "solver/step_limit.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace sunder {
 namespace {
@@ -12,9 +13,10 @@ constexpr double kMostTurn = 0.3;  // rad: sines and angles agree to 1.5 %
 void limit_step(const LiveTopology& live, std::span<const MovingParticle> before, size_t begin_piece, size_t end_piece,
                 std::span<MovingParticle> io_particles) {
     for (size_t piece = begin_piece; piece < end_piece; ++piece) {
-        double turn = 0;
+        double cosine = 1;  // of half the largest turn
         for (uint32_t j : live.piece_particles(piece))
-            turn = std::max(turn, before[j].d.angularDistance(io_particles[j].d));
+            cosine = std::min(cosine, std::abs(before[j].d.dot(io_particles[j].d)));
+        const double turn = 2 * std::acos(cosine);
         if (!(turn > kMostTurn)) continue;
         const double share = kMostTurn / turn;
         for (uint32_t j : live.piece_particles(piece)) {

@@ -28,7 +28,9 @@ void expect_whole(const SimulationMesh& rest, const LiveTopology& live, const La
         }
     }
     for (uint32_t cell = 0; cell < layout.n_rows() * LaneLayout::kLanes; ++cell)
-        if (!cells.contains(cell)) EXPECT_EQ(layout.neighbours()[cell] % LaneLayout::kLanes, cell % LaneLayout::kLanes);
+        if (!cells.contains(cell)) {
+            EXPECT_EQ(layout.neighbours()[cell] % LaneLayout::kLanes, cell % LaneLayout::kLanes);
+        }
     uint32_t end = 0;
     for (const LaneLayout::Unit& unit : layout.units()) {
         EXPECT_EQ(unit.begin_block, end);

@@ -1,0 +1,91 @@
+// The inner loops of shape matching: the groups' goals from where the particles are, and the averaging of method
+// jacobi. Eight lanes of LaneLayout a block, in single or double precision.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "solver/newton_kernels.h"
+
+namespace sunder {
+
+/// A row of LaneLayout: the member in the lane's group, and its q_other: q of the lane's particle in the member's
+/// group.
+template <class Real>
+struct alignas(64) SweepRow {
+    Real weight[8];  // w_gj, 0: padding
+    Real q[3][8], q_other[3][8];
+    Real moment[6][8];  // N_j, Sym3, kg m2
+};
+
+/// Eight groups: GroupShape's, as Sym3 where they are symmetric, and what the step makes of their stiffness.
+template <class Real>
+struct alignas(64) SweepGroups {
+    Real inverse_mass[8];                                // 1/kg; 0: padding
+    Real isotropy[6][8], N[6][8];                        // Q; (I - Q) affine_inverse, 1/(kg m2)
+    Real stiffness_moment[6][8], volume_gradient[6][8];  // kg m2; 1/(kg m2)
+    Real volume_rest[8], spread[8];                      // -; trace / 3, kg m2
+    Real b[8], bound[8], volume_ratio[8];                // h^2 k, with what bounds the pull; lambda / (2 mu)
+    Real rotation[4][8];                                 // R as x, y, z, w: warm start, then the result
+};
+
+/// Of each lane.
+template <class Real>
+struct alignas(8 * sizeof(Real)) SweepParticle {
+    Real x[3], mass, d[4];  // relative to the piece's origin, m; kg; rotation since rest as x, y, z, w
+};
+template <class Real>
+struct alignas(16) SweepGoal {
+    Real center[3], G[9], rotation[4], b, bound, unused[2];
+};
+
+struct alignas(64) InertiaRecord {
+    double H[6], unused[2];  // Sym3, kg m2
+};
+
+template <class Real>
+struct SweepArrays {
+    const uint32_t* row_begin;   // of LaneLayout
+    const uint32_t* neighbours;  // of LaneLayout
+    const SweepRow<Real>* rows;
+    SweepGroups<Real>* groups;
+    const SweepParticle<Real>* particles;
+    SweepGoal<Real>* goals;
+    const InertiaRecord* inertia;  // of the lanes, for match_for_newton
+    // One of these is written by match_for_newton, the other null:
+    CgGroups<float>* newton;
+    CgGroups<double>* newton_full;
+    double orientation_weight;
+    /// The rotation nearest to A (row by row) where Newton's method may not be trusted.
+    void (*exact_rotation)(const double* A, double* rotation);
+};
+
+/// Eight particles in method jacobi.
+struct alignas(64) JacobiParticles {
+    float x_inertial[3][8], d_inertial[4][8];  // as SweepParticle
+    float x_step[3][8], d[4][8];               // results: pull / total; mean rotation, not yet a unit
+};
+
+/// Eight particles in a Newton step.
+struct alignas(64) NewtonParticles {
+    double x[3][8], d[4][8], x_inertial[3][8], d_inertial[4][8];
+    double mass[8], inertia[6][8], free[8];  // kg; Sym3, kg m2; 0: held, or padding
+    double residual[6][8];                   // result: M^-1 times minus the gradient, m and rad
+    double magnitude, size;  // of the block: residual . M residual / diagonal; sum of traces of A_qq; kg m2
+};
+
+struct SweepKernels {
+    void (*match)(const SweepArrays<float>&, size_t begin, size_t end);
+    void (*average)(const SweepArrays<float>&, JacobiParticles*, float omega, size_t begin, size_t end);
+    void (*match_for_newton)(const SweepArrays<double>&, size_t begin, size_t end);
+    /// Minus the gradient of the implicit Euler step, and the diagonal of H.
+    void (*gather_residual)(const SweepArrays<double>&, NewtonParticles*, CgParticles<float>*, size_t begin,
+                            size_t end);
+    void (*gather_residual_full)(const SweepArrays<double>&, NewtonParticles*, CgParticles<double>*, size_t begin,
+                                 size_t end);
+};
+
+extern const SweepKernels kSweepKernelsPortable;
+extern const SweepKernels kSweepKernelsAvx2;  // only where SUNDER_HAS_AVX2 is defined
+
+}  // namespace sunder

@@ -1,0 +1,388 @@
+// Included once for each instruction set, after which SUNDER_SWEEP_KERNELS names the table.
+#include "solver/lanes.h"
+#include "solver/sweep_kernels.h"
+
+namespace sunder {
+namespace {
+
+template <class Real>
+struct Precision;
+template <>
+struct Precision<float> {
+    using Lanes = Float8;
+    static constexpr size_t kLanes = 8;
+    static constexpr int kMaxIterations = 8;
+    static constexpr float kConverged = 1e-7f;
+    static constexpr float kProperMaximum[3] = {1e-6f, 1e-6f, 1e-6f};
+};
+template <>
+struct Precision<double> {  // as optimal_rotation
+    using Lanes = Double4;
+    static constexpr size_t kLanes = 4;
+    static constexpr int kMaxIterations = 12;
+    static constexpr double kConverged = 1e-14;
+    static constexpr double kProperMaximum[3] = {1e-9, 1e-12, 1e-15};
+};
+
+template <class V>
+struct Sym {
+    V xx, yy, zz, xy, xz, yz;
+};
+
+template <class V, class Real>
+SUNDER_INLINE Sym<V> sym(const Real (&S)[6][8], size_t lane) {
+    return {load<V>(S[0] + lane), load<V>(S[1] + lane), load<V>(S[2] + lane),
+            load<V>(S[3] + lane), load<V>(S[4] + lane), load<V>(S[5] + lane)};
+}
+
+// out = A S
+template <class V>
+SUNDER_INLINE void multiply(const V (&A)[3][3], const Sym<V>& S, V (&out)[3][3]) {
+    for (int r = 0; r < 3; ++r) {
+        out[r][0] = A[r][0] * S.xx + A[r][1] * S.xy + A[r][2] * S.xz;
+        out[r][1] = A[r][0] * S.xy + A[r][1] * S.yy + A[r][2] * S.yz;
+        out[r][2] = A[r][0] * S.xz + A[r][1] * S.yz + A[r][2] * S.zz;
+    }
+}
+
+template <class V>
+SUNDER_INLINE V contract(const V (&A)[3][3], const V (&B)[3][3]) {
+    return (A[0][0] * B[0][0] + A[0][1] * B[0][1] + A[0][2] * B[0][2]) +
+           (A[1][0] * B[1][0] + A[1][1] * B[1][1] + A[1][2] * B[1][2]) +
+           (A[2][0] * B[2][0] + A[2][1] * B[2][1] + A[2][2] * B[2][2]);
+}
+
+// Of a unit quaternion x, y, z, w.
+template <class V>
+SUNDER_INLINE void rotation_matrix(const V (&q)[4], V (&R)[3][3]) {
+    const V x2 = q[0] + q[0], y2 = q[1] + q[1], z2 = q[2] + q[2];
+    const V wx = x2 * q[3], wy = y2 * q[3], wz = z2 * q[3];
+    const V xx = x2 * q[0], xy = y2 * q[0], xz = z2 * q[0], yy = y2 * q[1], yz = z2 * q[1], zz = z2 * q[2];
+    R[0][0] = 1 - (yy + zz), R[0][1] = xy - wz, R[0][2] = xz + wy;
+    R[1][0] = xy + wz, R[1][1] = 1 - (xx + zz), R[1][2] = yz - wx;
+    R[2][0] = xz - wy, R[2][1] = yz + wx, R[2][2] = 1 - (xx + yy);
+}
+
+// optimal_rotation of polar_decomposition.cpp, lane by lane; q: warm start, then the result. A lane that has converged
+// stays as it is, so that what else is in the block does not matter.
+template <class Real, class V>
+SUNDER_INLINE void optimal_rotation(V (&A)[3][3], V (&q)[4], void (*exact)(const double*, double*)) {
+    using P = Precision<Real>;
+    const V zero = {}, one = zero + Real(1), scale = root(contract(A, A));
+    Mask<V> active = zero < scale, lost = zero < zero;
+    const V unit_scale = one / select<V>(active, scale, one);  // products of three must not leave a float's range
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) A[r][c] = unit_scale * A[r][c];
+    for (int iteration = 0; iteration < P::kMaxIterations && any(active); ++iteration) {
+        V R[3][3], B[3][3];
+        rotation_matrix(q, R);
+        for (int r = 0; r < 3; ++r)
+            for (int c = 0; c < 3; ++c) B[r][c] = R[0][r] * A[0][c] + R[1][r] * A[1][c] + R[2][r] * A[2][c];
+        // Gradient of tr(R^T A) for R <- R exp([w]x), and (minus) its Hessian.
+        const V gx = B[2][1] - B[1][2], gy = B[0][2] - B[2][0], gz = B[1][0] - B[0][1];
+        const V xx = B[1][1] + B[2][2], yy = B[0][0] + B[2][2], zz = B[0][0] + B[1][1];
+        const V xy = Real(-0.5) * (B[0][1] + B[1][0]), xz = Real(-0.5) * (B[0][2] + B[2][0]),
+                yz = Real(-0.5) * (B[1][2] + B[2][1]);
+        // Adjugate and leading minors: positive definite exactly when all three minors are positive.
+        const V c00 = yy * zz - yz * yz, c01 = xz * yz - xy * zz, c02 = xy * yz - xz * yy;
+        const V c11 = xx * zz - xz * xz, c12 = xy * xz - xx * yz, c22 = xx * yy - xy * xy;
+        const V det = xx * c00 + xy * c01 + xz * c02;
+        const Mask<V> proper = (zero + P::kProperMaximum[0] < xx) & (zero + P::kProperMaximum[1] < c22) &
+                               (zero + P::kProperMaximum[2] < det);
+        const V half = Real(0.5) / det;  // of half the turn: w / 2
+        const V wx = half * (c00 * gx + c01 * gy + c02 * gz), wy = half * (c01 * gx + c11 * gy + c12 * gz),
+                wz = half * (c02 * gx + c12 * gy + c22 * gz);
+        const V step = Real(4) * (wx * wx + wy * wy + wz * wz);
+        // Half a radian and more: not a warm start. Cayley map of w: second order like the exponential.
+        const Mask<V> good = proper & (step < one);
+        lost = lost | (active & ~good);
+        active = active & good;
+        const V x = q[0] + (q[3] * wx + (q[1] * wz - q[2] * wy)), y = q[1] + (q[3] * wy + (q[2] * wx - q[0] * wz));
+        const V z = q[2] + (q[3] * wz + (q[0] * wy - q[1] * wx)), w = q[3] - (q[0] * wx + q[1] * wy + q[2] * wz);
+        const V unit = one / root(x * x + y * y + z * z + w * w);
+        q[0] = select<V>(active, unit * x, q[0]), q[1] = select<V>(active, unit * y, q[1]);
+        q[2] = select<V>(active, unit * z, q[2]), q[3] = select<V>(active, unit * w, q[3]);
+        active = active & ~(step < (zero + P::kConverged));
+    }
+    lost = lost | active;
+    if (!any(lost)) return;
+    Real a[9][P::kLanes], rotation[4][P::kLanes], is_lost[P::kLanes];
+    for (int i = 0; i < 9; ++i) store(a[i], A[i / 3][i % 3]);
+    for (int i = 0; i < 4; ++i) store(rotation[i], q[i]);
+    store(is_lost, select<V>(lost, one, zero));
+    for (size_t lane = 0; lane < P::kLanes; ++lane) {
+        if (is_lost[lane] == 0) continue;
+        double matrix[9], result[4];
+        for (int i = 0; i < 9; ++i) matrix[i] = static_cast<double>(a[i][lane]);
+        exact(matrix, result);
+        for (int i = 0; i < 4; ++i) rotation[i][lane] = static_cast<Real>(result[i]);
+    }
+    for (int i = 0; i < 4; ++i) q[i] = load<V>(rotation[i]);
+}
+
+// What the conjugate gradients need of a group: K = tr(A) I - A + sum of inertias, A = R S R^T.
+template <class Real>
+SUNDER_INLINE void put_newton(const SweepGroups<double>& g, size_t lane, const Double4 (&R)[3][3],
+                              const Double4 (&RQ)[3][3], const Double4 (&RW)[3][3], Sym<Double4> K,
+                              CgGroups<Real>& to) {
+    const Double4 pressure = root(load<Double4>(g.volume_ratio + lane) * load<Double4>(g.spread + lane));
+    Double4 RS[3][3];
+    multiply(R, sym<Double4>(g.stiffness_moment, lane), RS);
+    const auto entry = [&](int r, int c) { return RS[r][0] * R[c][0] + RS[r][1] * R[c][1] + RS[r][2] * R[c][2]; };
+    const Double4 xx = entry(0, 0), yy = entry(1, 1), zz = entry(2, 2);
+    K.xx += yy + zz, K.yy += xx + zz, K.zz += xx + yy;
+    K.xy -= entry(0, 1), K.xz -= entry(0, 2), K.yz -= entry(1, 2);
+    const Double4 c00 = K.yy * K.zz - K.yz * K.yz, c01 = K.xz * K.yz - K.xy * K.zz, c02 = K.xy * K.yz - K.xz * K.yy;
+    const Double4 det = K.xx * c00 + K.xy * c01 + K.xz * c02, zero = {};
+    const Double4 inverse = select<Double4>(zero < det, 1.0 / det, zero);
+    put_numbers(inverse * c00, to.K_inverse[0] + lane);
+    put_numbers(inverse * (K.xx * K.zz - K.xz * K.xz), to.K_inverse[1] + lane);
+    put_numbers(inverse * (K.xx * K.yy - K.xy * K.xy), to.K_inverse[2] + lane);
+    put_numbers(inverse * c01, to.K_inverse[3] + lane);
+    put_numbers(inverse * c02, to.K_inverse[4] + lane);
+    put_numbers(inverse * (K.xy * K.xz - K.xx * K.yz), to.K_inverse[5] + lane);
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) {
+            put_numbers(RQ[r][c], to.RQ[r][c] + lane);
+            put_numbers(pressure * RW[r][c], to.RW[r][c] + lane);
+        }
+    const Double4 b = load<Double4>(g.b + lane);
+    put_numbers(b * load<Double4>(g.inverse_mass + lane), to.center_scale + lane);
+    put_numbers(b, to.b + lane);
+}
+
+template <class Real, bool newton>
+void match(const SweepArrays<Real>& a, size_t begin, size_t end) {
+    using V = typename Precision<Real>::Lanes;
+    constexpr size_t kLanes = Precision<Real>::kLanes;
+    const Real* particles = a.particles->x;
+    const Real orientation_weight = static_cast<Real>(a.orientation_weight);
+    for (size_t block = begin; block < end; ++block)
+        for (size_t lane = 0; lane < 8; lane += kLanes) {
+            const size_t first = 8 * block + lane;
+            uint32_t own[8];
+            for (size_t i = 0; i < kLanes; ++i) own[i] = static_cast<uint32_t>(first + i);
+            V origin[4], center[3] = {}, A[3][3] = {}, E[3][3] = {};  // members' and ellipsoids' part of A_pq
+            gather4<8>(particles, own, 0, origin);
+            Sym<V> H = {};
+            for (size_t r = a.row_begin[block]; r < a.row_begin[block + 1]; ++r) {
+                const SweepRow<Real>& row = a.rows[r];
+                const uint32_t* members = a.neighbours + 8 * r + lane;
+                V x[4], d[4], D[3][3], DN[3][3];
+                gather4<8>(particles, members, 0, x);
+                const V weight = load<V>(row.weight + lane), mass = weight * x[3];
+                const V q[3] = {load<V>(row.q[0] + lane), load<V>(row.q[1] + lane), load<V>(row.q[2] + lane)};
+                for (int i = 0; i < 3; ++i) {
+                    const V mp = mass * (x[i] - origin[i]);
+                    center[i] += mp;
+                    for (int k = 0; k < 3; ++k) A[i][k] += mp * q[k];  // sum m q = 0: the centre of mass drops out
+                }
+                gather4<8>(particles, members, 4, d);
+                rotation_matrix(d, D);
+                multiply(D, sym<V>(row.moment, lane), DN);
+                for (int i = 0; i < 3; ++i)
+                    for (int k = 0; k < 3; ++k) E[i][k] += DN[i][k];
+                if constexpr (newton) {
+                    V h[4], more[4];
+                    gather4<8>(a.inertia->H, members, 0, h);
+                    gather4<8>(a.inertia->H, members, 4, more);
+                    const V w = orientation_weight * weight;
+                    H.xx += w * h[0], H.yy += w * h[1], H.zz += w * h[2];
+                    H.xy += w * h[3], H.xz += w * more[0], H.yz += w * more[1];
+                }
+            }
+            SweepGroups<Real>& g = a.groups[block];
+            V AQ[3][3], AN[3][3], R[3][3], RQ[3][3], RW[3][3], rotation[4];
+            multiply(A, sym<V>(g.isotropy, lane), AQ);
+            for (int i = 0; i < 3; ++i)
+                for (int k = 0; k < 3; ++k) E[i][k] = AQ[i][k] + orientation_weight * E[i][k];
+            for (int i = 0; i < 4; ++i) rotation[i] = load<V>(g.rotation[i] + lane);
+            optimal_rotation<Real>(E, rotation, a.exact_rotation);
+            for (int i = 0; i < 4; ++i) store(g.rotation[i] + lane, rotation[i]);
+
+            // G = R Q + F (I - Q), less what pressure takes: E = lambda/2 V (tr(R^T A_pq W) - tr(A_qq W))^2 beside the
+            // mu |F - R|^2 of shape matching has at member j the gradient lambda V (...) R W m_j q_j.
+            rotation_matrix(rotation, R);
+            multiply(R, sym<V>(g.isotropy, lane), RQ);
+            multiply(R, sym<V>(g.volume_gradient, lane), RW);
+            multiply(A, sym<V>(g.N, lane), AN);
+            const V volume_strain = contract(RW, A) - load<V>(g.volume_rest + lane);
+            const V pressure = load<V>(g.volume_ratio + lane) * load<V>(g.spread + lane) * volume_strain;
+            V G[3][3];
+            for (int i = 0; i < 3; ++i)
+                for (int k = 0; k < 3; ++k) G[i][k] = RQ[i][k] + AN[i][k] - pressure * RW[i][k];
+            const V inverse_mass = load<V>(g.inverse_mass + lane), zero = {};
+            Real* goals = a.goals[first].center;
+            const V numbers[5][4] = {{origin[0] + inverse_mass * center[0], origin[1] + inverse_mass * center[1],
+                                      origin[2] + inverse_mass * center[2], G[0][0]},
+                                     {G[0][1], G[0][2], G[1][0], G[1][1]},
+                                     {G[1][2], G[2][0], G[2][1], G[2][2]},
+                                     {rotation[0], rotation[1], rotation[2], rotation[3]},
+                                     {load<V>(g.b + lane), load<V>(g.bound + lane), zero, zero}};
+            for (size_t i = 0; i < 5; ++i) scatter4<20>(goals, 4 * i, numbers[i]);
+            if constexpr (newton) {
+                if (a.newton)
+                    put_newton(g, lane, R, RQ, RW, H, a.newton[block]);
+                else
+                    put_newton(g, lane, R, RQ, RW, H, a.newton_full[block]);
+            }
+        }
+}
+
+// x <- x + omega pull / total;  rotations as quaternions on d's side of the sphere: the weighted sum points at the
+// chordal mean.
+void average(const SweepArrays<float>& a, JacobiParticles* particles, float omega, size_t begin, size_t end) {
+    using V = Float8;
+    const float turn_share = static_cast<float>(a.orientation_weight);
+    const V zero = {};
+    const auto same_side = [&](const V(&rotation)[4], const V(&d)[4], V weight) {
+        const V cosine = rotation[0] * d[0] + rotation[1] * d[1] + rotation[2] * d[2] + rotation[3] * d[3];
+        return select<V>(cosine < zero, -weight, weight);
+    };
+    for (size_t block = begin; block < end; ++block) {
+        JacobiParticles& p = particles[block];
+        uint32_t own[8];
+        for (size_t i = 0; i < 8; ++i) own[i] = static_cast<uint32_t>(8 * block + i);
+        V x[4], d[4], pull[3], inertial[4], turn[4];
+        gather4<8>(a.particles->x, own, 0, x);
+        gather4<8>(a.particles->x, own, 4, d);
+        for (int i = 0; i < 3; ++i) pull[i] = load<V>(p.x_inertial[i]) - x[i];
+        for (int i = 0; i < 4; ++i) inertial[i] = load<V>(p.d_inertial[i]);
+        const V one = zero + 1.0f, side = same_side(inertial, d, one);
+        for (int i = 0; i < 4; ++i) turn[i] = side * inertial[i];
+        V total = one, total_turn = one;
+        for (size_t r = a.row_begin[block]; r < a.row_begin[block + 1]; ++r) {
+            const SweepRow<float>& row = a.rows[r];
+            const uint32_t* groups = a.neighbours + 8 * r;
+            const float* goals = a.goals->center;
+            V c[4], second[4], third[4], rotation[4], weights[4];
+            gather4<20>(goals, groups, 0, c);
+            gather4<20>(goals, groups, 4, second);
+            gather4<20>(goals, groups, 8, third);
+            gather4<20>(goals, groups, 16, weights);
+            const V q[3] = {load<V>(row.q_other[0]), load<V>(row.q_other[1]), load<V>(row.q_other[2])};
+            const V w = load<V>(row.weight), b = w * weights[0];
+            pull[0] += b * (c[0] + (c[3] * q[0] + second[0] * q[1] + second[1] * q[2]) - x[0]);
+            pull[1] += b * (c[1] + (second[2] * q[0] + second[3] * q[1] + third[0] * q[2]) - x[1]);
+            pull[2] += b * (c[2] + (third[1] * q[0] + third[2] * q[1] + third[3] * q[2]) - x[2]);
+            gather4<20>(goals, groups, 12, rotation);
+            const V turn_weight = turn_share * b, signed_weight = same_side(rotation, d, turn_weight);
+            for (int i = 0; i < 4; ++i) turn[i] += signed_weight * rotation[i];
+            total += w * weights[1];
+            total_turn += turn_weight;
+        }
+        const V step = omega / total, share = omega / total_turn;
+        for (int i = 0; i < 3; ++i) store(p.x_step[i], step * pull[i]);
+        for (int i = 0; i < 4; ++i) store(p.d[i], d[i] + (share * turn[i] - omega * d[i]));
+    }
+}
+
+// The rotation vector of a unit quaternion, 2 log q, of the representative with w >= 0. With t the tangent of a quarter
+// of the angle it is v 4 atan(t) / (t (1 + w)), t2 = t^2 = |v|^2 / (1 + w)^2 <= 1; atan by halving the angle once more
+// and a polynomial (Chebyshev points, error below 1e-16).
+SUNDER_INLINE void rotation_vector(const Double4 (&q)[4], Double4 (&out)[3]) {
+    constexpr double kArcTangent[] = {1.0,
+                                      -0.3333333333333312,
+                                      0.19999999999940837,
+                                      -0.14285714279244968,
+                                      0.11111110744657099,
+                                      -0.09090896801472813,
+                                      0.07692045194561481,
+                                      -0.06662950246036792,
+                                      0.05846866752275139,
+                                      -0.05035049795312439,
+                                      0.03796390316111083,
+                                      -0.017803896394812564};
+    const Double4 zero = {}, one = zero + 1.0, sign = select<Double4>(q[3] < zero, -one, one);
+    const Double4 w1 = one + sign * q[3];
+    const Double4 t2 = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2]) / (w1 * w1), root1 = one + root(one + t2);
+    const Double4 u = t2 / (root1 * root1);
+    Double4 series = zero + kArcTangent[11];
+    for (int i = 10; i >= 0; --i) series = kArcTangent[i] + u * series;
+    const Double4 factor = sign * (8.0 * series / (root1 * w1));
+    for (int i = 0; i < 3; ++i) out[i] = factor * q[i];
+}
+
+// a times the conjugate of b, both x, y, z, w.
+SUNDER_INLINE void times_conjugate(const Double4 (&a)[4], const Double4 (&b)[4], Double4 (&out)[4]) {
+    out[0] = a[0] * b[3] - a[3] * b[0] + (a[2] * b[1] - a[1] * b[2]);
+    out[1] = a[1] * b[3] - a[3] * b[1] + (a[0] * b[2] - a[2] * b[0]);
+    out[2] = a[2] * b[3] - a[3] * b[2] + (a[1] * b[0] - a[0] * b[1]);
+    out[3] = a[3] * b[3] + (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
+}
+
+template <class Real>
+void gather_residual(const SweepArrays<double>& a, NewtonParticles* particles, CgParticles<Real>* cg, size_t begin,
+                     size_t end) {
+    using V = Double4;
+    const V zero = {};
+    for (size_t block = begin; block < end; ++block) {
+        NewtonParticles& p = particles[block];
+        CgParticles<Real>& to = cg[block];
+        V magnitude = zero, size = zero;
+        for (size_t lane = 0; lane < 8; lane += 4) {
+            V x[3], d[4], inertial[4], back[4], shift[3], turn[3];
+            for (int i = 0; i < 3; ++i)
+                x[i] = load<V>(p.x[i] + lane), shift[i] = load<V>(p.x_inertial[i] + lane) - x[i];
+            for (int i = 0; i < 4; ++i) d[i] = load<V>(p.d[i] + lane), inertial[i] = load<V>(p.d_inertial[i] + lane);
+            times_conjugate(inertial, d, back);
+            rotation_vector(back, turn);
+            V own = zero, bound = zero;
+            for (size_t r = a.row_begin[block]; r < a.row_begin[block + 1]; ++r) {
+                const SweepRow<double>& row = a.rows[r];
+                const uint32_t* groups = a.neighbours + 8 * r + lane;
+                const double* goals = a.goals->center;
+                V c[4], second[4], third[4], rotation[4], weights[4], apart[3];
+                gather4<20>(goals, groups, 0, c);
+                gather4<20>(goals, groups, 4, second);
+                gather4<20>(goals, groups, 8, third);
+                gather4<20>(goals, groups, 16, weights);
+                const V q[3] = {load<V>(row.q_other[0] + lane), load<V>(row.q_other[1] + lane),
+                                load<V>(row.q_other[2] + lane)};
+                const V w = load<V>(row.weight + lane), b = w * weights[0];
+                shift[0] += b * (c[0] + (c[3] * q[0] + second[0] * q[1] + second[1] * q[2]) - x[0]);
+                shift[1] += b * (c[1] + (second[2] * q[0] + second[3] * q[1] + third[0] * q[2]) - x[1]);
+                shift[2] += b * (c[2] + (third[1] * q[0] + third[2] * q[1] + third[3] * q[2]) - x[2]);
+                gather4<20>(goals, groups, 12, rotation);
+                times_conjugate(rotation, d, back);
+                rotation_vector(back, apart);
+                const V turn_weight = a.orientation_weight * b;
+                for (int i = 0; i < 3; ++i) turn[i] += turn_weight * apart[i];
+                own += b;
+                bound += w * weights[1];
+            }
+            const V free = load<V>(p.free + lane), mass = load<V>(p.mass + lane);
+            const V inverse = free / (1.0 + bound);
+            for (int i = 0; i < 3; ++i) {
+                shift[i] = free * shift[i], turn[i] = free * turn[i];
+                store(p.residual[i] + lane, shift[i]), store(p.residual[i + 3] + lane, turn[i]);
+            }
+            const Sym<V> H = sym<V>(p.inertia, lane);
+            const V torque[3] = {H.xx * turn[0] + H.xy * turn[1] + H.xz * turn[2],
+                                 H.xy * turn[0] + H.yy * turn[1] + H.yz * turn[2],
+                                 H.xz * turn[0] + H.yz * turn[1] + H.zz * turn[2]};
+            magnitude += inverse * (mass * (shift[0] * shift[0] + shift[1] * shift[1] + shift[2] * shift[2]) +
+                                    (turn[0] * torque[0] + turn[1] * torque[1] + turn[2] * torque[2]));
+            size += 3.0 * load<V>(a.groups[block].spread + lane);
+            put_numbers(mass, to.mass + lane);
+            for (int i = 0; i < 6; ++i) put_numbers(load<V>(p.inertia[i] + lane), to.inertia[i] + lane);
+            put_numbers(inverse, to.inverse_diagonal + lane);
+            put_numbers(1.0 + own, to.own_shift + lane);
+            put_numbers(1.0 + a.orientation_weight * own, to.own_turn + lane);
+        }
+        p.magnitude = sum(magnitude);
+        p.size = sum(size);
+        for (int i = 0; i < 6; ++i)
+            for (size_t lane = 0; lane < 8; lane += 4) {
+                put_numbers(zero, to.solution[i] + lane), put_numbers(zero, to.direction[i] + lane);
+                put_numbers(zero, to.product[i] + lane), put_numbers(zero, to.image[i] + lane);
+            }
+    }
+}
+
+}  // namespace
+
+const SweepKernels SUNDER_SWEEP_KERNELS = {match<float, false>, average, match<double, true>, gather_residual<float>,
+                                           gather_residual<double>};
+
+}  // namespace sunder

@@ -1,0 +1,2 @@
+#define SUNDER_SWEEP_KERNELS kSweepKernelsAvx2
+#include "solver/sweep_kernels.inl"
