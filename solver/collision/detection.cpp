@@ -14,9 +14,7 @@ constexpr double kRounding = 1e-9;  // boxes are grown by this share, so that no
 
 size_t n_movables(const DetectionInput& in) { return in.particles.size() + in.rigid_bodies.size(); }
 bool is_particle(const DetectionInput& in, uint32_t i) { return i < in.particles.size(); }
-bool is_driven(const DetectionInput& in, uint32_t i) {
-    return is_particle(in, i) && !in.pinned.empty() && in.pinned[i];
-}
+bool is_driven(const DetectionInput& in, uint32_t i) { return i < in.pinned.size() && in.pinned[i]; }
 const PlacedShape& rigid(const DetectionInput& in, uint32_t i) { return in.rigid_bodies[i - in.particles.size()]; }
 
 Vec3 angular_velocity(const DetectionInput& in, uint32_t i) {

@@ -22,7 +22,7 @@ struct MovingShape {
 struct DetectionInput {
     std::span<const Ellipsoid> particles;       // (n_particles)
     std::span<const uint32_t> body;             // (n_particles), or empty: one body
-    std::span<const uint8_t> pinned;            // (n_particles), or empty; two driven things give no contact
+    std::span<const uint8_t> pinned;            // (n_movables), or fewer; two driven things give no contact
     LiveRings rings;                            // particles near one another in it give no contact
     bool self_collision = true;                 // particles of one body against one another
     std::span<const PlacedShape> rigid_bodies;  // spheres or boxes (n_rigid_bodies)
