@@ -75,7 +75,7 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
     if (w.synced_edges != state.edge_intact || w.synced_plastic != state.plastic_deformation ||
         w.moving.size() != n_movables) {
         w.live.reset(rest, state.edge_intact);
-        w.detection.topology_changed();
+        w.detection.reset();
         w.shapes.reset(rest, w.live, state.plastic_deformation);
         w.synced_edges = state.edge_intact;
         w.synced_plastic = state.plastic_deformation;

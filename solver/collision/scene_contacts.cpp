@@ -55,7 +55,7 @@ double contact_margin(const Scene& scene) {
 
 void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live,
                          std::span<const uint8_t> held, const MovableMotion& motion, const Interval& interval,
-                         double margin, std::vector<ActiveContact>& out) {
+                         double margin, const WorkerPool& workers, std::vector<ActiveContact>& out) {
     const SimulationMesh& rest = scene.rest;
     const uint32_t n = static_cast<uint32_t>(rest.n_particles());
     ellipsoids_.resize(n);
@@ -84,6 +84,8 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     detection.colliders = colliders_;
     detection.duration = interval.h;
     detection.margin = margin;
+    detection.piece = live.pieces();
+    detection.workers = &workers;
     find_contacts(detection, scratch_, contacts_);
 
     out.clear();

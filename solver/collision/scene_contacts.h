@@ -33,10 +33,12 @@ class SceneContacts {
 public:
     void find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live,
               std::span<const uint8_t> held, const MovableMotion& motion, const Interval& interval, double margin,
-              std::vector<ActiveContact>& out);
+              const WorkerPool& workers, std::vector<ActiveContact>& out);
 
-    /// Call when edges broke or a state was set from outside.
-    void topology_changed() { scratch_.candidates.reset(); }
+    /// Call when a state was set from outside.
+    void reset() { scratch_.reset(); }
+    /// Call when edges broke.
+    void edges_broke() { scratch_.edges_broke(); }
 
 private:
     ContactScratch scratch_;
