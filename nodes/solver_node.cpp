@@ -284,7 +284,13 @@ std::vector<ParameterDescription> parameters() {
              .label = "Self-Collision",
              .type = ParameterType::boolean,
              .default_value = true,
-             .sentence = "Particles of one body collide with one another where no edge joins them"}};
+             .sentence = "Particles of one body collide with one another where no edge joins them"},
+            {.name = "sleeping",
+             .label = "Sleeping",
+             .type = ParameterType::boolean,
+             .default_value = true,
+             .sentence = "What has not moved for half a second is left out, and costs nothing, until something touches "
+                         "it or what acts on it changes; off: everything is simulated at all times"}};
 }
 
 }  // namespace

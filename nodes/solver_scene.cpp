@@ -123,6 +123,7 @@ SolverSettings settings_of(const Parameters& p) {
     s.damping = p.number("damping");
     s.depenetration_speed = p.number("depenetration_speed");
     s.self_collision = p.boolean("self_collision");
+    s.sleeping = p.boolean("sleeping");
     return s;
 }
 
@@ -165,6 +166,7 @@ ContentKey key_of(const FrameInput& input, const SolverSettings& s) {
         .add(s.error_budget);
     hasher.add(s.depenetration_speed)
         .add(s.self_collision)
+        .add(s.sleeping)
         .add(input.duration)
         .add(input.gravity)
         .add(input.forces.size());

@@ -18,6 +18,8 @@ std::vector<PlyProperty> operator+(std::vector<PlyProperty> a, const std::vector
     return a;
 }
 
+constexpr size_t kElementsOfVersion1 = 7;  // without what sleeps: all is awake
+
 // The elements in file order; counts are filled in by the writer and taken over from a file by the reader.
 std::vector<PlyElement> layout() {
     const auto doubles = [](std::string_view names) { return ply_scalars(names, PlyType::float64); };
@@ -28,7 +30,9 @@ std::vector<PlyElement> layout() {
             {"rigid_body", 0, doubles(kPlacement)},
             {"broken_edge", 0, ints("edge") + doubles("time strain")},
             {"contact", 0, ints("a b") + doubles("px py pz force fx fy fz")},
-            {"clock", 0, ints("frame") + doubles("time")}};
+            {"clock", 0, ints("frame") + doubles("time")},
+            {"rest", 0, doubles("still_time") + ply_scalars("asleep", PlyType::uint8)},
+            {"rest_condition", 0, ints("low high")}};
 }
 
 // The four vectors of a placement, as particles and rigid bodies have them.
@@ -60,9 +64,9 @@ public:
     Decoder(const PlyFile& file, const std::string& where) : file_(file), where_(where) {}
 
     Result<StateFile> decode() {
-        for (Status (Decoder::*read)() :
-             {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles, &Decoder::read_edges,
-              &Decoder::read_groups, &Decoder::read_rigid_bodies, &Decoder::read_broken, &Decoder::read_contacts})
+        for (Status (Decoder::*read)() : {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles,
+                                          &Decoder::read_edges, &Decoder::read_groups, &Decoder::read_rigid_bodies,
+                                          &Decoder::read_broken, &Decoder::read_contacts, &Decoder::read_rest})
             if (Status s = (this->*read)(); !s) return s.error();
         return std::move(out_);
     }
@@ -76,7 +80,8 @@ private:
     const char* row(const PlyElement& e, size_t i) const { return file_.rows(e) + i * PlyFile::row_bytes(e); }
 
     Status check_layout() {
-        const std::vector<PlyElement> wanted = layout();
+        std::vector<PlyElement> wanted = layout();
+        if (file_.has_comment(kStateFileMagic1)) wanted.resize(kElementsOfVersion1);
         const std::vector<PlyElement>& found = file_.header().elements;
         for (size_t e = 0; e < wanted.size(); ++e) {
             bool same = found.size() == wanted.size() && found[e].name == wanted[e].name &&
@@ -198,6 +203,26 @@ private:
         return {};
     }
 
+    Status read_rest() {
+        if (elements_->size() == kElementsOfVersion1) return {};
+        const PlyElement &rest = (*elements_)[7], &condition = (*elements_)[8];
+        FrameState& s = out_.state;
+        if (rest.count != 0 && rest.count != s.n_particles() + s.rigid_bodies.size())
+            return fault("says of " + std::to_string(rest.count) +
+                         " particles and rigid bodies whether they sleep, of " +
+                         std::to_string(s.n_particles() + s.rigid_bodies.size()));
+        s.still_time.resize(rest.count), s.asleep.resize(rest.count), s.rest_conditions.resize(condition.count);
+        for (size_t i = 0; i < rest.count; ++i) {
+            if (load(row(rest, i), &s.still_time[i], 1) >= 0) return not_finite(rest, i, 0);
+            s.asleep[i] = read_number<uint8_t>(row(rest, i) + 8);
+            if (s.asleep[i] > 1) return fault("rest " + std::to_string(i) + ": asleep is neither 0 nor 1");
+        }
+        for (size_t i = 0; i < condition.count; ++i)
+            s.rest_conditions[i] =
+                read_number<uint32_t>(row(condition, i)) | uint64_t{read_number<uint32_t>(row(condition, i) + 4)} << 32;
+        return {};
+    }
+
     const PlyFile& file_;
     const std::string& where_;
     const std::vector<PlyElement>* elements_ = nullptr;
@@ -211,7 +236,8 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
     assert(rest.n_particles() == n && rest.n_edges() == s.edge_intact.size());
     std::vector<PlyElement> elements = layout();
     const size_t counts[] = {
-        n, s.edge_intact.size(), s.group_rotation.size(), s.rigid_bodies.size(), s.broken.size(), s.contacts.size(), 1};
+        n, s.edge_intact.size(), s.group_rotation.size(), s.rigid_bodies.size(), s.broken.size(), s.contacts.size(),
+        1, s.asleep.size(),      s.rest_conditions.size()};
     size_t total = 4096;
     for (size_t e = 0; e < elements.size(); ++e) {
         elements[e].count = counts[e];
@@ -245,13 +271,16 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
         bytes.append(v, sizeof v);
     }
     bytes.number(int32_t{frame}), bytes.number(s.time);
+    for (size_t i = 0; i < s.asleep.size(); ++i) bytes.number(s.still_time[i]), bytes.number(s.asleep[i]);
+    for (const uint64_t c : s.rest_conditions)
+        bytes.number(static_cast<uint32_t>(c)), bytes.number(static_cast<uint32_t>(c >> 32));
     return bytes;
 }
 
 Result<StateFile> decode_state(std::string bytes, const std::string& where) {
     auto file = PlyFile::parse(std::move(bytes), where);
     if (!file) return file.error();
-    if (!file->has_comment(kStateFileMagic)) {
+    if (!file->has_comment(kStateFileMagic) && !file->has_comment(kStateFileMagic1)) {
         for (const std::string& c : file->header().comments)
             if (c.starts_with("sunder state frame "))
                 return bad_input(where, "is a " + c + ", which this version does not know", "use a newer Sunder");

@@ -6,6 +6,8 @@
 //   rigid_body  x y z qw qx qy qz vx vy vz wx wy wz (double)
 //   broken_edge edge (int), time strain (double): broken in the frame that ended here
 //   clock       frame (int), time (double)
+//   rest        still_time (double), asleep (uchar): of particles, then rigid bodies
+//   rest_condition  low high (int): hashes of what acts on sleepers
 //
 // docs/files.md says more. Yield may be infinite ("never"); every other number is finite.
 #pragma once
@@ -22,7 +24,9 @@
 namespace sunder {
 
 /// First comment of every state frame: what it is and its format's version.
-inline constexpr std::string_view kStateFileMagic = "sunder state frame 1";
+inline constexpr std::string_view kStateFileMagic = "sunder state frame 2";
+/// Before anything slept; read as if all were awake.
+inline constexpr std::string_view kStateFileMagic1 = "sunder state frame 1";
 
 struct StateFile {
     int32_t frame = 0;

@@ -134,6 +134,7 @@ const std::vector<Entry<StateValue>>& entries_of(const StateValue*) {
         {"body", [](const S& s) { return as_is<uint32_t>(s.scene->rest.body); }},
         {"fragment", [](const S& s) { return as_is<uint32_t>(s.scene->rest.fragment); }},
         {"piece", [](const S& s) { return own(connected_pieces(s.scene->rest, s.state->edge_intact)); }},
+        {"asleep", [](const S& s) { return as_is<uint8_t>(s.state->asleep); }},
         {"edge_intact", [](const S& s) { return as_is<uint8_t>(s.state->edge_intact); }},
         {"broken_edge",
          [](const S& s) {
@@ -370,6 +371,7 @@ Json info_of(const StateValue& s) {
              {{"edges_broken", s.report.edges_broken},
               {"contacts", s.report.contacts},
               {"n_components", s.report.n_components},
+              {"asleep", s.report.asleep},
               {"predict_s", s.report.predict_s},
               {"shape_s", s.report.shape_s},
               {"contact_s", s.report.contact_s},

@@ -211,7 +211,8 @@ double largest_turn(const Placement& start, const Placement& end) {
 FramePlan plan_frame(const StepContext& context, const FrameState& state, Workspace& io_work) {
     SolverSettings once = context.settings;
     once.substeps = 1, once.iterations = kTrialIterations;
-    const StepContext trial{context.scene, context.input, once, context.workers};
+    const StepContext trial{context.scene,          context.input, once, context.workers,
+                            context.contact_margin, context.fixed, false};
     const double seconds = context.input.duration;
     FramePlan plan;
     FrameState after = state, soon = state;

@@ -40,6 +40,22 @@ void balance_directions(const Mat3& A, GroupShape& io_shape) {
 
 }  // namespace
 
+std::vector<double> rest_traces(const SimulationMesh& rest) {
+    std::vector<double> traces(rest.n_particles());
+    for (uint32_t g = 0; g < traces.size(); ++g) {
+        Vec3 center = Vec3::Zero();
+        double mass = 0, second = 0;
+        for (uint32_t s = rest.group_offset[g]; s < rest.group_offset[g + 1]; ++s) {
+            const uint32_t j = rest.group_member[s], e = rest.member_edge[s];
+            const Vec3 r = rest.rest_position[j] - rest.rest_position[g];
+            const double m = rest.mass[j] * (e == SimulationMesh::kNone ? 1.0 : edge_weight_of(rest, rest.edges[e]));
+            mass += m, center += m * r, second += m * r.squaredNorm();
+        }
+        traces[g] = second - center.squaredNorm() / mass;
+    }
+    return traces;
+}
+
 void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,
                         std::span<const Mat3> plastic_deformation) {
     const size_t n = rest.n_particles();
@@ -51,18 +67,7 @@ void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,
     }
     edge_weight.resize(rest.n_edges());
     for (size_t e = 0; e < edge_weight.size(); ++e) edge_weight[e] = edge_weight_of(rest, rest.edges[e]);
-    rest_trace.assign(n, 0.0);
-    for (uint32_t g = 0; g < n; ++g) {
-        Vec3 center = Vec3::Zero();
-        double mass = 0, second = 0;
-        for (uint32_t s = rest.group_offset[g]; s < rest.group_offset[g + 1]; ++s) {
-            const uint32_t j = rest.group_member[s];
-            const Vec3 r = rest.rest_position[j] - rest.rest_position[g];
-            const double m = rest.mass[j] * weight(rest.member_edge[s]);
-            mass += m, center += m * r, second += m * r.squaredNorm();
-        }
-        rest_trace[g] = second - center.squaredNorm() / mass;
-    }
+    rest_trace = rest.group_trace.empty() ? rest_traces(rest) : rest.group_trace;
     group.assign(n, GroupShape());
     revision.assign(n, uint64_t{++resets_} << 32);
     member.assign(live.n_slots(), MemberShape{Vec3::Zero(), 0, 0, {}});

@@ -65,6 +65,9 @@ private:
     double weight(uint32_t edge) const { return edge == SimulationMesh::kNone ? 1.0 : edge_weight[edge]; }
 };
 
+/// positions_trace of every whole one-ring before any flow, kg m2.
+std::vector<double> rest_traces(const SimulationMesh& rest);
+
 /// Compliance and volume response of a group, from its material and rest shape.
 struct GroupStiffness {
     double k = 0;             // 1/alpha_g = 6 mu V_g / rest_trace, 1/s2: E/V = mu |F - R|^2 for any mesh

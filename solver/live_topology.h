@@ -33,6 +33,7 @@ public:
     /// Pieces: connected sets of particles, numbered by their first particle; their particles, piece after piece.
     size_t n_pieces() const { return piece_offset_.size() - 1; }
     uint32_t piece(size_t particle) const { return piece_[particle]; }
+    std::span<const uint32_t> pieces() const { return piece_; }  // (n_particles)
     std::span<const uint32_t> piece_particles(size_t p) const {
         return {piece_particle_.data() + piece_offset_[p], piece_offset_[p + 1] - piece_offset_[p]};
     }

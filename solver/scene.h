@@ -133,6 +133,7 @@ struct SolverSettings {
     double damping = 0;                // 1/s, >= 0: velocities decay as exp(-damping t)
     double depenetration_speed = 1.0;  // m/s, > 0: fastest push apart of what overlapped already
     bool self_collision = true;        // particles of one body against one another
+    bool sleeping = true;              // what rests is left out until something wakes it (sleeping.h)
 
     Status check(const std::string& where) const;
 };
@@ -141,6 +142,8 @@ struct SolverSettings {
 struct StepReport {
     size_t edges_broken = 0, contacts = 0, n_components = 0;
     int substeps = 0, iterations = 0;  // that the frame took
+    size_t asleep = 0;                 // particles and rigid bodies that sleep at the end of the frame
+    size_t simulated = 0;              // particles and rigid bodies, summed over substeps: the work that was done
     double predict_s = 0, shape_s = 0, contact_s = 0, momentum_s = 0, fracture_s = 0;
 };
 

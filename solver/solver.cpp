@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solver/awake_scene.h"
 #include "solver/error_budget.h"
-#include "solver/step.h"
+#include "solver/sleeping.h"
 
 namespace sunder {
 namespace {
@@ -130,10 +131,17 @@ Status SolverSettings::check(const std::string& where) const {
 struct Solver::Impl {
     Scene scene;
     WorkerPool workers;
-    Workspace work;
+    double margin;     // of contacts, m
+    Workspace work;    // of the whole scene
+    AwakeScene awake;  // what is simulated while something sleeps
 
-    Impl(Scene s, int threads) : scene(std::move(s)), workers(threads) {}
+    Impl(Scene s, int threads) : scene(std::move(s)), workers(threads), margin(contact_margin(scene)) {}
     Status check_input(const FrameInput& input) const;
+    void enter(const StepContext& whole, const FrameState& state);
+    Status advance(const StepContext& whole, double h, double begin, double end, bool measure, FrameState& io_state,
+                   StepReport& io_report);
+    Result<StepReport> run_frame(const FrameInput& input, const SolverSettings& settings, const FrameState& before,
+                                 FrameState& io_state, const Progress& progress);
 };
 
 Solver::Solver() = default;
@@ -143,6 +151,7 @@ const Scene& Solver::scene() const { return impl_->scene; }
 Result<std::unique_ptr<Solver>> Solver::create(Scene scene, int threads) {
     if (Status ok = check_scene(scene); !ok) return ok.error();
     build_one_rings(scene.rest);
+    scene.rest.group_trace = rest_traces(scene.rest);
     std::unique_ptr<Solver> solver(new Solver());
     solver->impl_ = std::make_unique<Impl>(std::move(scene), threads);
     return solver;
@@ -174,6 +183,8 @@ FrameState Solver::initial_state(const std::vector<Material>& materials) const {
             s.yield[i] = materials[rest.body[i]].yield * (rest.yield_factor.empty() ? 1.0 : rest.yield_factor[i]);
         }
     }
+    s.still_time.assign(n + scene.rigid_bodies.size(), 0.0);
+    s.asleep.assign(s.still_time.size(), 0);
     for (const RigidBody& body : scene.rigid_bodies)
         s.rigid_bodies.push_back({body.pose.position, body.pose.orientation, body.velocity, body.angular_velocity});
     return s;
@@ -211,6 +222,16 @@ Status Solver::check_state(const FrameState& s) const {
     if (s.rigid_bodies.size() != impl_->scene.rigid_bodies.size())
         return bad_input("state", "holds " + std::to_string(s.rigid_bodies.size()) + " rigid bodies, the scene " +
                                       std::to_string(impl_->scene.rigid_bodies.size()));
+    const size_t n_movables = n + s.rigid_bodies.size();
+    if (s.asleep.size() != s.still_time.size() || (!s.asleep.empty() && s.asleep.size() != n_movables))
+        return bad_input("state", "says of " + std::to_string(s.asleep.size()) +
+                                      " particles and rigid bodies whether "
+                                      "they sleep, the scene has " +
+                                      std::to_string(n_movables));
+    for (const ContactMemory& c : s.contacts)
+        if (c.a >= n_movables ||
+            (c.b & Contact::kStatic ? (c.b & ~Contact::kStatic) >= impl_->scene.colliders.size() : c.b >= n_movables))
+            return bad_input("state", "has a contact of what is not in the scene");
     if (Status ok = all_finite("position", s.position); !ok) return ok;
     if (Status ok = all_finite("velocity", s.velocity); !ok) return ok;
     if (Status ok = all_finite("angular velocity", s.angular_velocity); !ok) return ok;
@@ -224,37 +245,79 @@ Status Solver::check_state(const FrameState& s) const {
     return {};
 }
 
+void Solver::Impl::enter(const StepContext& whole, const FrameState& state) {
+    if (anything_sleeps(state))
+        awake.enter(whole, state);
+    else
+        synchronise(whole, state, work);
+}
+
+// A substep of all that is awake, anew as long as it wakes something.
+Status Solver::Impl::advance(const StepContext& whole, double h, double begin, double end, bool measure,
+                             FrameState& io_state, StepReport& io_report) {
+    while (anything_sleeps(io_state)) {
+        if (awake.empty()) {
+            awake.state().time += h;
+            return {};
+        }
+        awake.cover(whole, h, end, io_state);
+        const Status ok = substep(awake.context(whole), h, begin, end, measure, awake.work(), awake.state(), io_report);
+        if (!ok || awake.work().woken.empty()) return ok;
+        awake.leave(io_state);
+        wake(scene, awake.woken(), io_state);
+        enter(whole, io_state);
+    }
+    return substep(whole, h, begin, end, measure, work, io_state, io_report);
+}
+
+// Spoils the state on an error; `before` is what it was.
+Result<StepReport> Solver::Impl::run_frame(const FrameInput& input, const SolverSettings& settings,
+                                           const FrameState& before, FrameState& io_state, const Progress& progress) {
+    SolverSettings effort = settings;
+    const StepContext context{scene, input, effort, workers, margin};
+    if (settings.sleeping && !io_state.asleep.empty())
+        wake_changed(scene, input, settings.self_collision, margin, io_state);
+    else
+        forget_sleep(settings.sleeping ? scene.rest.n_particles() + scene.rigid_bodies.size() : 0, io_state);
+    StepReport report;
+    enter(context, io_state);
+    bool done = false;
+    if (settings.error_budget > 0 && !(anything_sleeps(io_state) && awake.empty())) {
+        if (!progress.report(0, "simulating")) return cancelled();
+        const bool reduced = anything_sleeps(io_state);
+        FrameState& state = reduced ? awake.state() : io_state;
+        if (reduced) awake.cover(context, input.duration, 1, io_state);
+        FramePlan plan =
+            reduced ? plan_frame(awake.context(context), state, awake.work()) : plan_frame(context, state, work);
+        effort.substeps = plan.substeps, effort.iterations = plan.iterations;
+        done = plan.done && input.duration <= kLongestStep;
+        if (done) state = std::move(*plan.done), report = plan.report;
+    }
+    effort.substeps = std::max(effort.substeps, static_cast<int>(std::ceil(input.duration / kLongestStep)));
+    report.substeps = effort.substeps, report.iterations = effort.iterations;
+    const double h = input.duration / effort.substeps;
+    for (int k = 0; k < effort.substeps && !done; ++k) {
+        const double begin = double(k) / effort.substeps, end = double(k + 1) / effort.substeps;
+        if (!progress.report(begin, "simulating")) return cancelled();
+        if (Status ok = advance(context, h, begin, end, k + 1 == effort.substeps, io_state, report); !ok)
+            return ok.error();
+    }
+    if (anything_sleeps(io_state)) awake.leave(io_state);
+    if (settings.sleeping) report.n_components = fall_asleep(scene, input, settings.self_collision, before, io_state);
+    report.asleep = static_cast<size_t>(std::ranges::count(io_state.asleep, 1));
+    return report;
+}
+
 Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings& settings, FrameState& io_state,
                                    const Progress& progress) {
     if (Status ok = settings.check("solver"); !ok) return ok.error();
     if (Status ok = impl_->check_input(input); !ok) return ok.error();
     if (Status ok = check_state(io_state); !ok) return ok.error();
 
-    SolverSettings effort = settings;
-    const StepContext context{impl_->scene, input, effort, impl_->workers};
     FrameState state = io_state;
     state.broken.clear();
-    StepReport report;
-    synchronise(context, state, impl_->work);
-    if (settings.error_budget > 0) {
-        if (!progress.report(0, "simulating")) return cancelled();
-        FramePlan plan = plan_frame(context, state, impl_->work);
-        effort.substeps = plan.substeps, effort.iterations = plan.iterations;
-        if (plan.done && input.duration <= kLongestStep) {
-            io_state = std::move(*plan.done);
-            return plan.report;
-        }
-    }
-    effort.substeps = std::max(effort.substeps, static_cast<int>(std::ceil(input.duration / kLongestStep)));
-    report.substeps = effort.substeps, report.iterations = effort.iterations;
-    const double h = input.duration / effort.substeps;
-    for (int k = 0; k < effort.substeps; ++k) {
-        const double begin = double(k) / effort.substeps, end = double(k + 1) / effort.substeps;
-        if (!progress.report(begin, "simulating")) return cancelled();
-        if (Status ok = substep(context, h, begin, end, k + 1 == effort.substeps, impl_->work, state, report); !ok)
-            return ok.error();
-    }
-    io_state = std::move(state);
+    Result<StepReport> report = impl_->run_frame(input, settings, io_state, state, progress);
+    if (report) io_state = std::move(state);
     return report;
 }
 

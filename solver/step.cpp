@@ -71,7 +71,7 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
     if (w.synced_edges != state.edge_intact || w.synced_plastic != state.plastic_deformation ||
         w.moving.size() != n_movables) {
         w.live.reset(rest, state.edge_intact);
-        w.detection.topology_changed();
+        w.detection.reset();
         w.shapes.reset(rest, w.live, state.plastic_deformation);
         w.synced_edges = state.edge_intact;
         w.synced_plastic = state.plastic_deformation;
@@ -80,7 +80,7 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
         w.inverse_mass.resize(n_movables), w.own_share.resize(n_movables), w.piece.resize(n_movables);
         w.push.resize(n_movables);
         w.inertia.resize(n), w.stiffness.resize(n), w.paper_stiffness.resize(n), w.goals.resize(n);
-        w.strains.assign(n, GroupStrain()), w.flowed.assign(n, 0), w.held.assign(n, 0);
+        w.strains.assign(n, GroupStrain()), w.flowed.assign(n, 0), w.held.assign(n_movables, 0);
     }
     for (size_t g = 0; g < n; ++g) {  // materials may be animated
         const Material& material = context.input.materials[rest.body[g]];
@@ -102,6 +102,7 @@ Status substep(const StepContext& context, double h, double begin, double end, b
         Stopwatch watch(io_report.contact_s);
         s.find_contacts();
     }
+    if (!io_work.woken.empty()) return {};
     s.correct(context.settings.iterations);
     const bool pushed = s.contacts_push();
     if (!pushed) s.run_cracks();
@@ -123,6 +124,7 @@ Status substep(const StepContext& context, double h, double begin, double end, b
     }
     if (Status ok = s.check_finite("contacts"); !ok) return ok;
     s.store();
+    io_report.simulated += s.n_movables();
     io_report.n_components = io_work.live.n_pieces();
     return {};
 }

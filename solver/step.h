@@ -1,6 +1,7 @@
 // One substep of the whole scene.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "solver/collision/contact_islands.h"
@@ -41,12 +42,13 @@ struct Workspace {
     std::vector<MovingParticle> before_newton;  // (n_movables)
     std::vector<GroupStrain> strains;           // (n_particles)
     std::vector<uint8_t> flowed;                // (n_particles)
-    std::vector<uint8_t> held;                  // by an active pin (n_particles)
+    std::vector<uint8_t> held;                  // by an active pin, or fixed (n_movables)
     std::vector<uint8_t> piece_held;            // (n_pieces)
     std::vector<Vec3> piece_angular;            // L the piece must have (n_pieces)
     std::vector<ActiveContact> contacts;
     ContactIslands islands;  // of `contacts`
     SceneContacts detection;
+    std::vector<uint32_t> woken;  // movables that are fixed and felt something, ascending
 };
 
 /// The movable things of a step, as contacts see them.
@@ -59,6 +61,10 @@ struct StepContext {
     const FrameInput& input;
     const SolverSettings& settings;
     const WorkerPool& workers;
+    double contact_margin;  // how far beyond touching contacts reach, m
+    std::span<const uint8_t> fixed =
+        {};             // sleepers: there to be touched, and nothing moves them (n_movables), or empty
+    bool wakes = true;  // a substep that is felt by what is fixed ends there and tells what to wake
 };
 
 /// s; no substep is longer: frames of less than 24 a second are divided, whatever the settings say. Newton steps and
@@ -70,7 +76,8 @@ constexpr double kLongestStep = 0.042;
 void synchronise(const StepContext& context, const FrameState& state, Workspace& io_work);
 
 /// Advances by h seconds; `begin` and `end` say where in the frame this is, in [0, 1]. `measure`: also write the strain
-/// of groups that neither flow nor break. On an error the state is spoilt: keep a copy.
+/// of groups that neither flow nor break. On an error the state is spoilt: keep a copy. Where `woken` is not empty
+/// afterwards the state is as before: wake those, and take the substep again.
 Status substep(const StepContext& context, double h, double begin, double end, bool measure, Workspace& io_work,
                FrameState& io_state, StepReport& io_report);
 

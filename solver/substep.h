@@ -42,6 +42,7 @@ struct Substep {
     void load();
     void predict();
     void hold_pins();
+    void fix_sleepers();
     void update_velocities();
     void restore_momentum();
     void store();
@@ -50,6 +51,7 @@ struct Substep {
     void mark_held_pieces();
     void take_up_pieces();
     void find_contacts();
+    void wake_touched();
     void push_apart(bool last);
     bool contacts_push() const;
     void settle_contacts();

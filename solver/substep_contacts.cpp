@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "solver/piece_motion.h"
+#include "solver/sleeping.h"
 #include "solver/substep.h"
 
 namespace sunder {
@@ -26,15 +27,50 @@ void Substep::take_up_pieces() {
     work.piece_change.resize(work.pieces.size());
     work.piece_angular.assign(work.live.n_pieces(), Vec3::Zero());
     remember_pieces(context, h, work);
+    for (size_t i = 0; i < std::min(context.fixed.size(), n_particles()); ++i)
+        if (context.fixed[i]) work.pieces[work.piece[i]].rigid = true;  // what rests on it rests as on a rigid body
     prepare_contacts(bodies(), work.velocity, work.angular_velocity, h, context.settings.depenetration_speed,
                      work.contacts);
     find_islands(bodies(), work.contacts, work.islands);
 }
 
+// Sleepers that something comes to touch, or already leans on.
+void Substep::wake_touched() {
+    work.woken.clear();
+    if (context.fixed.empty() || !context.wakes) return;
+    const double g = acceleration_of(context.input);
+    const auto one_sleeps = [&](uint32_t a, uint32_t b) {
+        return !(b & Contact::kStatic) && context.fixed[a] != context.fixed[b];
+    };
+    for (const ActiveContact& active : work.contacts) {
+        const Contact& c = active.contact;
+        if (!one_sleeps(c.a, c.b)) continue;
+        const uint32_t i = context.fixed[c.a] ? c.b : c.a, sleeper = context.fixed[c.a] ? c.a : c.b;
+        const bool is_particle = i < n_particles();
+        const RigidBodyState* rigid = is_particle ? nullptr : &state.rigid_bodies[i - n_particles()];
+        const Vec3& v = is_particle ? state.velocity[i] : rigid->velocity;
+        const Vec3& w = is_particle ? state.angular_velocity[i] : rigid->angular_velocity;
+        const Vec3 arm = (context.fixed[c.a] ? c.point_b : c.point_a) - work.start_position[i];
+        const double size = std::min(size_of(context.scene, i), size_of(context.scene, sleeper));
+        if ((v + w.cross(arm)).norm() > waking_speed(size, g)) work.woken.push_back(sleeper);
+    }
+    for (const ContactMemory& c : state.contacts) {
+        if (!one_sleeps(c.a, c.b)) continue;
+        const uint32_t sleeper = context.fixed[c.a] ? c.a : c.b;
+        const double mass =
+            sleeper < n_particles() ? rest().mass[sleeper] : context.scene.rigid_bodies[sleeper - n_particles()].mass;
+        if (c.normal_force > kWakingLoad * mass * g) work.woken.push_back(sleeper);
+    }
+    std::ranges::sort(work.woken);
+    work.woken.erase(std::ranges::unique(work.woken).begin(), work.woken.end());
+}
+
 void Substep::find_contacts() {
     work.detection.find(context.scene, context.input, context.settings.self_collision, work.live, work.held,
                         {work.start_position, work.start_rotation, work.velocity, work.angular_velocity},
-                        {h, begin, end}, work.contacts);
+                        {h, begin, end}, context.contact_margin, context.workers, work.contacts);
+    wake_touched();
+    if (!work.woken.empty()) return;
     report.contacts = std::max(report.contacts, work.contacts.size());
     take_up_pieces();
     divide_pushes(context, h, false, work);
@@ -46,8 +82,8 @@ void Substep::find_contacts() {
 void Substep::push_apart(bool last) {
     Stopwatch watch(report.contact_s);
     divide_pushes(context, h, last, work);
-    const double enough = kContactTolerance * work.detection.margin();
-    relax_contacts(bodies(), work.islands, enough, work.contacts);
+    const double enough = kContactTolerance * context.contact_margin;
+    relax_contacts(bodies(), work.islands, enough, context.workers, work.contacts);
     move_pieces(context, work);
 }
 

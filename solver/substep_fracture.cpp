@@ -68,7 +68,7 @@ bool Substep::break_edges(double leading) {
     for (uint32_t g : work.live.remove_edges(rest(), broken)) work.flowed[g] = 1;
     if (!cuts.empty()) {
         mark_held_pieces();
-        work.detection.topology_changed();
+        work.detection.edges_broke();
     }
     // Rest shapes changed where material flowed or edges broke.
     context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {

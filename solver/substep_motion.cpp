@@ -45,10 +45,11 @@ void Substep::predict() {
         work.velocity[i] = (work.velocity[i] + h * (acceleration + wind)) / (1 + h * drag);  // implicit drag
 
     hold_pins();
+    fix_sleepers();
     mark_held_pieces();
     for (size_t i = 0; i < n_movables(); ++i) {
         MovingParticle& p = work.moving[i];
-        if (i < n_particles() && work.held[i]) continue;
+        if (work.held[i]) continue;
         p.x = p.x_inertial = work.start_position[i] + h * work.velocity[i];
         p.d = p.d_inertial = (rotation_of(h * work.angular_velocity[i]) * work.start_rotation[i]).normalized();
         p.D = p.d.toRotationMatrix();
@@ -71,6 +72,17 @@ void Substep::hold_pins() {
             work.inverse_mass[i] = 0;
             work.held[i] = 1;
         }
+    }
+}
+
+void Substep::fix_sleepers() {
+    for (size_t i = 0; i < context.fixed.size(); ++i) {
+        if (!context.fixed[i]) continue;
+        MovingParticle& p = work.moving[i];
+        p.x_inertial = p.x, p.d_inertial = p.d;
+        work.velocity[i] = work.angular_velocity[i] = Vec3::Zero();
+        work.inverse_mass[i] = 0;
+        work.held[i] = 1;
     }
 }
 

@@ -111,6 +111,7 @@ bool LiveRings::near(uint32_t i, uint32_t j) const {
 }
 
 bool PairFilter::excludes(uint32_t i, uint32_t j) const {
+    if (!item.empty() && item[i] == item[j]) return true;
     if (i >= n_particles || j >= n_particles) return false;
     const bool same_body = body.empty() || body[i] == body[j];
     return same_body && (!self_collision || rings.near(i, j));

@@ -31,6 +31,7 @@ struct PairFilter {
     std::span<const uint32_t> body;  // (n_particles), or empty: all are of one body
     bool self_collision = true;      // particles of one body against one another
     LiveRings rings;
+    std::span<const uint32_t> item = {};  // (n_items), or empty: items of one number never touch
 
     bool excludes(uint32_t i, uint32_t j) const;
 };

@@ -7,6 +7,7 @@ namespace sunder {
 namespace {
 
 constexpr int kPasses = 60, kHingedPasses = 12;
+constexpr size_t kGrain = 16;  // fewest contacts a thread is worth waking for
 
 struct Impulses {
     double normal = 0;
@@ -101,16 +102,22 @@ void find_islands(const ContactBodies& b, std::span<ActiveContact> io_contacts, 
     }
 }
 
-void relax_contacts(const ContactBodies& b, const ContactIslands& islands, double enough,
+void relax_contacts(const ContactBodies& b, const ContactIslands& islands, double enough, const WorkerPool& workers,
                     std::span<ActiveContact> io_contacts) {
-    for (size_t n = 0; n < islands.size(); ++n) {
-        if (!io_contacts[islands.of(n).front()].has_hinges) {
-            accelerate(b, islands.of(n), enough, io_contacts);
-            continue;
+    // Threads share out contacts, and take the islands that begin among theirs.
+    const auto island_from = [&](size_t contact) {
+        return static_cast<size_t>(std::ranges::lower_bound(islands.offset, contact) - islands.offset.begin());
+    };
+    workers.for_range(io_contacts.size(), kGrain, [&](size_t first, size_t last) {
+        for (size_t n = island_from(first), end = island_from(last); n < end; ++n) {
+            if (!io_contacts[islands.of(n).front()].has_hinges) {
+                accelerate(b, islands.of(n), enough, io_contacts);
+                continue;
+            }
+            for (int pass = 0; pass < kHingedPasses; ++pass)
+                if (pass_over(b, islands.of(n), io_contacts) < enough) break;
         }
-        for (int pass = 0; pass < kHingedPasses; ++pass)
-            if (pass_over(b, islands.of(n), io_contacts) < enough) break;
-    }
+    });
 }
 
 }  // namespace sunder

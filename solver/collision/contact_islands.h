@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "solver/collision/contact_response.h"
+#include "solver/parallel.h"
 
 namespace sunder {
 
@@ -27,7 +28,8 @@ void find_islands(const ContactBodies& bodies, std::span<ActiveContact> io_conta
 /// pay: 60, accelerated like nonlinear conjugate gradients (Silcowitz-Hansen, Niebuhr, Erleben 2010), where all are
 /// rigid or whole, so that tall stacks and heavy on light stand; 12 plain ones where something hangs on hinges: there
 /// the share of a push that moves a fragment alone makes the response unsymmetric, and more passes lead astray.
+/// Threads share out islands.
 void relax_contacts(const ContactBodies& bodies, const ContactIslands& islands, double enough,
-                    std::span<ActiveContact> io_contacts);
+                    const WorkerPool& workers, std::span<ActiveContact> io_contacts);
 
 }  // namespace sunder

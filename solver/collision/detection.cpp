@@ -14,9 +14,7 @@ constexpr double kRounding = 1e-9;  // boxes are grown by this share, so that no
 
 size_t n_movables(const DetectionInput& in) { return in.particles.size() + in.rigid_bodies.size(); }
 bool is_particle(const DetectionInput& in, uint32_t i) { return i < in.particles.size(); }
-bool is_driven(const DetectionInput& in, uint32_t i) {
-    return is_particle(in, i) && !in.pinned.empty() && in.pinned[i];
-}
+bool is_driven(const DetectionInput& in, uint32_t i) { return i < in.pinned.size() && in.pinned[i]; }
 const PlacedShape& rigid(const DetectionInput& in, uint32_t i) { return in.rigid_bodies[i - in.particles.size()]; }
 
 Vec3 angular_velocity(const DetectionInput& in, uint32_t i) {
@@ -118,7 +116,10 @@ void add_manifold(uint32_t a, uint32_t b, PlacedShape shape_a, const PlacedShape
 
 }  // namespace
 
-void sweep_boxes(const DetectionInput& in, size_t begin, size_t end, std::span<Aabb> io_boxes) {
+namespace {
+
+// As seen by who moves at `frame`, m/s.
+void sweep_boxes_from(const Vec3& frame, const DetectionInput& in, size_t begin, size_t end, std::span<Aabb> io_boxes) {
     for (size_t k = begin; k < end; ++k) {
         const auto i = static_cast<uint32_t>(k);
         Aabb box;
@@ -132,13 +133,19 @@ void sweep_boxes(const DetectionInput& in, size_t begin, size_t end, std::span<A
             // What is near it is swept by its turning.
             turning += angular_velocity(in, i).norm() * in.duration * bounding_radius(rigid(in, i).shape);
         }
-        const Vec3 shift = in.duration * in.velocity[i];
+        const Vec3 shift = in.duration * (in.velocity[i] - frame);
         const Vec3 grow = Vec3::Constant(0.5 * in.margin + turning) +
                           kRounding * (box.max - box.min + box.max.cwiseAbs() + shift.cwiseAbs());
         box.min += shift.cwiseMin(0.0) - grow;
         box.max += shift.cwiseMax(0.0) + grow;
         io_boxes[i] = box;
     }
+}
+
+}  // namespace
+
+void sweep_boxes(const DetectionInput& in, size_t begin, size_t end, std::span<Aabb> io_boxes) {
+    sweep_boxes_from(Vec3::Zero(), in, begin, end, io_boxes);
 }
 
 void contacts_of_pairs(const DetectionInput& in, std::span<const Aabb> boxes, std::span<const Pair> pairs,
@@ -218,25 +225,79 @@ void contacts_with_colliders(const DetectionInput& in, std::span<const Aabb> box
     }
 }
 
-void find_contacts(const DetectionInput& in, ContactScratch& scratch, std::vector<Contact>& out) {
-    const size_t n = n_movables(in);
-    assert(in.velocity.size() == n && (in.angular_velocity.empty() || in.angular_velocity.size() == n));
-    scratch.boxes.resize(n);
-    sweep_boxes(in, 0, n, scratch.boxes);
+namespace {
+
+// Pairs that may touch, in no order.
+std::span<const Pair> candidates(const DetectionInput& in, const WorkerPool& workers, ContactScratch& s) {
     PairFilter filter;
     filter.n_particles = static_cast<uint32_t>(in.particles.size());
     filter.body = in.body;
     filter.self_collision = in.self_collision;
     filter.rings = in.rings;
-    const std::span<const Pair> pairs = scratch.candidates.update(scratch.boxes, filter);
-    scratch.on_movables.clear();
-    scratch.on_colliders.clear();
-    contacts_of_pairs(in, scratch.boxes, pairs, scratch.on_movables);
-    contacts_with_colliders(in, scratch.boxes, 0, n, scratch.on_colliders);
-    out.resize(scratch.on_movables.size() + scratch.on_colliders.size());
-    std::merge(scratch.on_movables.begin(), scratch.on_movables.end(), scratch.on_colliders.begin(),
-               scratch.on_colliders.end(), out.begin(),
-               [](const Contact& x, const Contact& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
+    if (in.piece.size() != in.particles.size()) return s.candidates.update(s.boxes, filter);
+
+    s.radius.resize(in.particles.size());
+    s.position.resize(in.particles.size());
+    for (uint32_t i = 0; i < in.particles.size(); ++i) {
+        s.position[i] = in.particles[i].center;
+        s.radius[i] = in.particles[i].radii.maxCoeff() + 0.5 * in.margin + turning_reach(in, i);
+    }
+    const auto within = s.within.update({s.position, in.velocity.first(in.particles.size()), s.radius, in.duration},
+                                        in.piece, filter, workers);
+    const auto between = s.between.update(s.boxes, in.piece, filter);
+    s.pairs.assign(within.begin(), within.end());
+    s.pairs.insert(s.pairs.end(), between.begin(), between.end());
+    return s.pairs;
+}
+
+// Calls find(begin, end, out) on chunks of [0, n), from several threads; appends what they found in their order.
+template <class Find>
+void in_chunks(size_t n, const WorkerPool& workers, const Find& find, std::vector<std::vector<Contact>>& chunks,
+               std::vector<Contact>& out) {
+    constexpr size_t kChunk = 256;
+    const size_t n_chunks = (n + kChunk - 1) / kChunk;
+    if (chunks.size() < n_chunks) chunks.resize(n_chunks);
+    workers.for_range(n_chunks, 1, [&](size_t first, size_t last) {
+        for (size_t k = first; k < last; ++k) {
+            chunks[k].clear();
+            find(k * kChunk, std::min(n, (k + 1) * kChunk), chunks[k]);
+        }
+    });
+    for (size_t k = 0; k < n_chunks; ++k) out.insert(out.end(), chunks[k].begin(), chunks[k].end());
+}
+
+}  // namespace
+
+void find_contacts(const DetectionInput& in, ContactScratch& scratch, std::vector<Contact>& out) {
+    const size_t n = n_movables(in);
+    assert(in.velocity.size() == n && (in.angular_velocity.empty() || in.angular_velocity.size() == n));
+    const WorkerPool alone(1);
+    const WorkerPool& workers = in.workers ? *in.workers : alone;
+    scratch.boxes.resize(n);
+    const auto sweep = [&](const Vec3& frame) {
+        workers.for_range(n, 512,
+                          [&](size_t begin, size_t end) { sweep_boxes_from(frame, in, begin, end, scratch.boxes); });
+    };
+    // Two things meet or miss whoever looks: in the frame of their mean velocity, what falls together hardly moves.
+    Vec3 mean = Vec3::Zero();
+    for (const Vec3& v : in.velocity) mean += v / static_cast<double>(n);
+    sweep(mean);
+    const std::span<const Pair> pairs = candidates(in, workers, scratch);
+    out.clear();
+    in_chunks(
+        pairs.size(), workers,
+        [&](size_t begin, size_t end, std::vector<Contact>& found) {
+            contacts_of_pairs(in, scratch.boxes, pairs.subspan(begin, end - begin), found);
+        },
+        scratch.chunks, out);
+    sweep(Vec3::Zero());
+    in_chunks(
+        n, workers,
+        [&](size_t begin, size_t end, std::vector<Contact>& found) {
+            contacts_with_colliders(in, scratch.boxes, begin, end, found);
+        },
+        scratch.chunks, out);
+    std::ranges::stable_sort(out, {}, [](const Contact& c) { return std::pair(c.a, c.b); });
 }
 
 }  // namespace sunder

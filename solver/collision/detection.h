@@ -6,6 +6,7 @@
 
 #include "solver/collision/broad_phase.h"
 #include "solver/collision/contact.h"
+#include "solver/collision/piece_pairs.h"
 #include "solver/collision/shape_distance.h"
 
 namespace sunder {
@@ -22,7 +23,8 @@ struct MovingShape {
 struct DetectionInput {
     std::span<const Ellipsoid> particles;       // (n_particles)
     std::span<const uint32_t> body;             // (n_particles), or empty: one body
-    std::span<const uint8_t> pinned;            // (n_particles), or empty; two driven things give no contact
+    std::span<const uint8_t> pinned;            // (n_movables), or fewer; two driven things give no contact
+    std::span<const uint32_t> piece;            // by first particle (n_particles), or empty: not known
     LiveRings rings;                            // particles near one another in it give no contact
     bool self_collision = true;                 // particles of one body against one another
     std::span<const PlacedShape> rigid_bodies;  // spheres or boxes (n_rigid_bodies)
@@ -31,13 +33,24 @@ struct DetectionInput {
     std::span<const MovingShape> colliders;     // (n_colliders)
     double duration = 0;                        // h, s
     double margin = 1e-3;                       // m, > 0: what is nearer counts as touching
+    const WorkerPool* workers = nullptr;        // null: the calling thread alone
 };
 
 /// Memory of find_contacts. It never changes the result, only its cost.
 struct ContactScratch {
-    CandidatePairs candidates;  // reset() it whenever edges broke or a state was set from outside
-    std::vector<Aabb> boxes;    // (n_movables)
-    std::vector<Contact> on_movables, on_colliders;
+    CandidatePairs candidates;  // where pieces are not known
+    PairsBetweenPieces between;
+    PiecePairs within;
+    std::vector<Aabb> boxes;     // (n_movables)
+    std::vector<double> radius;  // (n_particles)
+    std::vector<Vec3> position;  // (n_particles)
+    std::vector<Pair> pairs;
+    std::vector<std::vector<Contact>> chunks;
+
+    /// Call when a state was set from outside.
+    void reset() { candidates.reset(), between.reset(), within.reset(); }
+    /// Call when edges broke.
+    void edges_broke() { candidates.reset(), between.reset(), within.edges_broke(); }
 };
 
 /// All contacts, ascending by (a, b), points of one pair in the order of their features.

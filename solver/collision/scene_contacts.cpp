@@ -44,23 +44,27 @@ double rolling_arm(const Scene& scene, uint32_t movable) {
 
 }  // namespace
 
+double contact_margin(const Scene& scene) {
+    const size_t n = scene.rest.n_particles(), n_rigid = scene.rigid_bodies.size();
+    double size = 0;
+    for (const Vec3& radii : scene.rest.radii) size += radii.minCoeff();
+    if (n == 0)
+        for (const RigidBody& body : scene.rigid_bodies) size += bounding_radius(body.shape);
+    return kMarginShare * size / std::max<double>(1, n > 0 ? n : double(n_rigid));
+}
+
 void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live,
                          std::span<const uint8_t> held, const MovableMotion& motion, const Interval& interval,
-                         std::vector<ActiveContact>& out) {
+                         double margin, const WorkerPool& workers, std::vector<ActiveContact>& out) {
     const SimulationMesh& rest = scene.rest;
     const uint32_t n = static_cast<uint32_t>(rest.n_particles());
     ellipsoids_.resize(n);
-    double size = 0;
-    for (uint32_t i = 0; i < n; ++i) {
+    for (uint32_t i = 0; i < n; ++i)
         ellipsoids_[i] = {motion.position[i], (motion.rotation[i] * rest.rest_orientation[i]).toRotationMatrix(),
                           rest.radii[i]};
-        size += rest.radii[i].minCoeff();
-    }
     rigid_bodies_.clear();
-    for (size_t r = 0; r < scene.rigid_bodies.size(); ++r) {
+    for (size_t r = 0; r < scene.rigid_bodies.size(); ++r)
         rigid_bodies_.push_back({scene.rigid_bodies[r].shape, {motion.position[n + r], motion.rotation[n + r]}});
-        if (n == 0) size += bounding_radius(scene.rigid_bodies[r].shape);
-    }
     colliders_.clear();
     for (size_t c = 0; c < scene.colliders.size(); ++c) {
         const DrivenPose& drive = input.colliders[c];
@@ -79,8 +83,9 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     detection.angular_velocity = motion.angular_velocity;
     detection.colliders = colliders_;
     detection.duration = interval.h;
-    margin_ = kMarginShare * size / std::max<double>(1, n > 0 ? n : double(rigid_bodies_.size()));
-    detection.margin = margin_;
+    detection.margin = margin;
+    detection.piece = live.pieces();
+    detection.workers = &workers;
     find_contacts(detection, scratch_, contacts_);
 
     out.clear();

@@ -24,19 +24,21 @@ struct Interval {
     double begin = 0, end = 1;  // share of the frame
 };
 
+/// How far beyond touching contacts reach, m: a small share of a typical particle.
+double contact_margin(const Scene& scene);
+
 /// Finds and describes contacts; keeps scratch and the broad phase's memory between substeps (neither changes the
 /// result).
 class SceneContacts {
 public:
     void find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live,
-              std::span<const uint8_t> held, const MovableMotion& motion, const Interval& interval,
-              std::vector<ActiveContact>& out);
+              std::span<const uint8_t> held, const MovableMotion& motion, const Interval& interval, double margin,
+              const WorkerPool& workers, std::vector<ActiveContact>& out);
 
-    /// How far beyond touching contacts reach, m: a small share of a typical particle.
-    double margin() const { return margin_; }
-
-    /// Call when edges broke or a state was set from outside.
-    void topology_changed() { scratch_.candidates.reset(); }
+    /// Call when a state was set from outside.
+    void reset() { scratch_.reset(); }
+    /// Call when edges broke.
+    void edges_broke() { scratch_.edges_broke(); }
 
 private:
     ContactScratch scratch_;
@@ -44,7 +46,6 @@ private:
     std::vector<PlacedShape> rigid_bodies_;
     std::vector<MovingShape> colliders_;
     std::vector<Contact> contacts_;
-    double margin_ = 0;
 };
 
 }  // namespace sunder

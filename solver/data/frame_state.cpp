@@ -47,8 +47,11 @@ uint64_t state_hash(const FrameState& s) {
     h.add(s.position), h.add(s.orientation), h.add(s.velocity), h.add(s.angular_velocity);
     h.add(s.plastic_deformation), h.add(s.yield), h.add(s.strain), h.add(s.group_rotation);
     h.add(s.edge_intact), h.add(s.rigid_bodies), h.add(s.contacts), h.add(s.broken);
+    if (!s.asleep.empty()) h.add(s.still_time), h.add(s.asleep), h.add(s.rest_conditions);
     return h.digest();
 }
+
+uint64_t hash_of(std::span<const double> numbers) { return XXH3_64bits(numbers.data(), numbers.size_bytes()); }
 
 bool FrameState::operator==(const FrameState& o) const {
     auto same_rotations = [](const std::vector<Quat>& a, const std::vector<Quat>& b) {
@@ -61,7 +64,8 @@ bool FrameState::operator==(const FrameState& o) const {
            velocity == o.velocity && angular_velocity == o.angular_velocity &&
            plastic_deformation == o.plastic_deformation && yield == o.yield && strain == o.strain &&
            same_rotations(group_rotation, o.group_rotation) && edge_intact == o.edge_intact &&
-           rigid_bodies == o.rigid_bodies && contacts == o.contacts && broken == o.broken;
+           rigid_bodies == o.rigid_bodies && contacts == o.contacts && broken == o.broken &&
+           still_time == o.still_time && asleep == o.asleep && rest_conditions == o.rest_conditions;
 }
 
 }  // namespace sunder

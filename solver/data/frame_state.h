@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "solver/data/math.h"
@@ -52,11 +53,19 @@ struct FrameState {
     std::vector<ContactMemory> contacts;       // of the last substep, ascending by (a, b)
     std::vector<BrokenEdge> broken;            // edges broken in the frame that ended in this state
 
+    // Of movables: particles, then rigid bodies. All three are empty where nothing was ever told to sleep.
+    std::vector<double> still_time;         // for how long it has hardly moved                (n_movables), s
+    std::vector<uint8_t> asleep;            // 1: it rests and is left out (sleeping.h)        (n_movables)
+    std::vector<uint64_t> rest_conditions;  // hashes of what acts on sleepers; empty: nothing sleeps
+
     size_t n_particles() const { return position.size(); }
     bool operator==(const FrameState& other) const;
 };
 
 /// Hash of every bit of the state; equal states hash equal on every machine of the same byte order.
 uint64_t state_hash(const FrameState& state);
+
+/// Hash of the bits of some numbers.
+uint64_t hash_of(std::span<const double> numbers);
 
 }  // namespace sunder

@@ -43,6 +43,8 @@ struct SimulationMesh {
     std::vector<uint32_t> member_twin;   // slot of the centre in the member's own ring     (as group_member)
     std::vector<uint8_t> group_uneven;  // 1 where an edge of the ring has a toughness factor other than 1 (n_particles)
 
+    std::vector<double> group_trace;  // of the whole rest one-ring (rest_traces), kg m2 (n_particles); or empty
+
     static constexpr uint32_t kNone = 0xffffffffu;
     size_t n_particles() const { return rest_position.size(); }
     size_t n_edges() const { return edges.size(); }

@@ -44,6 +44,8 @@ Example example() {
     s.rigid_bodies = {{vec(), quat(), vec(), vec()}};
     s.broken = {{1, 0.125, 0.3}};
     s.contacts = {{1, 0x80000000u, vec(), 12.5, vec()}};
+    s.still_time = {0.25, 0.5, 0.1, 0.0}, s.asleep = {0, 1, 0, 0};
+    s.rest_conditions = {0xfedcba9876543210u, 7};
     return e;
 }
 
@@ -80,6 +82,22 @@ TEST(StateFile, an_empty_state_comes_back) {
     EXPECT_EQ(file->state, FrameState());
 }
 
+// A bake of before sleep can be gone on with: nothing in it sleeps.
+TEST(StateFile, a_frame_of_version_1_is_awake) {
+    Example e = example();
+    e.state.still_time.clear(), e.state.asleep.clear(), e.state.rest_conditions.clear();
+    std::string bytes = bytes_of(e);
+    bytes[bytes.find("state frame 2") + 12] = '1';
+    const std::string added =
+        "element rest 0\nproperty double still_time\nproperty uchar asleep\nelement rest_condition 0\nproperty int "
+        "low\nproperty int high\n";
+    ASSERT_TRUE(has(bytes, added));
+    bytes.erase(bytes.find(added), added.size());
+    const auto file = decode_state(bytes, "a");
+    ASSERT_TRUE(file) << file.error().text();
+    EXPECT_EQ(file->state, e.state);
+}
+
 TEST(StateFile, keeps_the_columns_that_scripts_rely_on) {
     const std::string text = bytes_of(example());
     std::string expected = "element particle 3\n";
@@ -91,7 +109,7 @@ TEST(StateFile, keeps_the_columns_that_scripts_rely_on) {
         "property int body\nproperty int fragment\nelement edge 2\nproperty int a\nproperty int b\nproperty uchar "
         "intact\n";
     EXPECT_TRUE(has(text, expected));
-    EXPECT_TRUE(text.starts_with("ply\nformat binary_little_endian 1.0\ncomment sunder state frame 1\n"));
+    EXPECT_TRUE(text.starts_with("ply\nformat binary_little_endian 1.0\ncomment sunder state frame 2\n"));
 }
 
 TEST(StateFile, every_truncation_is_noticed) {
@@ -136,7 +154,7 @@ TEST(StateFile, foreign_frames_are_refused) {
     EXPECT_TRUE(has(fault_of("ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\nend_header\n"),
                     "no state frame"));
     std::string later = bytes_of(example());
-    later.replace(later.find("state frame 1"), 13, "state frame 9");
+    later.replace(later.find("state frame 2"), 13, "state frame 9");
     EXPECT_TRUE(has(fault_of(later), "does not know"));
     std::string other = bytes_of(example());
     other.replace(other.find("double vx"), 9, "double ux");

@@ -115,6 +115,39 @@ BenchScene pile() {
     return s;
 }
 
+// 95 of a hundred bodies have come to rest on the floor, every other of them in loose pieces; five are turned by pins.
+BenchScene resting(bool sleeping) {
+    BenchScene s;
+    s.settings.sleeping = sleeping;
+    Material clay;
+    clay.youngs_modulus = 2e5;
+    const SimulationMesh whole = lattice({3, 3, 3}, 0.1);
+    SimulationMesh loose = whole;
+    loose.edges.clear();
+    for (int k = 0; k < 100; ++k) {
+        const bool turned = k % 20 == 0;
+        const Vec3 place(0.6 * (k % 10 - 4.5), 0.6 * (k / 10 - 4.5), turned ? 0.5 : 0);
+        const uint32_t first = static_cast<uint32_t>(s.scene.rest.n_particles());
+        add_body(s, k % 2 ? loose : whole, {place, Quat::Identity()}, Vec3::Zero(), Vec3::Zero(), clay);
+        if (!turned) continue;
+        s.scene.pins.push_back({"pin" + std::to_string(k), {first + 13}});
+        s.input.pins.push_back({});
+        s.input.pins.back().pivot = s.scene.rest.rest_position[first + 13];
+    }
+    add_floor(s);
+    s.drive = [](int frame, FrameInput& io_input) {
+        for (DrivenPose& pin : io_input.pins) {
+            const auto turned = [&](int f) {
+                const Quat turn = rotation_of(Vec3(0, 0, f / 24.0 * std::numbers::pi / 2));
+                return Pose{pin.pivot - turn * pin.pivot, turn};
+            };
+            pin.begin = turned(frame), pin.end = turned(frame + 1);
+        }
+    };
+    s.warm_up = 48, s.frames = 24;
+    return s;
+}
+
 // Spinning cubes of a thousand particles, far from one another: cost a particle must not grow with their number.
 BenchScene cubes(int count) {
     BenchScene s;

@@ -23,6 +23,7 @@ void add_weight(BenchScene& io, const Vec3& position, double mass, const Vec3& v
 BenchScene twisted_bar(int across, int along);
 BenchScene hit_plate();
 BenchScene pile();
+BenchScene resting(bool sleeping);
 BenchScene cubes(int count);
 
 // Of cut bunnies.

@@ -12,6 +12,8 @@ const std::vector<NamedScene>& all_scenes() {
         {"bunnies", "two bunnies of 300 fragments, hit by weights", false, two_bunnies},
         {"paper", "12 bunnies of 223 fragments fall and break", false, paper_scene},
         {"pile", "a thousand loose fragments at rest in a heap", false, pile},
+        {"resting", "a hundred bodies of 27 fragments, 95 at rest", false, [] { return resting(true); }},
+        {"restless", "the same with sleeping off", false, [] { return resting(false); }},
         {"1k", "a spinning cube of 1000 particles", false, [] { return cubes(1); }},
         {"10k", "10 of them", false, [] { return cubes(10); }},
         {"100k", "100 of them", true, [] { return cubes(100); }},

@@ -1,0 +1,50 @@
+// The part of a scene that does not sleep, as a scene of its own: so that sleepers cost nothing, whatever is done.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "solver/step.h"
+
+namespace sunder {
+
+/// Holds everything awake, and those sleepers (fixed, without their edges) that something awake may touch soon. Derived
+/// from the whole scene and a state; may be made anew at any time without changing a bit of the result: what nothing
+/// touches changes nothing.
+class AwakeScene {
+public:
+    /// Takes over a state in which something sleeps.
+    void enter(const StepContext& whole, const FrameState& state);
+
+    /// Call before each substep (of h, from `begin` to `end` of the frame): sees to it that all sleepers that may be
+    /// touched in it are here. `io_state`: as enter; written to where it has to begin anew.
+    void cover(const StepContext& whole, double h, double end, FrameState& io_state);
+
+    /// Writes what is awake back into the state of the whole scene.
+    void leave(FrameState& io_state);
+
+    bool empty() const { return n_awake_ == 0; }
+    StepContext context(const StepContext& whole) const;
+    FrameState& state() { return state_; }
+    Workspace& work() { return work_; }
+    std::vector<uint32_t> woken() const;  // by the last substep; movables of the whole scene
+
+private:
+    void build(const StepContext& whole, const FrameState& state);
+    void take_particles(const SimulationMesh& rest);
+    void take_rings(const SimulationMesh& rest);
+    void gather(const FrameState& state);
+    std::vector<Aabb> reach(const StepContext& whole, double seconds, double end, double skin) const;
+
+    Scene scene_;
+    FrameState state_;
+    Workspace work_;
+    std::vector<uint8_t> asleep_;  // what it was made for  (n_movables of the whole scene)
+    std::vector<uint32_t> movable_, particle_, rigid_body_, edge_;  // here: which of the whole scene's; ascending
+    std::vector<uint32_t> index_;                                   // movable of the whole scene -> here, or kNone
+    std::vector<uint8_t> fixed_;                                    // (n_movables)
+    std::vector<Aabb> covered_;                                     // where neighbours are known (n_movables), m
+    size_t n_awake_ = 0;
+};
+
+}  // namespace sunder

@@ -1,0 +1,186 @@
+#include "solver/collision/piece_pairs.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "solver/polar_decomposition.h"
+
+namespace sunder {
+namespace {
+
+constexpr double kSkin = 0.15;          // of a mean box: how much boxes are grown on every side
+constexpr uint32_t kManyPartners = 16;  // a piece that meets more is not asked for each which of it meets it
+constexpr double kMostTurn = 0.5;       // rad a step; faster pieces are followed without their turning
+
+struct RigidMotion {
+    Vec3 center = Vec3::Zero(), velocity = Vec3::Zero(), spin = Vec3::Zero();
+};
+
+RigidMotion rigid_motion(const ParticleMotion& in, std::span<const uint32_t> members) {
+    RigidMotion m;
+    const double n = static_cast<double>(members.size());
+    const Vec3 origin = in.position[members.front()];
+    for (const uint32_t i : members) m.center += (in.position[i] - origin) / n, m.velocity += in.velocity[i] / n;
+    m.center += origin;
+    Vec3 L = Vec3::Zero();
+    Mat3 H = Mat3::Zero();
+    for (const uint32_t i : members) {
+        const Vec3 r = in.position[i] - m.center;
+        L += r.cross(in.velocity[i] - m.velocity);
+        H += r.squaredNorm() * Mat3::Identity() - r * r.transpose();
+    }
+    const Vec3 spin = (H + 1e-9 * H.trace() * Mat3::Identity()).inverse() * L;
+    if (spin.norm() * in.duration < kMostTurn) m.spin = spin;  // and not where it is not finite
+    return m;
+}
+
+// Box in the frame of the piece: the particle's ball, moved by what it does beyond the piece's rigid motion. That
+// motion is not straight, while contacts are found on straight paths: two that touch on them are no farther apart than
+// their reach and what turning adds to it, theta (their reach + ...), hence theta / (1 - theta).
+Aabb box_in_piece(const ParticleMotion& in, const RigidMotion& m, const Quat& turn, uint32_t i) {
+    const Quat back = turn.conjugate();
+    const Vec3 r = in.position[i] - m.center;
+    const Vec3 way = in.duration * (in.velocity[i] - m.velocity - m.spin.cross(r));
+    const double theta = in.duration * m.spin.norm();
+    const double radius = in.radius[i] + theta / (1 - theta) * (in.radius[i] + way.norm());
+    const Vec3 from = back * r, to = from + back * way, reach = Vec3::Constant(radius * (1 + 1e-9));
+    return {from.cwiseMin(to) - reach, from.cwiseMax(to) + reach};
+}
+
+bool holds(const Aabb& outer, const Aabb& inner) {
+    return (outer.min.array() <= inner.min.array()).all() && (inner.max.array() <= outer.max.array()).all();
+}
+
+}  // namespace
+
+void PiecePairs::reset() {
+    pieces_.clear();
+    are_known_ = false;
+}
+
+void PiecePairs::take_pieces(std::span<const uint32_t> piece, const PairFilter& filter) {
+    std::vector<Piece> old = std::move(pieces_);
+    std::vector<uint32_t> size, index;  // by piece; place in pieces_, from 1
+    for (const uint32_t p : piece) {
+        if (p >= size.size()) size.resize(p + 1, 0);
+        ++size[p];
+    }
+    pieces_.clear();
+    index.assign(size.size(), 0);
+    for (uint32_t i = 0; i < piece.size(); ++i) {
+        const uint32_t p = piece[i];
+        if (size[p] < 3) continue;
+        if (index[p] == 0) {
+            pieces_.emplace_back();
+            index[p] = static_cast<uint32_t>(pieces_.size());
+        }
+        Piece& own = pieces_[index[p] - 1];
+        own.member.push_back(i);
+        own.n_joints += filter.rings.end[i] - filter.rings.begin[i];
+    }
+    // Both lists are in the order of their first particles.
+    size_t k = 0;
+    for (Piece& now : pieces_) {
+        while (k < old.size() && old[k].member.front() < now.member.front()) ++k;
+        if (k < old.size() && old[k].n_joints == now.n_joints && old[k].member == now.member) now = std::move(old[k++]);
+    }
+}
+
+void PiecePairs::refresh(const ParticleMotion& in, const PairFilter& filter, Piece& io_piece) {
+    Piece& p = io_piece;
+    const RigidMotion m = rigid_motion(in, p.member);
+    p.is_fresh = false;
+    if (!p.remembered.empty()) {
+        Mat3 A = Mat3::Zero();
+        for (size_t k = 0; k < p.member.size(); ++k)
+            A += (in.position[p.member[k]] - m.center) * p.remembered[k].transpose();
+        p.turn = optimal_rotation(A, p.turn);
+        bool all = true;
+        for (size_t k = 0; k < p.member.size() && all; ++k)
+            all = holds(p.grown[k], box_in_piece(in, m, p.turn, p.member[k]));
+        if (all) return;
+    }
+    p.is_fresh = true;
+    p.turn = Quat::Identity();
+    p.remembered.clear(), p.grown.clear();
+    double extent = 0;
+    for (const uint32_t i : p.member) {
+        p.remembered.push_back(in.position[i] - m.center);
+        p.grown.push_back(box_in_piece(in, m, p.turn, i));
+        extent += (p.grown.back().max - p.grown.back().min).maxCoeff() / static_cast<double>(p.member.size());
+    }
+    for (Aabb& box : p.grown) box.min.array() -= kSkin * extent, box.max.array() += kSkin * extent;
+    OverlapScratch scratch;
+    find_overlaps(p.grown, {}, scratch, p.pairs);
+    for (Pair& pair : p.pairs) pair = {p.member[pair.first], p.member[pair.second]};
+    std::erase_if(p.pairs, [&](const Pair& pair) { return filter.excludes(pair.first, pair.second); });
+}
+
+std::span<const Pair> PiecePairs::update(const ParticleMotion& motion, std::span<const uint32_t> piece,
+                                         const PairFilter& filter, const WorkerPool& workers) {
+    if (self_collision_ != filter.self_collision) reset();
+    self_collision_ = filter.self_collision;
+    bool changed = !are_known_;
+    if (!are_known_) take_pieces(piece, filter);
+    are_known_ = true;
+    if (!filter.self_collision) return {};
+    workers.for_range(pieces_.size(), 1, [&](size_t first, size_t last) {
+        for (size_t k = first; k < last; ++k) refresh(motion, filter, pieces_[k]);
+    });
+    for (const Piece& p : pieces_) changed |= p.is_fresh, n_rebuilds_ += p.is_fresh;
+    if (!changed) return pairs_;
+    pairs_.clear();
+    for (const Piece& p : pieces_) pairs_.insert(pairs_.end(), p.pairs.begin(), p.pairs.end());
+    return pairs_;
+}
+
+void PairsBetweenPieces::take_pieces(std::span<const uint32_t> piece, size_t n_movables) {
+    item_.assign(piece.begin(), piece.end());
+    uint32_t n_items = 0;
+    for (const uint32_t p : piece) n_items = std::max(n_items, p + 1);
+    for (size_t i = piece.size(); i < n_movables; ++i) item_.push_back(n_items++);
+    begin_.assign(n_items + 1, 0);
+    for (const uint32_t p : item_) ++begin_[p + 1];
+    for (uint32_t p = 0; p < n_items; ++p) begin_[p + 1] += begin_[p];
+    member_.resize(item_.size());
+    std::vector<uint32_t> next(begin_.begin(), begin_.end() - 1);
+    for (uint32_t i = 0; i < item_.size(); ++i) member_[next[item_[i]]++] = i;
+}
+
+std::span<const Pair> PairsBetweenPieces::update(std::span<const Aabb> boxes, std::span<const uint32_t> piece,
+                                                 const PairFilter& filter) {
+    if (!are_known_) take_pieces(piece, boxes.size());
+    are_known_ = true;
+    const size_t n_items = begin_.size() - 1;
+    box_.assign(n_items, Aabb());
+    for (size_t i = 0; i < boxes.size(); ++i) box_[item_[i]].extend(boxes[i].min), box_[item_[i]].extend(boxes[i].max);
+    const std::span<const Pair> meetings = of_pieces_.update(box_, {});
+
+    const auto members = [&](uint32_t p) { return std::span(member_).subspan(begin_[p], begin_[p + 1] - begin_[p]); };
+    partners_.assign(n_items, 0);
+    for (const auto& [p, q] : meetings) ++partners_[p], ++partners_[q];
+    exposed_.assign(boxes.size(), Aabb());
+    const auto expose = [&](uint32_t p, const Aabb& to) {
+        if (partners_[p] == 0) return;  // all of it is
+        const bool all = partners_[p] > kManyPartners;
+        for (const uint32_t i : members(p))
+            if (all || overlap(boxes[i], to)) exposed_[i] = boxes[i];
+        if (all) partners_[p] = 0;
+    };
+    pairs_.clear();
+    for (const auto& [p, q] : meetings) {
+        if (members(p).size() == 1 && members(q).size() == 1) {
+            const auto [i, j] = std::minmax(members(p).front(), members(q).front());
+            if (!filter.excludes(i, j)) pairs_.push_back({i, j});
+            continue;
+        }
+        expose(p, box_[q]), expose(q, box_[p]);
+    }
+    PairFilter between = filter;
+    between.item = item_;
+    for (const auto& [i, j] : of_exposed_.update(exposed_, between))
+        if (members(item_[i]).size() > 1 || members(item_[j]).size() > 1) pairs_.push_back({i, j});
+    return pairs_;
+}
+
+}  // namespace sunder

@@ -1,0 +1,81 @@
+// Which particles of one piece may touch one another.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "solver/collision/broad_phase.h"
+#include "solver/parallel.h"
+
+namespace sunder {
+
+/// Particles at the start of a step, and what they would do alone.
+struct ParticleMotion {
+    std::span<const Vec3> position, velocity;  // m, m/s (n_particles)
+    std::span<const double> radius;            // of the ball that holds it and what its contacts reach (n_particles), m
+    double duration = 0;                       // h, s
+};
+
+/// Remembers the pairs of each piece as broad_phase's CandidatePairs does, but in a frame that moves and turns with the
+/// piece: a body that falls or spins as a whole finds its pairs once. What is remembered changes no contact.
+class PiecePairs {
+public:
+    /// Call when a state was set from outside.
+    void reset();
+    /// Call when edges broke: pieces that are as they were keep their pairs.
+    void edges_broke() { are_known_ = false; }
+
+    /// Superset of the pairs of particles of one piece that touch on straight paths, but for those that `filter`
+    /// excludes. `piece` (n_particles) numbers pieces by their first particle.
+    std::span<const Pair> update(const ParticleMotion& motion, std::span<const uint32_t> piece,
+                                 const PairFilter& filter, const WorkerPool& workers);
+
+    size_t n_rebuilds() const { return n_rebuilds_; }
+
+private:
+    struct Piece {
+        std::vector<uint32_t> member;
+        uint64_t n_joints = 0;         // slots of the members' rings: pieces only lose edges
+        Vec3 center = Vec3::Zero();    // when its pairs were found, m
+        std::vector<Vec3> remembered;  // positions then, from the centre (as member), m
+        std::vector<Aabb> grown;       // in the frame of then, about the centre (as member), m
+        std::vector<Pair> pairs;
+        Quat turn = Quat::Identity();  // since then
+        bool is_fresh = false;         // its pairs were found in this update
+    };
+    void take_pieces(std::span<const uint32_t> piece, const PairFilter& filter);
+    static void refresh(const ParticleMotion& motion, const PairFilter& filter, Piece& io_piece);
+
+    std::vector<Piece> pieces_;  // of three particles or more: two are joined
+    std::vector<Pair> pairs_;
+    bool are_known_ = false, self_collision_ = true;
+    size_t n_rebuilds_ = 0;
+};
+
+/// Pairs of movables of different pieces: of pieces whose boxes meet, and of those the particles that meet the other's
+/// box. A rigid body is a piece.
+class PairsBetweenPieces {
+public:
+    /// Call when edges broke or a state was set from outside.
+    void reset() {
+        are_known_ = false;
+        of_pieces_.reset(), of_exposed_.reset();
+    }
+
+    /// Superset of the overlapping pairs of `boxes` (n_movables), in no order.
+    std::span<const Pair> update(std::span<const Aabb> boxes, std::span<const uint32_t> piece,
+                                 const PairFilter& filter);
+
+private:
+    void take_pieces(std::span<const uint32_t> piece, size_t n_movables);
+
+    bool are_known_ = false;
+    std::vector<uint32_t> item_;            // the piece of each movable (n_movables)
+    std::vector<uint32_t> begin_, member_;  // movables, piece after piece
+    std::vector<uint32_t> partners_;        // (n_pieces and rigid bodies)
+    std::vector<Aabb> box_, exposed_;       // of pieces; of what meets another piece's box, else empty
+    CandidatePairs of_pieces_, of_exposed_;
+    std::vector<Pair> pairs_;
+};
+
+}  // namespace sunder

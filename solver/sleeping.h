@@ -1,0 +1,50 @@
+// What rests is not simulated until something wakes it. Pieces and rigid bodies that press on one another form an
+// island; it sleeps and wakes as a whole.
+#pragma once
+
+#include <span>
+
+#include "solver/scene.h"
+
+namespace sunder {
+
+/// s; an island sleeps when all of it has hardly moved for so long.
+constexpr double kTimeToSleep = 0.5;
+
+/// m/s; what moves from frame to frame more slowly than this hardly moves. sqrt(g size) is the speed of things that
+/// fall, tip and slide; a thousandth of it is that of a fall by half a millionth of the size, and moves a fragment of
+/// 6 cm by 0.6 % of its size in the time to sleep. Without gravity there is no such scale: things sleep only if they do
+/// not move at all.
+double still_speed(double size, double acceleration);
+
+/// m/s; awake things that come to touch a sleeper faster wake it.
+double waking_speed(double size, double acceleration);
+
+/// Of a sleeping particle's or rigid body's weight: contacts that push on it with more wake it.
+constexpr double kWakingLoad = 0.2;
+
+/// Length of a movable, m: the cube of the same volume.
+double size_of(const Scene& scene, uint32_t movable);
+
+/// Gravity and the accelerations of forces together, m/s2.
+double acceleration_of(const FrameInput& input);
+
+bool anything_sleeps(const FrameState& state);
+
+/// Everything is awake, and has moved just now.
+void forget_sleep(size_t n_movables, FrameState& io_state);
+
+/// To be called at the start of a frame: wakes what a changed gravity, force, material, pin or collider acts on, what
+/// is near a collider that moves, and everything where sleepers were changed from outside. `margin`: of contacts, m.
+void wake_changed(const Scene& scene, const FrameInput& input, bool self_collision, double margin,
+                  FrameState& io_state);
+
+/// Wakes the islands of these movables. They go on from where they lie, with the contact forces that they had.
+void wake(const Scene& scene, std::span<const uint32_t> movables, FrameState& io_state);
+
+/// To be called at the end of a frame that began in `before`: counts how long things have been still, and puts islands
+/// to sleep. Returns how many pieces there are.
+size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collision, const FrameState& before,
+                   FrameState& io_state);
+
+}  // namespace sunder

@@ -1,0 +1,258 @@
+#include "solver/sleeping.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "solver/motion.h"
+#include "tests/support/lattice_scene.h"
+
+namespace sunder {
+namespace {
+
+using test::advance;
+
+constexpr double kSpacing = 0.1;  // m, of all lattices here
+
+// Bodies on a floor.
+struct Ground {
+    Scene scene;
+    FrameInput input;
+    SolverSettings settings;
+
+    Ground() {
+        scene.colliders.push_back({"floor", {ShapeKind::plane}, 0.6, 0.0});
+        input.colliders.resize(1);
+    }
+    // `cells` across each side; loose: without edges.
+    void add(int cells, const Vec3& place, bool loose = false, const Vec3& velocity = Vec3::Zero()) {
+        SimulationMesh mesh = test::lattice_mesh({{cells, cells, cells}, kSpacing, 6, 1000, {}});
+        if (loose) mesh.edges.clear();
+        test::add_body(scene, mesh, {place, Quat::Identity()}, velocity);
+        input.materials.push_back({});
+    }
+    void add_sphere(const Vec3& place, const Vec3& velocity) {
+        RigidBody ball;
+        ball.name = "ball", ball.shape.radius = 0.1, ball.mass = 4;
+        ball.pose.position = place, ball.velocity = velocity;
+        scene.rigid_bodies.push_back(ball);
+    }
+    void add_collider(const Vec3& place) {
+        Collider box{"box", {ShapeKind::box}};
+        box.shape.half_extents.setConstant(0.1);
+        scene.colliders.push_back(box);
+        input.colliders.emplace_back();
+        input.colliders.back().begin.position = input.colliders.back().end.position = place;
+    }
+};
+
+// How many of a body's particles sleep.
+size_t asleep(const Ground& g, const FrameState& s, size_t body) {
+    const Body& b = g.scene.bodies[body];
+    return static_cast<size_t>(std::count(s.asleep.begin() + b.particle_begin, s.asleep.begin() + b.particle_end, 1));
+}
+
+StepReport run(Solver& solver, const Ground& g, FrameState& io_state, int frames) {
+    StepReport last;
+    for (int f = 0; f < frames; ++f) last = advance(solver, g.input, g.settings, io_state);
+    return last;
+}
+
+// A soft body and loose fragments that lie still, apart from one another.
+struct Resting : Ground {
+    std::unique_ptr<Solver> solver;
+    FrameState state;
+
+    explicit Resting(bool with_ball = false) {
+        add(3, Vec3(-1, 0, 0)), add(2, Vec3(1, 0, 0), true);
+        if (with_ball) add_sphere(Vec3(-1, 0, 14), Vec3::Zero());  // arrives after 40 frames
+        start();
+    }
+    void start() {
+        solver = test::make_solver(scene);
+        state = solver->initial_state(input.materials);
+    }
+    void settle() {
+        run(*solver, *this, state, 36);
+        ASSERT_EQ(asleep(*this, state, 0), 27u);
+        ASSERT_EQ(asleep(*this, state, 1), 8u);
+    }
+};
+
+TEST(sleeping, what_rests_costs_nothing_and_does_not_move_by_a_bit) {
+    Resting r;
+    r.settle();
+    const FrameState before = r.state;
+    const StepReport report = run(*r.solver, r, r.state, 10);
+    EXPECT_EQ(report.simulated, 0u);
+    EXPECT_EQ(report.asleep, 35u);
+    EXPECT_EQ(report.n_components, 9u);
+    EXPECT_EQ(r.state.position, before.position);
+    EXPECT_NEAR(r.state.time, before.time + 10.0 / 24, 1e-12);
+    for (const Vec3& v : r.state.velocity) EXPECT_EQ(v, Vec3(Vec3::Zero()));
+}
+
+TEST(sleeping, off_simulates_everything) {
+    Resting r;
+    r.settings.sleeping = false;
+    const StepReport report = run(*r.solver, r, r.state, 36);
+    EXPECT_EQ(report.asleep, 0u);
+    EXPECT_EQ(report.simulated, 35u * 8u);
+    EXPECT_TRUE(r.state.asleep.empty());
+}
+
+TEST(sleeping, an_impact_wakes_the_island_and_no_other) {
+    Resting r(true);
+    r.settle();
+    ASSERT_GT(r.state.rigid_bodies[0].position.z(), 0.4);  // a rigid body in free fall does not sleep
+    for (int f = 0; f < 8 && asleep(r, r.state, 0) > 0; ++f) run(*r.solver, r, r.state, 1);
+    EXPECT_EQ(asleep(r, r.state, 0), 0u);
+    EXPECT_EQ(asleep(r, r.state, 1), 8u);
+}
+
+TEST(sleeping, an_impact_is_felt_as_if_nothing_had_slept) {
+    std::vector<Vec3> end[2];
+    for (const bool sleeping : {false, true}) {
+        Resting r(true);
+        r.settings.sleeping = sleeping;
+        run(*r.solver, r, r.state, 60);
+        end[sleeping] = r.state.position;
+    }
+    double apart = 0;
+    for (size_t i = 0; i < 27; ++i) apart = std::max(apart, (end[0][i] - end[1][i]).norm());
+    EXPECT_LT(apart, 0.01 * kSpacing);
+}
+
+TEST(sleeping, gravity_wakes_all_and_a_material_its_body) {
+    Resting r;
+    r.settle();
+    const FrameState resting = r.state;
+    r.input.materials[1].friction = 0.1;
+    run(*r.solver, r, r.state, 1);
+    EXPECT_EQ(asleep(r, r.state, 0), 27u);
+    EXPECT_EQ(asleep(r, r.state, 1), 0u);
+    r.state = resting;
+    r.input.materials[1].friction = Material().friction;
+    r.input.gravity = Vec3(0, 3, -9);
+    run(*r.solver, r, r.state, 1);
+    EXPECT_EQ(std::count(r.state.asleep.begin(), r.state.asleep.end(), 1), 0);
+}
+
+TEST(sleeping, a_collider_that_moves_wakes_what_is_near_it) {
+    Resting r;
+    r.add_collider(Vec3(1, 0, 1));
+    r.start();
+    r.settle();
+    r.input.colliders[1].end.position.z() = 0.8;  // far above the loose fragments still
+    run(*r.solver, r, r.state, 1);
+    EXPECT_EQ(asleep(r, r.state, 1), 8u);
+    r.input.colliders[1].begin.position.z() = 0.8, r.input.colliders[1].end.position.z() = 0.25;
+    run(*r.solver, r, r.state, 1);
+    EXPECT_EQ(asleep(r, r.state, 0), 27u);
+    EXPECT_EQ(asleep(r, r.state, 1), 0u);
+}
+
+TEST(sleeping, a_floor_that_goes_lets_everything_fall) {
+    Resting r;
+    r.settle();
+    const double z = r.state.position[0].z();
+    r.input.colliders[0].active = false;
+    run(*r.solver, r, r.state, 12);
+    EXPECT_NEAR(z - r.state.position[0].z(), 0.5 * 9.81 * 0.25, 0.06);
+}
+
+TEST(sleeping, a_pin_that_moves_or_lets_go_wakes_what_it_holds) {
+    for (const bool lets_go : {false, true}) {
+        Ground g;
+        g.add(3, Vec3(0, 0, 0.5));
+        test::add_pin(g.scene, [](const Vec3& x) { return x.x() < -0.05; });
+        g.input.pins.resize(1);
+        const auto solver = test::make_solver(g.scene);
+        FrameState state = solver->initial_state(g.input.materials);
+        g.settings.damping = 5;
+        run(*solver, g, state, 72);
+        ASSERT_EQ(asleep(g, state, 0), 27u);
+        if (lets_go)
+            g.input.pins[0].active = false;
+        else
+            g.input.pins[0].end.position.x() = 0.05;
+        run(*solver, g, state, 1);
+        EXPECT_EQ(asleep(g, state, 0), 0u);
+    }
+}
+
+TEST(sleeping, a_state_set_from_outside_is_awake) {
+    Resting r;
+    r.settle();
+    r.state.position[30].z() += 0.05;
+    run(*r.solver, r, r.state, 1);
+    EXPECT_EQ(std::count(r.state.asleep.begin(), r.state.asleep.end(), 1), 0);
+}
+
+TEST(sleeping, slow_drift_without_gravity_goes_on) {
+    Ground g;
+    g.input.gravity.setZero();
+    g.add(2, Vec3(0, 0, 0.5), false, Vec3(1e-4, 0, 0));
+    const auto solver = test::make_solver(g.scene);
+    FrameState state = solver->initial_state(g.input.materials);
+    const double x = state.position[0].x();
+    run(*solver, g, state, 48);
+    EXPECT_NEAR(state.position[0].x() - x, 2e-4, 1e-9);
+}
+
+// Heaps that fall together, and go to sleep piece by piece while others still move.
+struct Heap : Ground {
+    Heap() {
+        std::mt19937_64 rng(3);
+        std::uniform_real_distribution<double> uniform(-1, 1);
+        const SimulationMesh one = test::lattice_mesh({{1, 1, 1}, kSpacing, 6, 1000, {}});
+        for (int k = 0; k < 40; ++k) {
+            const Vec3 place(0.13 * (k % 3), 0.13 * (k / 3 % 3), 0.13 * (k / 9));
+            test::add_body(scene, one, {place, rotation_of(Vec3(uniform(rng), uniform(rng), uniform(rng)))});
+            input.materials.push_back({});
+        }
+        add(2, Vec3(1, 0, 0.02)), add(2, Vec3(1, 0, 0.25));
+        add_sphere(Vec3(0.13, 0.13, 10), Vec3::Zero());  // lands on the heap after 33 frames
+    }
+};
+
+TEST(sleeping, going_on_from_any_frame_gives_the_same_bits_for_any_number_of_threads) {
+    const Heap heap;
+    const auto solver = test::make_solver(heap.scene);
+    std::vector<FrameState> states = {solver->initial_state(heap.input.materials)};
+    size_t most = 0, least_after = 1000;
+    for (int f = 0; f < 40; ++f) {
+        states.push_back(states.back());
+        const size_t n = advance(*solver, heap.input, heap.settings, states.back()).asleep;
+        most = std::max(most, n);
+        if (n < most) least_after = std::min(least_after, n);
+    }
+    EXPECT_GT(most, 8u);
+    EXPECT_LT(least_after, most);  // some were woken
+    for (const int from : {13, 20, 25, 30}) {
+        const auto fresh = test::make_solver(heap.scene, 3);
+        FrameState state = states[static_cast<size_t>(from)];
+        run(*fresh, heap, state, 40 - from);
+        EXPECT_EQ(state_hash(state), state_hash(states.back())) << "from frame " << from;
+    }
+}
+
+TEST(sleeping, a_heap_ends_where_it_does_awake) {
+    Heap heap;
+    heap.scene.rigid_bodies.clear();
+    std::vector<Vec3> end[2];
+    for (const bool sleeping : {false, true}) {
+        heap.settings.sleeping = sleeping;
+        const auto solver = test::make_solver(heap.scene);
+        FrameState state = solver->initial_state(heap.input.materials);
+        const StepReport last = run(*solver, heap, state, 96);
+        EXPECT_EQ(last.asleep, sleeping ? heap.scene.rest.n_particles() : 0);
+        end[sleeping] = state.position;
+    }
+    double apart = 0;
+    for (size_t i = 0; i < end[0].size(); ++i) apart = std::max(apart, (end[0][i] - end[1][i]).norm());
+    EXPECT_LT(apart, 0.05 * kSpacing);
+}
+
+}  // namespace
+}  // namespace sunder
