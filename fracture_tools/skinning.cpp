@@ -13,8 +13,7 @@ Skin::Skin(std::vector<Vec3> rest_vertex, const SimulationMesh& rest, const Skin
       group_member_(rest.group_member),
       member_edge_(rest.member_edge),
       kernel_(kernel),
-      ring_changed_(rest.n_particles(), 1),
-      is_candidate_(rest.n_particles(), 0) {
+      ring_changed_(rest.n_particles(), 1) {
     auto unbound = std::make_shared<SkinBinding>();
     unbound->rest_vertex = std::make_shared<const std::vector<Vec3>>(std::move(rest_vertex));
     binding_ = std::move(unbound);
@@ -42,61 +41,86 @@ void Skin::mark_changed_rings(std::span<const uint8_t> edge_intact) {
     edge_intact_.assign(edge_intact.begin(), edge_intact.end());
 }
 
-void Skin::bind(const SplitTopology& topology, std::span<const uint8_t> edge_intact) {
+void Skin::bind(const SplitTopology& topology, std::span<const uint8_t> edge_intact, const RangeRunner& run) {
     mark_changed_rings(edge_intact);
-    const uint32_t n = static_cast<uint32_t>(topology.n_vertices());
-    const SkinBinding& old = *binding_;
-    auto next = std::make_shared<SkinBinding>();
-    next->rest_vertex = old.rest_vertex;
-    next->pool_vertex.resize(n), next->nearest.resize(n);
-    next->influence.reserve(old.influence.size() + old.influence.size() / 8);
-    next->influence_offset.reserve(n + 1);
-    std::vector<uint32_t> connected;
-    std::vector<SkinBinding::Influence> weights;
-    for (uint32_t v = 0; v < n; ++v) {
-        next->pool_vertex[v] = topology.pool_vertex(v);
-        topology.connected_fragments(v, connected);
-        const uint32_t before = topology.previous_vertex(v);
-        const bool changed =
-            before == SplitTopology::kNone || before >= old.n_vertices() ||
-            std::any_of(connected.begin(), connected.end(), [&](uint32_t i) { return ring_changed_[i]; });
-        if (!changed) {
-            next->nearest[v] = old.nearest[before];
-            const auto kept = old.influences(before);
-            next->influence.insert(next->influence.end(), kept.begin(), kept.end());
-        } else {
-            const Vec3& x = next->rest_position(v);
-            next->nearest[v] = *std::min_element(connected.begin(), connected.end(), [&](uint32_t i, uint32_t j) {
-                return (rest_particle_[i] - x).squaredNorm() < (rest_particle_[j] - x).squaredNorm();
-            });
-            find_candidates(connected, edge_intact);
-            weigh(x, weights);
-            next->influence.insert(next->influence.end(), weights.begin(), weights.end());
+    constexpr size_t kChunk = 1024;  // vertices
+    const size_t n = topology.n_vertices(), n_chunks = (n + kChunk - 1) / kChunk;
+    const std::shared_ptr<SkinBinding> next = recycler_.take().object;
+    next->rest_vertex = binding_->rest_vertex;
+    next->pool_vertex.resize(n), next->nearest.resize(n), next->influence_offset.resize(n + 1);
+    chunk_.resize(n_chunks);
+    run(n_chunks, 1, [&](size_t begin, size_t end) {
+        Scratch scratch;
+        scratch.is_candidate.assign(rest_particle_.size(), 0);
+        for (size_t c = begin; c < end; ++c) {
+            chunk_[c].clear();
+            for (size_t v = c * kChunk; v < std::min(n, (c + 1) * kChunk); ++v)
+                bind_vertex(topology, static_cast<uint32_t>(v), scratch, *next, chunk_[c]);
         }
-        next->influence_offset.push_back(static_cast<uint32_t>(next->influence.size()));
+    });
+    next->influence_offset[0] = 0;
+    for (size_t v = 0; v < n; ++v) next->influence_offset[v + 1] += next->influence_offset[v];
+    const size_t n_influences = next->influence_offset[n];
+    if (next->influence.capacity() < n_influences) {
+        next->influence = {};
+        next->influence.reserve(n_influences + n_influences / 8);
     }
-    binding_ = std::move(next);
+    next->influence.resize(n_influences);
+    run(n_chunks, 1, [&](size_t begin, size_t end) {
+        for (size_t c = begin; c < end; ++c)
+            std::copy(chunk_[c].begin(), chunk_[c].end(), next->influence.begin() + next->influence_offset[c * kChunk]);
+    });
+    binding_ = next;
+}
+
+// Writes everything of the vertex but the place of its influences: how many there are stands at vertex + 1 for now.
+void Skin::bind_vertex(const SplitTopology& topology, uint32_t v, Scratch& scratch, SkinBinding& io_next,
+                       std::vector<SkinBinding::Influence>& out) const {
+    const SkinBinding& old = *binding_;
+    io_next.pool_vertex[v] = topology.pool_vertex(v);
+    std::vector<uint32_t>& connected = scratch.connected;
+    topology.connected_fragments(v, connected);
+    const uint32_t before = topology.previous_vertex(v);
+    const bool changed = before == SplitTopology::kNone || before >= old.n_vertices() ||
+                         std::any_of(connected.begin(), connected.end(), [&](uint32_t i) { return ring_changed_[i]; });
+    const size_t n_before = out.size();
+    if (!changed) {
+        io_next.nearest[v] = old.nearest[before];
+        const auto kept = old.influences(before);
+        out.insert(out.end(), kept.begin(), kept.end());
+    } else {
+        const Vec3& x = io_next.rest_position(v);
+        io_next.nearest[v] = *std::min_element(connected.begin(), connected.end(), [&](uint32_t i, uint32_t j) {
+            return (rest_particle_[i] - x).squaredNorm() < (rest_particle_[j] - x).squaredNorm();
+        });
+        find_candidates(scratch);
+        weigh(x, scratch);
+        out.insert(out.end(), scratch.weights.begin(), scratch.weights.end());
+    }
+    io_next.influence_offset[v + 1] = static_cast<uint32_t>(out.size() - n_before);
 }
 
 // Ascending, so that sums over them are taken in the same order on every way to the same state.
-void Skin::find_candidates(const std::vector<uint32_t>& connected, std::span<const uint8_t> edge_intact) {
-    candidate_.clear();
+void Skin::find_candidates(Scratch& io_scratch) const {
+    auto& [connected, candidate, is_candidate, weights] = io_scratch;
+    candidate.clear();
     for (uint32_t i : connected)
         for (uint32_t s = group_offset_[i]; s < group_offset_[i + 1]; ++s) {
             const uint32_t j = group_member_[s];
-            if (is_candidate_[j] || (member_edge_[s] != SimulationMesh::kNone && !edge_intact[member_edge_[s]]))
+            if (is_candidate[j] || (member_edge_[s] != SimulationMesh::kNone && !edge_intact_[member_edge_[s]]))
                 continue;
-            is_candidate_[j] = 1;
-            candidate_.push_back(j);
+            is_candidate[j] = 1;
+            candidate.push_back(j);
         }
-    std::sort(candidate_.begin(), candidate_.end());
-    for (uint32_t j : candidate_) is_candidate_[j] = 0;
+    std::sort(candidate.begin(), candidate.end());
+    for (uint32_t j : candidate) is_candidate[j] = 0;
 }
 
-void Skin::weigh(const Vec3& x, std::vector<SkinBinding::Influence>& out) {
+void Skin::weigh(const Vec3& x, Scratch& io_scratch) const {
+    std::vector<SkinBinding::Influence>& out = io_scratch.weights;
     out.clear();
     double closest = std::numeric_limits<double>::infinity();  // in supports
-    for (uint32_t j : candidate_) {
+    for (uint32_t j : io_scratch.candidate) {
         const double t = (rest_particle_[j] - x).norm() / support_[j];
         closest = std::min(closest, t);
         out.push_back({j, t});
@@ -112,19 +136,6 @@ void Skin::weigh(const Vec3& x, std::vector<SkinBinding::Influence>& out) {
         sum += i.weight;
     }
     for (SkinBinding::Influence& i : out) i.weight /= sum;
-}
-
-void Skin::blend(std::span<const Affine> particle, std::vector<Affine>& out) const {
-    out.resize(binding_->n_vertices());
-    for (size_t v = 0; v < out.size(); ++v) {
-        Mat3 linear = Mat3::Zero();
-        Vec3 offset = Vec3::Zero();
-        for (const auto& [p, w] : binding_->influences(v)) {
-            linear += w * particle[p].linear;
-            offset += w * particle[p].offset;
-        }
-        out[v] = {linear, offset};
-    }
 }
 
 }  // namespace sunder

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "fracture_tools/particle_transforms.h"
+#include "fracture_tools/range_runner.h"
+#include "fracture_tools/shared_array.h"
 #include "fracture_tools/split_topology.h"
 #include "solver/data/math.h"
 #include "solver/data/simulation_mesh.h"
@@ -61,18 +63,24 @@ public:
 
     /// Finds the weights of all vertices of `topology`, a function of it and of `edge_intact` alone. Vertices where
     /// neither has changed since the last call keep what they have: pass each change of either exactly once.
-    void bind(const SplitTopology& topology, std::span<const uint8_t> edge_intact);
-
-    /// Blends the particles' transforms (n_particles, from rest) at each bound vertex: (n_vertices).
-    void blend(std::span<const Affine> particle, std::vector<Affine>& out) const;
+    void bind(const SplitTopology& topology, std::span<const uint8_t> edge_intact,
+              const RangeRunner& run = run_serially);
 
     /// Of the last call of `bind`; it stays as it is when edges break later.
     const std::shared_ptr<const SkinBinding>& binding() const { return binding_; }
 
 private:
+    struct Scratch {  // of one thread
+        std::vector<uint32_t> connected, candidate;
+        std::vector<uint8_t> is_candidate;  // (n_particles)
+        std::vector<SkinBinding::Influence> weights;
+    };
+
     void mark_changed_rings(std::span<const uint8_t> edge_intact);
-    void find_candidates(const std::vector<uint32_t>& connected, std::span<const uint8_t> edge_intact);
-    void weigh(const Vec3& x, std::vector<SkinBinding::Influence>& out);
+    void bind_vertex(const SplitTopology& topology, uint32_t vertex, Scratch& scratch, SkinBinding& io_next,
+                     std::vector<SkinBinding::Influence>& out) const;
+    void find_candidates(Scratch& io_scratch) const;
+    void weigh(const Vec3& x, Scratch& io_scratch) const;
 
     std::vector<Vec3> rest_particle_;  // (n_particles x 3), m
     std::vector<double> support_;      // r_j, m                         (n_particles)
@@ -83,8 +91,8 @@ private:
     std::vector<uint8_t> edge_intact_;   // of the last bind
     std::vector<uint8_t> ring_changed_;  // since the last bind            (n_particles)
     std::shared_ptr<const SkinBinding> binding_;
-    std::vector<uint32_t> candidate_;  // scratch of bind
-    std::vector<uint8_t> is_candidate_;
+    Recycler<SkinBinding> recycler_;
+    std::vector<std::vector<SkinBinding::Influence>> chunk_;  // scratch of bind: influences of a chunk of vertices
 };
 
 }  // namespace sunder

@@ -110,7 +110,10 @@ bool SplitTopology::update(std::span<const uint8_t> interface_intact) {
     }
 
     std::vector<uint8_t> vertex_changed(faces_.n_vertices, first);
+    changed_vertices_.clear();
     if (first) {
+        changed_vertices_.resize(faces_.n_vertices);
+        std::iota(changed_vertices_.begin(), changed_vertices_.end(), 0u);
         fan_class_.resize(fan_vertex_.size());
         class_vertex_.assign(fan_vertex_.size(), kNone);
         for (uint32_t v = 0; v < faces_.n_vertices; ++v) unite_fans_around(v, interface_intact);
@@ -120,7 +123,10 @@ bool SplitTopology::update(std::span<const uint8_t> interface_intact) {
             if (bool(interface_intact[i]) == bool(interface_intact_[i])) continue;
             for (uint32_t s = interface_offset_[i]; s < interface_offset_[i + 1]; ++s)
                 for (uint32_t v : faces_.triangles[interface_face_[s]])
-                    if (!vertex_changed[v]) vertex_changed[v] = 1, unite_fans_around(v, interface_intact);
+                    if (!vertex_changed[v]) {
+                        vertex_changed[v] = 1, changed_vertices_.push_back(v);
+                        unite_fans_around(v, interface_intact);
+                    }
         }
     }
     interface_intact_.assign(interface_intact.begin(), interface_intact.end());

@@ -52,6 +52,11 @@ public:
     uint32_t previous_vertex(uint32_t vertex) const { return previous_vertex_[vertex]; }
     /// Fans, the instances of vertices of section 4.2: their number and order do not change while fracture goes on.
     size_t n_fans() const { return fan_vertex_.size(); }
+    uint32_t fan_pool_vertex(uint32_t fan) const { return fan_vertex_[fan]; }
+    /// Fans of one pool vertex with the same class hang together there.
+    uint32_t fan_class(uint32_t fan) const { return fan_class_[fan]; }
+    /// Pool vertices around which fans were joined anew by the last update that changed something.
+    std::span<const uint32_t> changed_vertices() const { return changed_vertices_; }
     uint32_t corner_fan(uint32_t corner) const { return corner_fan_[corner]; }  // corner: of FragmentFaces
     /// The visual vertex that a fan is an instance of; kNone: it is not seen.
     uint32_t vertex_of_fan(uint32_t fan) const { return class_vertex_[fan_class_[fan]]; }
@@ -83,8 +88,9 @@ private:
     std::vector<uint32_t> interface_face_;
 
     std::vector<uint8_t> interface_intact_;  // of the last update
-    std::vector<uint32_t> fan_class_;        // lowest fan that a fan hangs together with   (n_fans)
-    std::vector<uint32_t> class_vertex_;     // visual vertex of a class, kNone: unseen     (n_fans)
+    std::vector<uint32_t> changed_vertices_;
+    std::vector<uint32_t> fan_class_;     // lowest fan that a fan hangs together with   (n_fans)
+    std::vector<uint32_t> class_vertex_;  // visual vertex of a class, kNone: unseen     (n_fans)
     std::vector<uint32_t> vertex_class_, previous_vertex_;
     std::vector<uint32_t> triangle_face_;
     std::vector<Triangle> triangles_;

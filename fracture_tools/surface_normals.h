@@ -4,7 +4,10 @@
 #include <span>
 #include <vector>
 
-#include "fracture_tools/skinning.h"
+#include "fracture_tools/corner_weights.h"
+#include "fracture_tools/range_runner.h"
+#include "fracture_tools/shared_array.h"
+#include "fracture_tools/skin_motion.h"
 #include "fracture_tools/split_topology.h"
 #include "solver/data/fragment_set.h"
 
@@ -22,30 +25,61 @@ public:
     /// `rest_vertex`: pool vertices in rest coordinates. `rest_normals`: the artist's, of outer corners, in rest
     /// coordinates; or empty. `interface_normals`: unit, from a to b, in rest coordinates (n_interfaces).
     /// `interior_smooth_angle`: degrees.
-    SurfaceNormals(const FragmentFaces& faces, std::span<const Vec3> rest_vertex, std::vector<Vec3> rest_normals,
+    SurfaceNormals(const SplitTopology& topology, std::span<const Vec3> rest_vertex, std::span<const Vec3> rest_normals,
                    std::span<const Vec3> interface_normals, double interior_smooth_angle);
 
-    /// Finds which corners share a normal. Call when `topology` has changed. Linear in the visible corners, up to a
-    /// factor log(corners around a vertex).
-    void bind(const SplitTopology& topology);
+    /// Whether `evaluate` reads the motion's normal maps.
+    SkinExtras needs() const { return artist_normal_.empty() ? SkinExtras::none : SkinExtras::normal_maps; }
 
-    /// `positions`, `skin`: of the visual vertices. Gives a unit vector for each corner, degenerate triangles included:
-    /// those have their rest normal, turned by the skin. (3 n_triangles x 3)
-    void evaluate(const SplitTopology& topology, std::span<const Vec3> positions, std::span<const Affine> skin,
-                  std::vector<Vec3f>& out);
+    /// Finds which corners share a normal: anew around the pool vertices that changed, then one pass over all listed
+    /// corners. Call after each update of `topology` that changed something.
+    void bind(const SplitTopology& topology, const RangeRunner& run);
+
+    /// Of the vertices as `motion` has just moved them. Gives a unit vector for each corner, degenerate triangles
+    /// included: those have their rest normal, turned by the skin. What touches no moved vertex is left as it was.
+    /// (3 n_triangles x 3)
+    SharedArray<Vec3f> evaluate(const SplitTopology& topology, const SkinBinding& binding, const SkinMotion& motion,
+                                const RangeRunner& run);
 
 private:
+    static constexpr size_t kChunk = 1536;  // corners that are written together: of 512 triangles
+    static constexpr size_t kGrain = 1024;  // triangles or normals that are worth a thread
+
     void find_rest_normals(const FragmentFaces& faces, std::span<const Vec3> rest_vertex,
                            std::span<const Vec3> interface_normals);
     void find_smooth_corners(const FragmentFaces& faces, double interior_cosine);
+    void find_equal_corners(const FragmentFaces& faces);
+    void number_parts(const SplitTopology& topology);
+    void join_parts_around(uint32_t pool_vertex, const SplitTopology& topology);
+    bool touches_moved(uint32_t leader, const SkinMotion& motion) const;
+    void find_normal(uint32_t leader, const SkinMotion& motion);
+    bool any_moved(size_t chunk) const;
+    void list(size_t chunk, const SplitTopology& topology, const SkinBinding& binding, const SkinMotion& motion,
+              Vec3f* out) const;
 
-    std::vector<Vec3> artist_normal_;  // (3 n_outer x 3), or empty
-    std::vector<Vec3> rest_normal_;    // unit                           (n_faces x 3)
-    std::vector<uint8_t> sliver_;      // face too thin to tell a normal (n_faces)
-    std::vector<uint32_t> smooth_;     // lowest corner that a corner is smooth with   (3 n_faces)
+    std::vector<Vec3f> artist_normal_;  // unit                           (3 n_outer x 3), or empty
+    std::vector<Vec3> rest_normal_;     // unit                           (n_faces x 3)
+    std::vector<uint8_t> sliver_;       // face too thin to tell a normal (n_faces)
+    std::vector<uint32_t> smooth_;      // lowest corner that a corner shares its normal with   (3 n_faces)
 
-    std::vector<uint32_t> slot_;  // shared normal of a visible corner            (3 n_triangles)
-    std::vector<Vec3> slot_normal_;
+    // Corners of one fan that share a normal are a part; parts of one vertex that hang together are led by the lowest.
+    std::vector<uint32_t> corner_part_;                // (3 n_faces)
+    std::vector<uint32_t> part_fan_;                   // ascending            (n_parts)
+    std::vector<Vec3f> part_artist_;                   // the artist's normal; zero: what triangles say   (n_parts)
+    std::vector<uint32_t> part_offset_, part_corner_;  // corners of a part, ascending      (n_parts + 1)
+    std::vector<uint32_t> vertex_part_;                // first part of a pool vertex        (n_vertices + 1)
+    std::vector<uint32_t> leader_, next_;              // (n_parts); next_ of the last: kNone
+
+    std::vector<uint32_t> slot_;         // leader of a listed corner            (3 n_triangles)
+    std::vector<uint32_t> part_vertex_;  // visual vertex of a leader that is listed, else kNone   (n_parts)
+    std::vector<uint32_t> teller_;       // triangles that have a say, ascending
+    std::vector<uint32_t> face_teller_;  // entry of teller_, kNone              (n_faces)
+
+    std::vector<CornerWeights> weights_;  // (n_tellers)
+    std::vector<Vec3f> part_normal_;      // of leaders: unit, or zero where nothing is said   (n_parts x 3)
+    std::vector<uint8_t> teller_moved_, part_moved_;
+    std::vector<uint64_t> chunk_changed_;  // SkinMotion::frame in which a chunk changed last
+    ArrayRecycler<Vec3f> recycler_;
 };
 
 }  // namespace sunder

@@ -7,6 +7,7 @@
 #include "fracture_tools/disjoint_sets.h"
 #include "fracture_tools/fragment_faces.h"
 #include "fracture_tools/particle_transforms.h"
+#include "fracture_tools/skin_motion.h"
 #include "fracture_tools/skinning.h"
 #include "fracture_tools/split_topology.h"
 #include "fracture_tools/surface_normals.h"
@@ -115,8 +116,8 @@ struct VisualMeshBuilder::Impl {
         for (const Vec3& v : set->vertices) rest_vertex.push_back(pose.apply(v));
         for (const Vec3f& n : set->outer_corner_normals) artist_normals.push_back(pose.orientation * n.cast<double>());
         for (const Interface& i : set->interfaces) interface_normals.push_back(pose.orientation * i.normal);
-        normals.emplace(topology->faces(), rest_vertex, std::move(artist_normals), interface_normals,
-                        set->interior_smooth_angle);
+        normals.emplace(*topology, rest_vertex, artist_normals, interface_normals, set->interior_smooth_angle);
+        motion.emplace(normals->needs());
         skin.emplace(std::move(rest_vertex), rest);
 
         transforms.emplace(rest);
@@ -170,54 +171,61 @@ struct VisualMeshBuilder::Impl {
         return intact;
     }
 
-    void follow_breaks(std::span<const uint8_t> edge_intact) {
+    // Whether vertices are other ones than before.
+    bool follow_breaks(std::span<const uint8_t> edge_intact, const RangeRunner& run) {
         if (bound && std::equal(edge_intact.begin(), edge_intact.end(), bound_edges.begin(), bound_edges.end(),
                                 [](uint8_t x, uint8_t y) { return bool(x) == bool(y); }))
-            return;
+            return false;
         const bool split = topology->update(interface_intact(edge_intact));
-        skin->bind(*topology, edge_intact);
-        if (split) normals->bind(*topology), list_attributes(), list_marks();
+        mesh.skin = nullptr;
+        skin->bind(*topology, edge_intact, run);
+        if (split) normals->bind(*topology, run), list_triangles(run), list_attributes(run);
         mesh.skin = is_constant ? instances(*skin->binding()) : skin->binding();
-        mesh.vertex_fragment = mesh.skin->nearest;
+        lists.nearest.fill(mesh.vertex_fragment, mesh.skin->n_vertices(), run,
+                           [&](size_t v) { return mesh.skin->nearest[v]; });
         bound_edges.assign(edge_intact.begin(), edge_intact.end());
         bound = true;
+        return true;
     }
 
-    void list_attributes() {
-        const FragmentFaces& faces = topology->faces();
-        const bool has_uvs = !set->outer_corner_uvs.empty() || !set->interface_corner_uvs.empty();
+    void list_triangles(const RangeRunner& run) {
+        const std::span<const Triangle> of_split = topology->triangles();
         if (!is_constant) {
-            mesh.triangles.assign(topology->triangles().begin(), topology->triangles().end());
-        } else {
-            mesh.triangles.clear();
-            for (uint32_t f = 0; f < faces.n_faces(); ++f)
-                mesh.triangles.push_back(
-                    {topology->corner_fan(3 * f), topology->corner_fan(3 * f + 1), topology->corner_fan(3 * f + 2)});
-            mesh.triangle_hidden.assign(topology->triangle_hidden().begin(), topology->triangle_hidden().end());
+            lists.triangles.fill(mesh.triangles, of_split.size(), run, [&](size_t t) { return of_split[t]; });
+            return;
         }
-        mesh.triangle_material.clear(), mesh.triangle_fragment.clear(), mesh.corner_uvs.clear();
-        for (uint32_t f : topology->triangle_face()) {
-            mesh.triangle_material.push_back(faces.is_outer(f) ? set->outer_material[f] : set->interior_material);
-            mesh.triangle_fragment.push_back(faces.fragment[f]);
-            for (int c = 0; has_uvs && c < 3; ++c) mesh.corner_uvs.push_back(corner_uv(f, c));
-        }
+        const auto fan = [&](size_t corner) { return topology->corner_fan(static_cast<uint32_t>(corner)); };
+        lists.triangles.fill(mesh.triangles, of_split.size(), run, [&](size_t f) {  // all faces are listed
+            return Triangle{fan(3 * f), fan(3 * f + 1), fan(3 * f + 2)};
+        });
+        lists.hidden.fill(mesh.triangle_hidden, of_split.size(), run,
+                          [&](size_t f) { return topology->triangle_hidden()[f]; });
     }
 
-    // What faces have besides UVs: the artist's colours outside, where they are on the cut within.
-    void list_marks() {
+    // What triangles and their corners are: the artist's outside, where they are on the cut within.
+    void list_attributes(const RangeRunner& run) {
         const FragmentFaces& faces = topology->faces();
-        mesh.corner_colors.clear(), mesh.corner_rim.clear(), mesh.triangle_interface.clear();
-        for (uint32_t f : topology->triangle_face()) {
-            const bool outer = faces.is_outer(f);
-            mesh.triangle_interface.push_back(outer ? -1 : static_cast<int32_t>(faces.interface[f]));
-            for (int c = 0; c < 3; ++c) {
-                const uint32_t source = faces.source_corner(f, c);
-                if (!set->outer_corner_colors.empty())
-                    mesh.corner_colors.push_back(outer ? set->outer_corner_colors[source] : Color{1, 1, 1, 1});
-                if (!set->interface_corner_rim.empty())
-                    mesh.corner_rim.push_back(outer ? 0 : set->interface_corner_rim[source]);
-            }
-        }
+        const std::span<const uint32_t> face = topology->triangle_face();
+        const size_t n = face.size();
+        lists.material.fill(mesh.triangle_material, n, run, [&](size_t t) {
+            return faces.is_outer(face[t]) ? set->outer_material[face[t]] : set->interior_material;
+        });
+        lists.fragment.fill(mesh.triangle_fragment, n, run, [&](size_t t) { return faces.fragment[face[t]]; });
+        lists.interface.fill(mesh.triangle_interface, n, run, [&](size_t t) {
+            return faces.is_outer(face[t]) ? -1 : static_cast<int32_t>(faces.interface[face[t]]);
+        });
+        if (!set->outer_corner_uvs.empty() || !set->interface_corner_uvs.empty())
+            lists.uvs.fill(mesh.corner_uvs, 3 * n, run,
+                           [&](size_t c) { return corner_uv(face[c / 3], static_cast<int>(c % 3)); });
+        const auto source = [&](size_t c) { return faces.source_corner(face[c / 3], static_cast<int>(c % 3)); };
+        if (!set->outer_corner_colors.empty())
+            lists.colors.fill(mesh.corner_colors, 3 * n, run, [&](size_t c) {
+                return faces.is_outer(face[c / 3]) ? set->outer_corner_colors[source(c)] : Color{1, 1, 1, 1};
+            });
+        if (!set->interface_corner_rim.empty())
+            lists.rim.fill(mesh.corner_rim, 3 * n, run, [&](size_t c) {
+                return faces.is_outer(face[c / 3]) ? 0.0f : set->interface_corner_rim[source(c)];
+            });
     }
 
     // Side b sees the cut from behind: u changes sign, so that a texture reads the right way round on both sides and
@@ -231,9 +239,21 @@ struct VisualMeshBuilder::Impl {
     }
 
     // What visual vertices of the split topology have, as vertices of the mesh have it.
-    void expand(const std::vector<Vec3f>& of_split, std::vector<Vec3f>& out) const {
-        out.resize(is_constant ? topology->n_fans() : of_split.size());
-        for (uint32_t v = 0; v < out.size(); ++v) out[v] = of_split[is_constant ? topology->vertex_of_fan(v) : v];
+    SharedArray<Vec3f> list_vertices(std::span<const Vec3> of_split, ArrayRecycler<Vec3f>& io_recycler,
+                                     const RangeRunner& run) const {
+        auto& slot = io_recycler.take(is_constant ? topology->n_fans() : of_split.size());
+        std::vector<Vec3f>& out = *slot.object;
+        constexpr size_t kChunk = SkinMotion::kChunk;
+        run((out.size() + kChunk - 1) / kChunk, 4, [&](size_t begin, size_t end) {
+            for (size_t chunk = begin; chunk < end; ++chunk) {
+                if (!is_constant && motion->changed(chunk) <= slot.written) continue;
+                const uint32_t last = static_cast<uint32_t>(std::min(out.size(), (chunk + 1) * kChunk));
+                for (uint32_t v = static_cast<uint32_t>(chunk * kChunk); v < last; ++v)
+                    out[v] = of_split[is_constant ? topology->vertex_of_fan(v) : v].cast<float>();
+            }
+        });
+        slot.written = motion->frame();
+        return ArrayRecycler<Vec3f>::share(slot);
     }
 
     std::shared_ptr<const SkinBinding> instances(const SkinBinding& of_split) const {
@@ -249,25 +269,17 @@ struct VisualMeshBuilder::Impl {
         return out;
     }
 
-    void move_vertices() {
-        skin->blend(particle, vertex_skin);
-        vertex_position.resize(vertex_skin.size());
-        vertex_float.resize(vertex_skin.size());
-        for (uint32_t v = 0; v < vertex_skin.size(); ++v) {
-            vertex_position[v] = vertex_skin[v].apply(skin->binding()->rest_position(v));
-            vertex_float[v] = vertex_position[v].cast<float>();
-        }
-        expand(vertex_float, mesh.positions);
-    }
-
-    void find_velocities(const BodyFrame& frame) {
-        mesh.velocities.clear();
-        if (frame.velocity.empty()) return;
-        transforms->rates(frame.position, frame.velocity, frame.angular_velocity, frame.edge_intact, particle);
-        skin->blend(particle, vertex_rate);
-        for (uint32_t v = 0; v < vertex_rate.size(); ++v)
-            vertex_float[v] = vertex_rate[v].apply(skin->binding()->rest_position(v)).cast<float>();
-        expand(vertex_float, mesh.velocities);
+    void follow_particles(const BodyFrame& frame, bool is_rebound, const RangeRunner& run) {
+        transforms->evaluate(frame.position, frame.orientation, frame.plastic_deformation, frame.edge_intact, particle);
+        rate.clear();
+        if (!frame.velocity.empty())
+            transforms->rates(frame.position, frame.velocity, frame.angular_velocity, frame.edge_intact, rate);
+        const SkinBinding& binding = *skin->binding();
+        if (!motion->move(binding, is_rebound, particle, rate, run)) return;
+        mesh.positions = {}, mesh.velocities = {}, mesh.corner_normals = {};  // free for the next lines to write over
+        mesh.positions = list_vertices(motion->positions(), positions, run);
+        if (!rate.empty()) mesh.velocities = list_vertices(motion->velocities(), velocities, run);
+        mesh.corner_normals = normals->evaluate(*topology, binding, *motion, run);
     }
 
     const bool is_constant;
@@ -284,9 +296,18 @@ struct VisualMeshBuilder::Impl {
 
     bool bound = false;
     std::vector<uint8_t> bound_edges;  // what topology, skin and normals stand for
-    std::vector<Affine> particle, vertex_skin, vertex_rate;
-    std::vector<Vec3> vertex_position;  // double: normals of small triangles far from the origin
-    std::vector<Vec3f> vertex_float;
+    struct {
+        ArrayRecycler<Triangle> triangles;
+        ArrayRecycler<int32_t> material, interface;
+        ArrayRecycler<uint32_t> fragment, nearest;
+        ArrayRecycler<uint8_t> hidden;
+        ArrayRecycler<Vec2f> uvs;
+        ArrayRecycler<Color> colors;
+        ArrayRecycler<float> rim;
+    } lists;
+    std::optional<SkinMotion> motion;
+    std::vector<Affine> particle, rate;
+    ArrayRecycler<Vec3f> positions, velocities;
     VisualMesh mesh;
 };
 
@@ -296,16 +317,12 @@ VisualMeshBuilder::VisualMeshBuilder(std::shared_ptr<const FragmentSet> fragment
 
 VisualMeshBuilder::~VisualMeshBuilder() = default;
 
-Result<VisualMesh> VisualMeshBuilder::build(const BodyFrame& frame) {
+Result<VisualMesh> VisualMeshBuilder::build(const BodyFrame& frame, const RangeRunner& run) {
     Impl& self = *impl_;
     if (!self.status) return self.status.error();
     if (Status s = self.check_frame(frame); !s) return s.error();
-    self.follow_breaks(frame.edge_intact);
-    self.transforms->evaluate(frame.position, frame.orientation, frame.plastic_deformation, frame.edge_intact,
-                              self.particle);
-    self.move_vertices();
-    self.normals->evaluate(*self.topology, self.vertex_position, self.vertex_skin, self.mesh.corner_normals);
-    self.find_velocities(frame);
+    const bool is_rebound = self.follow_breaks(frame.edge_intact, run);
+    self.follow_particles(frame, is_rebound, run);
     return self.mesh;
 }
 

@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "fracture_tools/range_runner.h"
+#include "fracture_tools/shared_array.h"
 #include "solver/data/fragment_set.h"
 #include "solver/data/math.h"
 #include "solver/data/result.h"
@@ -20,7 +22,7 @@ enum class VisualTopology {
     constant,  // every face of every fragment, in the same order in every frame (section 4.2)
 };
 
-/// A frame of one body.
+/// A frame of one body. Copies are cheap: frames share what did not change between them.
 ///
 /// Compact: two faces share a vertex exactly when the surface is joined there, so edges balance (each directed edge has
 /// its opposite) before and after every break.
@@ -30,18 +32,18 @@ enum class VisualTopology {
 /// another inside of the body and are marked as hidden. They are not collapsed: vertices at the rim serve outer faces
 /// too, and a face that grew from nothing within a frame would streak where a renderer or a cache interpolates.
 struct VisualMesh {
-    std::vector<Vec3f> positions;             // (n_vertices x 3), m, world
-    std::vector<Triangle> triangles;          // (n_triangles x 3), counter-clockwise from outside
-    std::vector<Vec3f> corner_normals;        // (3 n_triangles x 3), unit; smooth outside, sharp at break surfaces
-    std::vector<Vec2f> corner_uvs;            // (3 n_triangles x 2), or empty
-    std::vector<Color> corner_colors;         // (3 n_triangles), or empty; white on break surfaces
-    std::vector<float> corner_rim;            // (3 n_triangles), or empty: FragmentSet::interface_corner_rim, 0 outside
-    std::vector<int32_t> triangle_interface;  // (n_triangles), into FragmentSet::interfaces; -1 on the outer surface
-    std::vector<int32_t> triangle_material;   // (n_triangles); FragmentSet::interior_material on break surfaces
-    std::vector<uint32_t> triangle_fragment;  // (n_triangles), whose surface it is
-    std::vector<uint8_t> triangle_hidden;     // (n_triangles), 1 until the interface breaks; empty if compact
-    std::vector<uint32_t> vertex_fragment;    // (n_vertices), fragment that the vertex follows first (nearest particle)
-    std::vector<Vec3f> velocities;            // (n_vertices x 3), m/s, d/dt of positions; empty if the frame tells none
+    SharedArray<Vec3f> positions;             // (n_vertices x 3), m, world
+    SharedArray<Triangle> triangles;          // (n_triangles x 3), counter-clockwise from outside
+    SharedArray<Vec3f> corner_normals;        // (3 n_triangles x 3), unit; smooth outside, sharp at break surfaces
+    SharedArray<Vec2f> corner_uvs;            // (3 n_triangles x 2), or empty
+    SharedArray<Color> corner_colors;         // (3 n_triangles), or empty; white on break surfaces
+    SharedArray<float> corner_rim;            // (3 n_triangles), or empty: FragmentSet::interface_corner_rim, 0 outside
+    SharedArray<int32_t> triangle_interface;  // (n_triangles), into FragmentSet::interfaces; -1 on the outer surface
+    SharedArray<int32_t> triangle_material;   // (n_triangles); FragmentSet::interior_material on break surfaces
+    SharedArray<uint32_t> triangle_fragment;  // (n_triangles), whose surface it is
+    SharedArray<uint8_t> triangle_hidden;     // (n_triangles), 1 until the interface breaks; empty if compact
+    SharedArray<uint32_t> vertex_fragment;    // (n_vertices), fragment that the vertex follows first (nearest particle)
+    SharedArray<Vec3f> velocities;            // (n_vertices x 3), m/s, d/dt of positions; empty if the frame tells none
     std::shared_ptr<const SkinBinding> skin;  // what moves the vertices (skinning.h); the same until an edge breaks
 };
 
@@ -56,7 +58,9 @@ struct BodyFrame {
 };
 
 /// Keeps the split topology of one body between frames. Frames may be asked for in any order: topology is a function
-/// of `edge_intact` alone, and is rebuilt only where that differs from the frame before.
+/// of `edge_intact` alone, and is rebuilt only where that differs from the frame before. Vertices and normals are
+/// worked out again only where particles moved; a body at rest gives the arrays of the frame before. A frame's arrays
+/// stay as they are for as long as someone holds them; memory of those that nobody holds is written over.
 class VisualMeshBuilder {
 public:
     /// `rest` is the body's simulation mesh as placed in the scene (its slice alone, particle i = fragment i);
@@ -65,7 +69,8 @@ public:
                       VisualTopology topology = VisualTopology::compact);
     ~VisualMeshBuilder();
 
-    Result<VisualMesh> build(const BodyFrame& frame);
+    /// `run` may use threads; it changes no bit.
+    Result<VisualMesh> build(const BodyFrame& frame, const RangeRunner& run = run_serially);
 
 private:
     struct Impl;

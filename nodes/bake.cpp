@@ -6,7 +6,7 @@
 
 #include "nodes/bake_exports.h"
 #include "nodes/bake_folder.h"
-#include "nodes/mesh_frame_file.h"
+#include "nodes/frame_writer.h"
 #include "nodes/output_pattern.h"
 #include "nodes/state_file.h"
 
@@ -26,18 +26,6 @@ struct Output {
     std::string node, socket;
 };
 
-// Node names may hold any character; in a file's name only these stay as they are.
-std::string file_name_of(const std::string& node) {
-    constexpr const char* kDigits = "0123456789abcdef";
-    std::string name;
-    for (unsigned char c : node)
-        if (std::isalnum(c) || c == '_' || c == '-')
-            name += static_cast<char>(c);
-        else
-            name += '%', name += kDigits[c >> 4], name += kDigits[c & 15];
-    return name;
-}
-
 // One bake at work.
 class Baker {
 public:
@@ -53,10 +41,7 @@ public:
         report_.first_new_frame = next_frame();
         const double share = exports_.empty() ? 1 : 0.9;  // of the progress, that frames take
         const double n = (last - manifest_.frame_range[0] + 1) / share;
-        for (int frame = next_frame(); frame <= last; ++frame) {
-            const double done = frame - manifest_.frame_range[0];
-            if (Status s = bake_frame(frame, progress_.part(done / n, (done + 1) / n)); !s) return s.error();
-        }
+        if (Status s = bake_frames(next_frame(), last, n); !s) return s.error();
         if (!exports_.empty() && (report_.n_frames > 0 || !exports_are_whole(manifest_, *folder_))) {
             const auto files = write_exports(exports_, *folder_, manifest_, progress_.part(share, 1));
             if (!files) return files.error();
@@ -266,18 +251,35 @@ private:
         return {};
     }
 
-    Result<ManifestFile> write(const std::string& node, const std::string& path, const ByteBuffer& bytes,
-                               BakedFrame& io_done) {
-        auto stamp = folder_->write(path, bytes.view());
-        if (!stamp) return stamp.error();
-        ++io_done.n_files;
-        io_done.bytes += stamp->size;
-        return ManifestFile{node, path, *stamp};
+    // Frames are written while the next ones are simulated. However this ends, what was put is whole, or absent.
+    Status bake_frames(int first, int last, double n) {
+        std::vector<std::string> bake_names, solver_names;
+        for (const Output& o : bake_nodes_) bake_names.push_back(o.node);
+        for (const Output& o : solvers_) solver_names.push_back(o.node);
+        FrameWriter writer(*folder_, manifest_, bake_names, solver_names);
+        Status status;
+        for (int frame = first; frame <= last && status; ++frame) {
+            const double done = frame - report_.frames[0];
+            status = bake_frame(frame, writer, progress_.part(done / n, (done + 1) / n));
+            tell_done(writer);
+        }
+        const Status written = writer.finish();
+        tell_done(writer);
+        return written ? status : written;
     }
 
-    Status bake_frame(int frame, const Progress& progress) {
+    void tell_done(FrameWriter& writer) {
+        for (const BakedFrame& done : writer.take_done()) {
+            ++report_.n_frames;
+            report_.n_files += done.n_files;
+            report_.bytes += done.bytes;
+            if (settings_.frame_done) settings_.frame_done(done);
+        }
+    }
+
+    Status bake_frame(int frame, FrameWriter& writer, const Progress& progress) {
         BakedFrame done;
-        done.frame = frame, done.last_frame = manifest_.frame_range[1];
+        done.frame = frame, done.last_frame = report_.frames[1];
         const std::string text = "frame " + std::to_string(frame);
         if (!progress.report(0, text)) return cancelled();
 
@@ -306,54 +308,7 @@ private:
         done.other_nodes_s = seconds_since(begin);
         if (!progress.report(kSolverShare, text)) return cancelled();
 
-        begin = Clock::now();
-        if (Status s = write_frame(frame, items, states, done); !s) return s;
-        done.write_s = seconds_since(begin);
-        ++report_.n_frames;
-        report_.n_files += done.n_files;
-        report_.bytes += done.bytes;
-        if (settings_.frame_done) settings_.frame_done(done);
-        return {};
-    }
-
-    Status write_frame(int frame, const std::vector<std::shared_ptr<const BakeItem>>& items,
-                       const std::vector<std::shared_ptr<const StateValue>>& states, BakedFrame& io_done) {
-        ManifestFrame entry{frame, {}};
-        for (size_t i = 0; i < items.size(); ++i) {
-            auto bytes = encode(*items[i]);
-            if (!bytes) return bytes.error();
-            auto file = write(bake_nodes_[i].node, items[i]->path, *bytes, io_done);
-            if (!file) return file.error();
-            entry.files.push_back(file.take());
-        }
-        std::vector<ManifestFile> resume;
-        for (size_t s = 0; s < solvers_.size(); ++s) {
-            auto file = resume_state(s, frame, items, states[s], entry.files, io_done);
-            if (!file) return file.error();
-            resume.push_back(file.take());
-        }
-        manifest_.frames.push_back(std::move(entry));
-        manifest_.resume = std::move(resume);
-        if (Status s = folder_->write_manifest(manifest_); !s) return s;
-        return folder_->prune_resume_states(manifest_.resume);
-    }
-
-    // The baked file that holds the solver's state, or else one of our own. Two names take turns, so that the state
-    // that the manifest on disk speaks of is there until the next manifest is.
-    Result<ManifestFile> resume_state(size_t solver, int frame,
-                                      const std::vector<std::shared_ptr<const BakeItem>>& items,
-                                      const std::shared_ptr<const StateValue>& state,
-                                      const std::vector<ManifestFile>& written, BakedFrame& io_done) {
-        for (size_t i = 0; i < items.size(); ++i)
-            if (items[i]->state == state) return ManifestFile{solvers_[solver].node, written[i].path, written[i].stamp};
-        const std::string path = std::string(kResumeFolder) + "/" + file_name_of(solvers_[solver].node) +
-                                 (frame % 2 ? ".odd.ply" : ".even.ply");
-        return write(solvers_[solver].node, path, encode_state(frame, *state->state, state->scene->rest), io_done);
-    }
-
-    Result<ByteBuffer> encode(const BakeItem& item) const {
-        if (item.state) return encode_state(item.state->frame, *item.state->state, item.state->scene->rest);
-        return encode_mesh(item.path, item.mesh->mesh, *item.mesh->fragments);
+        return writer.put({std::move(items), std::move(states), done});
     }
 
     static void add(const StepReport& from, StepReport& to) {

@@ -27,6 +27,11 @@ public:
         const char* p = static_cast<const char*>(data);
         bytes_.insert(bytes_.end(), p, p + n);
     }
+    /// `n` more bytes, to be written through the pointer before the next call.
+    char* grow(size_t n) {
+        bytes_.resize(bytes_.size() + n);
+        return bytes_.data() + bytes_.size() - n;
+    }
     std::string_view view() const { return {bytes_.data(), bytes_.size()}; }
 
 private:

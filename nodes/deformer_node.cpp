@@ -4,6 +4,7 @@
 #include "fracture_tools/visual_mesh.h"
 #include "nodes/nearest_name.h"
 #include "nodes/node_list.h"
+#include "solver/parallel.h"
 
 namespace sunder {
 namespace {
@@ -49,13 +50,16 @@ Result<Value> cook(CookContext& context) {
     }
     const Body& b = (*state)->scene->bodies[*index];
     const FrameState& s = *(*state)->state;
+    const WorkerPool& workers = context.workers();
+    const RangeRunner run = [&](size_t n, size_t grain, const auto& body) { workers.for_range(n, grain, body); };
     Result<VisualMesh> mesh =
         store.builder->build({.position = slice(s.position, b.particle_begin, b.particle_end),
                               .orientation = slice(s.orientation, b.particle_begin, b.particle_end),
                               .plastic_deformation = slice(s.plastic_deformation, b.particle_begin, b.particle_end),
                               .edge_intact = slice(s.edge_intact, b.edge_begin, b.edge_end),
                               .velocity = slice(s.velocity, b.particle_begin, b.particle_end),
-                              .angular_velocity = slice(s.angular_velocity, b.particle_begin, b.particle_end)});
+                              .angular_velocity = slice(s.angular_velocity, b.particle_begin, b.particle_end)},
+                             run);
     if (!mesh) return mesh.error();
     return make_value(BodyMesh{(*body)->name, (*body)->fragments, mesh.take()});
 }

@@ -9,6 +9,7 @@
 
 #include "nodes/graph.h"
 #include "nodes/parameter.h"
+#include "solver/parallel.h"
 
 namespace sunder {
 
@@ -68,6 +69,14 @@ struct GraphImpl {
     std::string base_folder;
     size_t cache_limit = size_t{1} << 30;
     mutable FileKeys file_keys;
+
+    /// Made when a node first asks for it.
+    const WorkerPool& workers() {
+        if (!pool || pool_threads != threads) pool = std::make_unique<WorkerPool>(pool_threads = threads);
+        return *pool;
+    }
+    std::unique_ptr<WorkerPool> pool;
+    int pool_threads = 0;
 
     Result<GraphNode*> find(std::string_view name) const;
     std::string resolve(const std::string& path) const;  // an input path, seen from the base folder

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <charconv>
+#include <cstring>
 #include <filesystem>
 #include <unordered_map>
 
@@ -10,7 +11,26 @@
 namespace sunder {
 namespace {
 
-constexpr size_t kListLengthBytes = 1;
+// Rows of a table, packed as they are in memory.
+struct RowWriter {
+    char* at;
+
+    template <class T>
+    void put(const T& value) {
+        std::memcpy(at, &value, sizeof(T));
+        at += sizeof(T);
+    }
+    template <class T>
+    void put_list(const T* entry, uint8_t length) {
+        put(length), put(*entry);
+    }
+};
+
+// The three corners of a triangle.
+template <class T>
+const std::array<T, 3>* corners(const SharedArray<T>& of_corners, size_t triangle) {
+    return reinterpret_cast<const std::array<T, 3>*>(of_corners.data() + 3 * triangle);
+}
 
 void put_float(std::string& out, float value) {
     char text[32];
@@ -95,39 +115,30 @@ ByteBuffer encode_mesh_ply(const VisualMesh& mesh, const FragmentSet& fragments)
     if (has_colors) face.properties.push_back({"corner_colors", PlyType::float32, PlyType::uint8});
     if (has_rim) face.properties.push_back({"rim", PlyType::float32, PlyType::uint8});
 
+    const size_t vertex_bytes = 16 + (has_velocities ? 12 : 0);
+    const size_t face_bytes = 1 + 12 + 8 + (has_hidden ? 1 : 0) + (has_uvs ? 1 + 24 : 0) + 1 + 36 +
+                              (has_interfaces ? 4 : 0) + (has_colors ? 1 + 48 : 0) + (has_rim ? 1 + 12 : 0);
     ByteBuffer bytes;
-    bytes.reserve(4096 + mesh.positions.size() * 28 +
-                  mesh.triangles.size() * (21 + 3 * kListLengthBytes + 36 + (has_uvs ? 24 : 0)));
+    bytes.reserve(8192 + mesh.positions.size() * vertex_bytes + mesh.triangles.size() * face_bytes);
     std::vector<std::string> comments = {std::string(kMeshFileMagic), "written by sunder " SUNDER_VERSION};
     for (int32_t m = 0; m <= fragments.interior_material; ++m)
         comments.push_back(std::string(kMaterialComment) + std::to_string(m) + ' ' +
                            one_line(material_label(fragments, m)));
     write_ply_header(bytes, {comments, {vertex, face}});
+    RowWriter rows{bytes.grow(mesh.positions.size() * vertex_bytes + mesh.triangles.size() * face_bytes)};
     for (size_t v = 0; v < mesh.positions.size(); ++v) {
-        bytes.append(mesh.positions[v].data(), sizeof(float) * 3);
-        bytes.number(mesh.vertex_fragment[v]);
-        if (has_velocities) bytes.append(mesh.velocities[v].data(), sizeof(float) * 3);
+        rows.put(mesh.positions[v]), rows.put(mesh.vertex_fragment[v]);
+        if (has_velocities) rows.put(mesh.velocities[v]);
     }
     for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-        bytes.number(uint8_t{3});
-        bytes.append(mesh.triangles[t].data(), sizeof(uint32_t) * 3);
-        bytes.number(mesh.triangle_material[t]), bytes.number(mesh.triangle_fragment[t]);
-        if (has_hidden) bytes.number(mesh.triangle_hidden[t]);
-        if (has_uvs) {
-            bytes.number(uint8_t{6});
-            for (size_t c = 0; c < 3; ++c) bytes.append(mesh.corner_uvs[3 * t + c].data(), sizeof(float) * 2);
-        }
-        bytes.number(uint8_t{9});
-        for (size_t c = 0; c < 3; ++c) bytes.append(mesh.corner_normals[3 * t + c].data(), sizeof(float) * 3);
-        if (has_interfaces) bytes.number(mesh.triangle_interface[t]);
-        if (has_colors) {
-            bytes.number(uint8_t{12});
-            for (size_t c = 0; c < 3; ++c) bytes.append(mesh.corner_colors[3 * t + c].data(), sizeof(float) * 4);
-        }
-        if (has_rim) {
-            bytes.number(uint8_t{3});
-            for (size_t c = 0; c < 3; ++c) bytes.number(mesh.corner_rim[3 * t + c]);
-        }
+        rows.put_list(mesh.triangles.data() + t, uint8_t{3});
+        rows.put(mesh.triangle_material[t]), rows.put(mesh.triangle_fragment[t]);
+        if (has_hidden) rows.put(mesh.triangle_hidden[t]);
+        if (has_uvs) rows.put_list(corners(mesh.corner_uvs, t), uint8_t{6});
+        rows.put_list(corners(mesh.corner_normals, t), uint8_t{9});
+        if (has_interfaces) rows.put(mesh.triangle_interface[t]);
+        if (has_colors) rows.put_list(corners(mesh.corner_colors, t), uint8_t{12});
+        if (has_rim) rows.put_list(corners(mesh.corner_rim, t), uint8_t{3});
     }
     return bytes;
 }

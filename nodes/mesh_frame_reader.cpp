@@ -66,34 +66,44 @@ private:
     std::map<std::string, Column> columns_;
 };
 
-template <class N>
-bool read(const Table& table, const char* name, PlyType type, std::vector<N>& out) {
-    std::vector<std::array<N, 1>> rows;
+// File: how the numbers are stored, where that is not as they are kept.
+template <class File, class N>
+bool read_as(const Table& table, const char* name, PlyType type, SharedArray<N>& out) {
+    std::vector<std::array<File, 1>> rows;
     if (!table.read(name, type, rows)) return false;
-    out.clear();
-    for (const auto& r : rows) out.push_back(r[0]);
+    std::vector<N> values;
+    values.reserve(rows.size());
+    for (const auto& r : rows) values.push_back(static_cast<N>(r[0]));
+    out = std::move(values);
     return true;
 }
 
-bool read_vectors(const Table& table, std::array<const char*, 3> names, std::vector<Vec3f>& out) {
-    out.resize(table.n_rows);
+template <class N>
+bool read(const Table& table, const char* name, PlyType type, SharedArray<N>& out) {
+    return read_as<N>(table, name, type, out);
+}
+
+bool read_vectors(const Table& table, std::array<const char*, 3> names, SharedArray<Vec3f>& out) {
+    std::vector<Vec3f> vectors(table.n_rows);
     for (int k = 0; k < 3; ++k) {
-        std::vector<float> values;
+        SharedArray<float> values;
         if (!read(table, names[k], PlyType::float32, values)) return false;
-        for (size_t v = 0; v < values.size(); ++v) out[v][k] = values[v];
+        for (size_t v = 0; v < values.size(); ++v) vectors[v][k] = values[v];
     }
+    out = std::move(vectors);
     return true;
 }
 
 // Rows of 3 x Width floats as three entries each.
 template <size_t Width, class Entry>
-bool read_corners(const Table& table, const char* name, std::vector<Entry>& out) {
+bool read_corners(const Table& table, const char* name, SharedArray<Entry>& out) {
     static_assert(sizeof(Entry) == Width * sizeof(float));
     std::vector<std::array<float, 3 * Width>> rows;
     if (!table.read(name, PlyType::float32, rows)) return false;
-    out.resize(3 * rows.size());
-    for (size_t c = 0; c < out.size(); ++c)
-        std::memcpy(static_cast<void*>(&out[c]), rows[c / 3].data() + c % 3 * Width, sizeof(Entry));
+    std::vector<Entry> corners(3 * rows.size());
+    for (size_t c = 0; c < corners.size(); ++c)
+        std::memcpy(static_cast<void*>(&corners[c]), rows[c / 3].data() + c % 3 * Width, sizeof(Entry));
+    out = std::move(corners);
     return true;
 }
 
@@ -122,17 +132,16 @@ Result<MeshFrame> decode_mesh_ply(std::string bytes, const std::string& where) {
     MeshFrame frame;
     frame.materials = materials_of(file->header());
     VisualMesh& m = frame.mesh;
+    std::vector<Triangle> triangles;
     if (!read_vectors(*vertex, {"x", "y", "z"}, m.positions) || frame.materials.empty() ||
-        !face->read("vertex_indices", PlyType::int32, m.triangles) ||
+        !face->read("vertex_indices", PlyType::int32, triangles) ||
         !read(*face, "material", PlyType::int32, m.triangle_material) ||
-        !read_corners<3>(*face, "corner_normals", m.corner_normals))
+        !read_corners<3>(*face, "corner_normals", m.corner_normals) ||
+        !read_as<int32_t>(*face, "fragment", PlyType::int32, m.triangle_fragment) ||
+        !read_as<int32_t>(*vertex, "fragment", PlyType::int32, m.vertex_fragment))
         return foreign;
-    std::vector<int32_t> fragment;
-    if (!read(*face, "fragment", PlyType::int32, fragment)) return foreign;
-    m.triangle_fragment.assign(fragment.begin(), fragment.end());
-    if (!read(*vertex, "fragment", PlyType::int32, fragment)) return foreign;
-    m.vertex_fragment.assign(fragment.begin(), fragment.end());
-    if (!read_vectors(*vertex, {"vx", "vy", "vz"}, m.velocities)) m.velocities.clear();
+    m.triangles = std::move(triangles);
+    read_vectors(*vertex, {"vx", "vy", "vz"}, m.velocities);
     read(*face, "hidden", PlyType::uint8, m.triangle_hidden);
     read_corners<2>(*face, "texcoord", m.corner_uvs);
     read(*face, "interface", PlyType::int32, m.triangle_interface);

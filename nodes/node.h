@@ -20,6 +20,8 @@
 
 namespace sunder {
 
+class WorkerPool;
+
 /// A node's parameters at one frame. Every value was checked against its description when it entered the graph, so
 /// that reading cannot fail; asking for a name or type that the description has not is our bug (asserted).
 class Parameters {
@@ -68,6 +70,7 @@ public:
     virtual int start_frame() const = 0;                             // first frame of the graph's range
     virtual double frame_rate() const = 0;                           // frames per second
     virtual int threads() const = 0;                                 // 0: all cores
+    virtual const WorkerPool& workers() = 0;                         // of the graph; as many threads
     virtual size_t cache_limit() const = 0;                          // bytes that a node may keep of past frames
     virtual std::string resolve(const std::string& path) const = 0;  // an input path, seen from the graph's folder
     virtual const Progress& progress() const = 0;                    // of this node's own work

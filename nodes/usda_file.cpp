@@ -236,13 +236,13 @@ private:
                  put_array(out, 3 * m.triangles.size(), [&](size_t c) { put_integer(out, m.triangles[c / 3][c % 3]); });
              }},
             {true, "point3f[] points", "", every_frame_,
-             [&](const VisualMesh& m, size_t) { put_tuples(out, m.positions); }},
+             [&](const VisualMesh& m, size_t) { put_tuples(out, m.positions.vector()); }},
             {found.has_velocities, "vector3f[] velocities", "", every_frame_,
-             [&](const VisualMesh& m, size_t) { put_tuples(out, m.velocities); }},
+             [&](const VisualMesh& m, size_t) { put_tuples(out, m.velocities.vector()); }},
             {true, "normal3f[] normals", "interpolation = \"faceVarying\"", every_frame_,
-             [&](const VisualMesh& m, size_t) { put_tuples(out, m.corner_normals); }},
+             [&](const VisualMesh& m, size_t) { put_tuples(out, m.corner_normals.vector()); }},
             {found.has_uvs, "texCoord2f[] primvars:st", "interpolation = \"faceVarying\"", found.faces_change,
-             [&](const VisualMesh& m, size_t) { put_tuples(out, m.corner_uvs); }},
+             [&](const VisualMesh& m, size_t) { put_tuples(out, m.corner_uvs.vector()); }},
             {found.has_colors, "color3f[] primvars:displayColor", "interpolation = \"faceVarying\"", found.faces_change,
              [&](const VisualMesh& m, size_t) {
                  put_array(out, m.corner_colors.size(), [&](size_t c) {

@@ -35,6 +35,11 @@ ArrayView as_is(const std::vector<T>& values) {
     return view;
 }
 
+template <class N, class T>
+ArrayView as_is(const SharedArray<T>& values) {
+    return as_is<N>(values.vector());
+}
+
 // A new array: `put(element)` returns an std::array of N for each element of `elements`.
 template <class N, size_t Width, class Elements, class Put>
 ArrayView made(const Elements& elements, Put&& put, std::vector<uint64_t> row_shape = {Width}) {
@@ -75,6 +80,11 @@ ArrayView own(std::vector<uint32_t> values) {
 template <class N, size_t Width, class T>
 ArrayView corners(const std::vector<T>& values) {
     return {type_code<N>(), {values.size(), Width}, values.data(), nullptr};
+}
+
+template <class N, size_t Width, class T>
+ArrayView corners(const SharedArray<T>& values) {
+    return corners<N, Width>(values.vector());
 }
 
 // Maps from rest to world as rows of linear part and offset.

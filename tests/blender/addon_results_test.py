@@ -36,6 +36,28 @@ class Shown(AddonCase):
             counts.add(len(mesh.triangles))
         self.assertGreater(len(counts), 1)  # it tore, or this guards nothing
 
+    def test_only_what_differs_between_two_frames_is_written(self):
+        tree, _ = self.tree()
+        thing, = self.results(tree)
+        self.bake(tree)
+        self.scene.frame_set(1)
+        write, written = addon("result_mesh"), []
+        plain = write._foreach
+        write._foreach = lambda sequence, name, values: (written.append(name), plain(sequence, name, values))
+        try:
+            self.scene.frame_set(2)  # in the air: nothing broke
+            at_rest, written[:] = list(written), []
+            self.scene.frame_set(6)
+        finally:
+            write._foreach = plain
+        self.assertEqual(at_rest[0], "co")
+        self.assertNotIn("vertex_index", at_rest)
+        self.assertNotIn("material_index", at_rest)
+        self.assertIn("vertex_index", written)
+        thing.sunder.uv_map = "Other"  # what else faces are written from counts, too
+        self.scene.frame_set(5)
+        self.assertIn("Other", thing.data.uv_layers)
+
     def test_toughness_left_is_what_is_missing_to_the_toughness_at_the_frame(self):
         tree, nodes = self.tree(material={"toughness": 0.3})
         thing, = self.results(tree)

@@ -6,6 +6,7 @@
 #include <Eigen/SVD>
 #include <map>
 
+#include "fracture_tools/skin_motion.h"
 #include "tests/fracture_tools/tetrahedral_bodies.h"
 
 namespace sunder {
@@ -60,12 +61,11 @@ struct Skinned {
     void show(const Body& body) {
         topology.update(body.intact);
         skin.bind(topology, body.intact);
-        std::vector<Affine> particle, vertex;
+        std::vector<Affine> particle;
         ParticleTransforms(body.rest).evaluate(body.position, body.orientation, body.plastic, body.intact, particle);
-        skin.blend(particle, vertex);
-        positions.clear();
-        for (uint32_t v = 0; v < vertex.size(); ++v)
-            positions.push_back(vertex[v].apply(skin.binding()->rest_position(v)));
+        SkinMotion motion(SkinExtras::none);
+        motion.move(*skin.binding(), true, particle, {}, run_serially);
+        positions.assign(motion.positions().begin(), motion.positions().end());
     }
     Vec3 corner(size_t triangle, int c) const { return positions[topology.triangles()[triangle][c]]; }
 };

@@ -399,7 +399,7 @@ TEST(visual_mesh, missing_uvs_of_one_kind_are_zero) {
     std::fill(body.intact.begin(), body.intact.end(), 0);
     const VisualMesh mesh = fresh(body);
     ASSERT_EQ(mesh.corner_uvs.size(), 3 * mesh.triangles.size());
-    EXPECT_EQ(mesh.corner_uvs.front(), Vec2f(0.25f, 0.5f));
+    EXPECT_EQ(mesh.corner_uvs[0], Vec2f(0.25f, 0.5f));
     EXPECT_EQ(mesh.corner_uvs.back(), Vec2f(0, 0));
 }
 

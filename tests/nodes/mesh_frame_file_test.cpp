@@ -16,8 +16,11 @@ VisualMesh example() {
     VisualMesh m;
     m.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.1f, 1.0f / 3, 16777216.0f}};
     m.triangles = {{0, 1, 2}, {2, 1, 3}};
-    for (int c = 0; c < 6; ++c) m.corner_normals.push_back(Vec3f(0, 0, c < 3 ? 1.0f : -1.0f));
-    for (int c = 0; c < 6; ++c) m.corner_uvs.push_back(Vec2f(static_cast<float>(c % 2), 0.7f));
+    std::vector<Vec3f> normals;
+    std::vector<Vec2f> uvs;
+    for (int c = 0; c < 6; ++c) normals.push_back(Vec3f(0, 0, c < 3 ? 1.0f : -1.0f));
+    for (int c = 0; c < 6; ++c) uvs.push_back(Vec2f(static_cast<float>(c % 2), 0.7f));
+    m.corner_normals = normals, m.corner_uvs = uvs;
     m.triangle_material = {0, 1};
     m.triangle_fragment = {5, 6};
     m.vertex_fragment = {5, 5, 6, 6};
@@ -72,7 +75,7 @@ TEST(MeshFrameFile, ply_reads_back_to_the_same_mesh) {
     full.velocities = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}};
     full.triangle_hidden = {0, 1};
     VisualMesh plain = example();
-    plain.corner_uvs.clear();
+    plain.corner_uvs = {};
     for (const VisualMesh& m : {full, plain, VisualMesh()}) {
         const auto frame = decode_mesh_ply(std::string(encode_mesh_ply(m, fragments()).view()), "a.ply");
         ASSERT_TRUE(frame) << frame.error().text();
@@ -96,9 +99,9 @@ TEST(MeshFrameFile, what_is_no_mesh_frame_is_refused) {
         return !decode_mesh_ply(std::string(encode_mesh_ply(m, fragments()).view()), "a.ply");
     };
     VisualMesh m = example();
-    m.triangles[1][2] = 4;
+    m.triangles = {{0, 1, 2}, {2, 1, 4}};
     EXPECT_TRUE(refused(m));
-    m = example(), m.triangle_material[0] = 2;
+    m = example(), m.triangle_material = {2, 1};
     EXPECT_TRUE(refused(m));
     std::string foreign = whole;
     foreign.replace(foreign.find(kMeshFileMagic), kMeshFileMagic.size(), "sunder mesh frame 9");
@@ -110,7 +113,7 @@ TEST(MeshFrameFile, what_is_no_mesh_frame_is_refused) {
 
 TEST(MeshFrameFile, ply_without_uvs_has_no_texcoord) {
     VisualMesh m = example();
-    m.corner_uvs.clear();
+    m.corner_uvs = {};
     const auto file = PlyFile::parse(std::string(encode_mesh_ply(m, fragments()).view()), "a.ply");
     ASSERT_TRUE(file) << file.error().text();
     for (const PlyProperty& p : file->find("face")->properties) EXPECT_NE(p.name, "texcoord");
@@ -144,7 +147,8 @@ TEST(MeshFrameFile, what_cannot_be_written_is_refused) {
     EXPECT_TRUE(encode_mesh("a.ply", m, fragments()));
     EXPECT_TRUE(encode_mesh("a.obj", m, fragments()));
     EXPECT_EQ(encode_mesh("a.abc", m, fragments()).error().code, ErrorCode::bad_input);
-    m.positions[2].y() = std::numeric_limits<float>::quiet_NaN();
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    m.positions = {{0, 0, 0}, {1, 0, 0}, {0, nan, 0}, {0, 1, 1}};
     const auto bad = encode_mesh("a.ply", m, fragments());
     ASSERT_FALSE(bad);
     EXPECT_EQ(bad.error().code, ErrorCode::numerical);

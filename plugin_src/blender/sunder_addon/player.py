@@ -125,16 +125,10 @@ def _show_mesh(thing, folder, manifest, shown):
     interior = _interior_material(folder, manifest, node)
     attributes = _attributes(folder, manifest, shown, node, frame)
     result_mesh.set_property(mesh, SHOWN, "")  # until all is written
-    result_mesh.write_geometry(mesh, frame)
-    result_mesh.write_uvs(mesh, frame.uvs, thing.sunder.uv_map)
-    result_mesh.write_materials(mesh, frame.material, interior, thing.sunder.interior_slot)
-    result_mesh.write_attribute(mesh, "fragment", "INT", "FACE", frame.fragment)
-    result_mesh.write_attribute(mesh, "interior", "BOOLEAN", "FACE", frame.material >= interior)
-    result_mesh.write_attribute(mesh, "hidden", "BOOLEAN", "FACE", frame.hidden)
-    for name, kind, domain, values in (("interface", "INT", "FACE", frame.interface), ("rim", "FLOAT", "CORNER", frame.rim),
-                                       ("Color", "FLOAT_COLOR", "CORNER", frame.colors)):
-        if values is not None:
-            result_mesh.write_attribute(mesh, name, kind, domain, values)
+    stamp = result_mesh.face_stamp(frame, thing.sunder.uv_map, interior, thing.sunder.interior_slot)
+    if result_mesh.write_geometry(mesh, frame, stamp):
+        _write_faces(thing, mesh, frame, interior)
+        result_mesh.set_property(mesh, result_mesh.FACES, stamp)
     for name, (kind, values) in attributes.items():
         result_mesh.write_attribute(mesh, name, kind, "POINT", values)
     if thing.sunder.use_exact_normals:
@@ -142,6 +136,19 @@ def _show_mesh(thing, folder, manifest, shown):
     elif mesh.has_custom_normals:
         mesh.normals_split_custom_set([(0.0, 0.0, 0.0)] * len(mesh.loops))
     result_mesh.set_property(mesh, SHOWN, key)
+
+
+def _write_faces(thing, mesh, frame, interior):
+    """What faces and corners have besides normals."""
+    result_mesh.write_uvs(mesh, frame.uvs, thing.sunder.uv_map)
+    result_mesh.write_materials(mesh, frame.material, interior, thing.sunder.interior_slot)
+    for name, kind, domain, values in (
+        ("fragment", "INT", "FACE", frame.fragment), ("interior", "BOOLEAN", "FACE", frame.material >= interior),
+        ("hidden", "BOOLEAN", "FACE", frame.hidden), ("interface", "INT", "FACE", frame.interface),
+        ("rim", "FLOAT", "CORNER", frame.rim), ("Color", "FLOAT_COLOR", "CORNER", frame.colors),
+    ):
+        if values is not None:
+            result_mesh.write_attribute(mesh, name, kind, domain, values)
 
 
 def _attributes(folder, manifest, shown, node, frame):

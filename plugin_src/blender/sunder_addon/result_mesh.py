@@ -1,4 +1,6 @@
 """Writes a frame of a bake into a Blender mesh: geometry, normals, UVs, materials, attributes."""
+import gc
+import hashlib
 import threading
 import time
 
@@ -33,40 +35,53 @@ def _foreach(sequence, attribute, values):
     sequence.foreach_set(attribute, np.ascontiguousarray(values).ravel())
 
 
-def write_geometry(mesh, frame):
-    """Replaces the geometry; positions alone are written where the faces are still the same. Materials stay."""
+FACES = "sunder_faces"  # on the mesh, so that undo and files carry it along: what its faces were written from
+
+
+def face_stamp(frame, *names):
+    """Of all that faces and their corners have but normals; equal stamps, equal faces. `names`: slots and layers."""
+    digest = hashlib.blake2b(repr((len(frame.positions), names)).encode(), digest_size=16)
+    for values in (frame.triangles, frame.material, frame.fragment, frame.hidden, frame.uvs, frame.interface, frame.rim,
+                   frame.colors):
+        digest.update(b"none" if values is None else np.ascontiguousarray(values))
+    return digest.hexdigest()
+
+
+def write_geometry(mesh, frame, stamp=""):
+    """Replaces the geometry; positions alone are written where the faces are those of `stamp` already, and then False
+    is returned: what faces and corners have is still there. Materials stay."""
     n = len(frame.triangles)
-    corners = frame.triangles.ravel()
-    if not _same_faces(mesh, len(frame.positions), corners):
-        mesh.clear_geometry()
-        mesh.vertices.add(len(frame.positions))
-        mesh.loops.add(3 * n)
-        mesh.polygons.add(n)
-        _foreach(mesh.loops, "vertex_index", corners)
-        _foreach(mesh.polygons, "loop_start", np.arange(0, 3 * n, 3, dtype=np.int32))
-        if not bpy.types.MeshPolygon.bl_rna.properties["loop_total"].is_readonly:  # it is from Blender 3.6 on
-            _foreach(mesh.polygons, "loop_total", np.full(n, 3, np.int32))
-        _foreach(mesh.vertices, "co", frame.positions)
-        mesh.update(calc_edges=True)
-    else:
+    counts = (len(mesh.vertices), len(mesh.loops), len(mesh.polygons))
+    if stamp and mesh.get(FACES) == stamp and counts == (len(frame.positions), 3 * n, n):
         _foreach(mesh.vertices, "co", frame.positions)
         mesh.update()
-    _foreach(mesh.polygons, "use_smooth", np.ones(n, bool))
-
-
-def _same_faces(mesh, n_vertices, corners):
-    if len(mesh.vertices) != n_vertices or len(mesh.loops) != len(corners) or 3 * len(mesh.polygons) != len(corners):
         return False
-    there = np.empty(len(corners), np.int32)
-    mesh.loops.foreach_get("vertex_index", there)
-    return np.array_equal(there, corners)
+    set_property(mesh, FACES, "")  # until all is written
+    mesh.clear_geometry()
+    mesh.vertices.add(len(frame.positions))
+    mesh.loops.add(3 * n)
+    mesh.polygons.add(n)
+    _foreach(mesh.loops, "vertex_index", frame.triangles)
+    _foreach(mesh.polygons, "loop_start", np.arange(0, 3 * n, 3, dtype=np.int32))
+    if not bpy.types.MeshPolygon.bl_rna.properties["loop_total"].is_readonly:  # it is from Blender 3.6 on
+        _foreach(mesh.polygons, "loop_total", np.full(n, 3, np.int32))
+    _foreach(mesh.vertices, "co", frame.positions)
+    _foreach(mesh.polygons, "use_smooth", np.ones(n, bool))
+    mesh.update(calc_edges=True)
+    return True
 
 
 def write_normals(mesh, corner_normals):
     """The library's normals: smooth outside, sharp at break surfaces."""
     if hasattr(mesh, "use_auto_smooth") and not mesh.use_auto_smooth:  # Blender before 4.1 shows them only then
         set_property(mesh, "use_auto_smooth", True)
-    mesh.normals_split_custom_set(corner_normals.tolist())
+    was_collecting = gc.isenabled()
+    gc.disable()  # a list for each corner, and no cycle among them: looking for one would take longer than the rest
+    try:
+        mesh.normals_split_custom_set(corner_normals.tolist())
+    finally:
+        if was_collecting:
+            gc.enable()
 
 
 def write_uvs(mesh, uvs, name):

@@ -16,7 +16,7 @@ struct Measurement {
     double least_ms = 0, median_ms = 0, slowest_ms = 0;  // solver, a frame; slowest: 99th percentile
     double predict = 0, shape = 0, contact = 0, momentum = 0, fracture = 0;  // shares of the solver's time
     double ns_group = 0;                           // shape matching, a group and iteration (a sweep of method jacobi)
-    double skin_ms = 0;                            // deformers of all bodies, median a frame, one thread
+    double skin_ms = 0, skin_slowest_ms = 0;       // deformers of all bodies, a frame: median, 99th percentile
     size_t skin_vertices = 0, skin_triangles = 0;  // at the end
     double peak_mb = 0;                            // of the process that made the scene and ran it
     double gigahertz = 0;  // of a chain of dependent additions beside the run: the clock as it was

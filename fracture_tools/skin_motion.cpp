@@ -1,0 +1,127 @@
+#include "fracture_tools/skin_motion.h"
+
+#include <algorithm>
+
+#include "fracture_tools/vector_clones.h"
+
+namespace sunder {
+namespace {
+
+bool equal(const Affine& a, const Affine& b) { return a.linear == b.linear && a.offset == b.offset; }
+
+typedef double Lanes __attribute__((vector_size(32), may_alias));
+typedef float FloatLanes __attribute__((vector_size(16), may_alias));
+typedef int64_t Order __attribute__((vector_size(32)));
+
+struct Blend {
+    Lanes column[4];
+};
+
+inline __attribute__((always_inline)) void blend(std::span<const SkinBinding::Influence> influences,
+                                                 const AffineColumns* map, Blend& out) {
+    Lanes c0{}, c1{}, c2{}, c3{};
+    for (const auto& [p, w] : influences) {
+        const Lanes* m = reinterpret_cast<const Lanes*>(map[p].column);
+        const Lanes weight = {w, w, w, w};
+        c0 += weight * m[0], c1 += weight * m[1], c2 += weight * m[2], c3 += weight * m[3];
+    }
+    out.column[0] = c0, out.column[1] = c1, out.column[2] = c2, out.column[3] = c3;
+}
+
+inline __attribute__((always_inline)) Vec3 apply(const Blend& b, const Vec3& x) {
+    const Lanes y = b.column[0] * x.x() + b.column[1] * x.y() + b.column[2] * x.z() + b.column[3];
+    return {y[0], y[1], y[2]};
+}
+
+// Columns of the cofactor matrix are cross products of the columns.
+inline __attribute__((always_inline)) void cofactor_of(const Blend& b, NormalMap& out) {
+    constexpr Order yzx = {1, 2, 0, 3}, zxy = {2, 0, 1, 3};
+    for (int k = 0; k < 3; ++k) {
+        const Lanes &u = b.column[(k + 1) % 3], &v = b.column[(k + 2) % 3];
+        const Lanes cross = __builtin_shuffle(u, yzx) * __builtin_shuffle(v, zxy) -
+                            __builtin_shuffle(u, zxy) * __builtin_shuffle(v, yzx);
+        *reinterpret_cast<FloatLanes*>(out.column[k]) = __builtin_convertvector(cross, FloatLanes);
+    }
+}
+
+struct Range {
+    size_t begin, end;
+};
+
+SUNDER_VECTOR_CLONES void place(const SkinBinding& binding, const AffineColumns* map, const uint8_t* moved, Range range,
+                                Vec3* out, NormalMap* out_normal_map) {
+    const Vec3* rest = binding.rest_vertex->data();
+    Blend b;
+    for (size_t v = range.begin; v < range.end; ++v) {
+        if (!moved[v]) continue;
+        blend(binding.influences(v), map, b);
+        out[v] = apply(b, rest[binding.pool_vertex[v]]);
+        if (out_normal_map) cofactor_of(b, out_normal_map[v]);
+    }
+}
+
+}  // namespace
+
+AffineColumns AffineColumns::of(const Affine& a) {
+    AffineColumns out{};
+    for (int i = 0; i < 3; ++i) {
+        for (int c = 0; c < 3; ++c) out.column[c][i] = a.linear(i, c);
+        out.column[3][i] = a.offset(i);
+    }
+    return out;
+}
+
+bool SkinMotion::move(const SkinBinding& binding, bool is_rebound, std::span<const Affine> particle,
+                      std::span<const Affine> rate, const RangeRunner& run) {
+    const size_t n = binding.n_vertices(), n_particles = particle.size(), n_chunks = (n + kChunk - 1) / kChunk;
+    const bool is_new = is_rebound || particle_.size() != n_particles || rate_.size() != rate.size();
+    particle_moved_.assign(n_particles, 1);
+    if (!is_new)
+        for (size_t p = 0; p < n_particles; ++p)
+            particle_moved_[p] = !equal(particle[p], particle_[p]) || (!rate.empty() && !equal(rate[p], rate_[p]));
+    if (std::find(particle_moved_.begin(), particle_moved_.end(), 1) == particle_moved_.end() && !is_new) return false;
+    all_moved_ = std::find(particle_moved_.begin(), particle_moved_.end(), 0) == particle_moved_.end();
+
+    ++frame_;
+    particle_.assign(particle.begin(), particle.end()), rate_.assign(rate.begin(), rate.end());
+    map_.resize(n_particles), map_rate_.resize(rate.size());
+    for (size_t p = 0; p < n_particles; ++p)
+        if (particle_moved_[p]) {
+            map_[p] = AffineColumns::of(particle[p]);
+            if (!rate.empty()) map_rate_[p] = AffineColumns::of(rate[p]);
+        }
+    position_.resize(n), moved_.resize(n), velocity_.resize(rate.empty() ? 0 : n);
+    if (extras_ == SkinExtras::normal_maps) normal_map_.resize(n);
+    chunk_changed_.resize(n_chunks);
+    run(n_chunks, 2, [&](size_t begin, size_t end) {
+        for (size_t chunk = begin; chunk < end; ++chunk) move_chunk(binding, chunk);
+    });
+    return true;
+}
+
+void SkinMotion::move_chunk(const SkinBinding& binding, size_t chunk) {
+    const Range range{chunk * kChunk, std::min((chunk + 1) * kChunk, binding.n_vertices())};
+    if (all_moved_) {
+        std::fill(moved_.begin() + range.begin, moved_.begin() + range.end, 1);
+    } else {
+        bool any = false;
+        for (size_t v = range.begin; v < range.end; ++v) {
+            const auto of = binding.influences(v);
+            moved_[v] = std::any_of(of.begin(), of.end(), [&](const auto& i) { return particle_moved_[i.particle]; });
+            any |= moved_[v];
+        }
+        if (!any) return;
+    }
+    chunk_changed_[chunk] = frame_;
+    place(binding, map_.data(), moved_.data(), range, position_.data(),
+          normal_map_.empty() ? nullptr : normal_map_.data());
+    if (!velocity_.empty()) place(binding, map_rate_.data(), moved_.data(), range, velocity_.data(), nullptr);
+}
+
+Mat3 SkinMotion::linear_at(const SkinBinding& binding, size_t vertex) const {
+    Mat3 linear = Mat3::Zero();
+    for (const auto& [p, w] : binding.influences(vertex)) linear += w * particle_[p].linear;
+    return linear;
+}
+
+}  // namespace sunder

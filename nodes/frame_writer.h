@@ -1,0 +1,70 @@
+// Writes the frames of a bake while the next ones are simulated.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "nodes/bake.h"
+#include "nodes/bake_folder.h"
+#include "nodes/byte_buffer.h"
+#include "nodes/manifest.h"
+#include "nodes/value.h"
+
+namespace sunder {
+
+/// What is to be written of a frame. Values are const and shared: whoever made them may go on.
+struct FrameToWrite {
+    std::vector<std::shared_ptr<const BakeItem>> items;     // of each bake node
+    std::vector<std::shared_ptr<const StateValue>> states;  // of each solver
+    BakedFrame done;                                        // number and times so far
+};
+
+/// A thread that encodes, hashes, writes and syncs one frame after the other, each whole and then listed in the
+/// manifest, in the order in which they came. At most kWaiting frames wait, so memory is bounded by that many frames
+/// and the one that is being written; a simulation that is faster than the disk waits for it.
+class FrameWriter {
+public:
+    static constexpr size_t kWaiting = 2;
+
+    /// `bake_nodes`, `solvers`: names, in the order of a frame's items and states. The manifest is the writer's until
+    /// `finish` has returned.
+    FrameWriter(const BakeFolder& folder, Manifest& manifest, std::vector<std::string> bake_nodes,
+                std::vector<std::string> solvers);
+    /// Writes what waits.
+    ~FrameWriter();
+
+    /// Waits for a place. Errors: that of a frame put earlier, whose file it names; that frame is not listed and
+    /// nothing is written any more.
+    Status put(FrameToWrite frame);
+    /// Waits until all is on disk. Errors: as of `put`.
+    Status finish();
+    /// Frames that came on disk since the last call.
+    std::vector<BakedFrame> take_done();
+
+private:
+    void work();
+    Status write(FrameToWrite& io_frame);
+    Result<ManifestFile> write_file(const std::string& node, const std::string& path, const ByteBuffer& bytes,
+                                    BakedFrame& io_done) const;
+    Result<ManifestFile> resume_state(size_t solver, const FrameToWrite& frame,
+                                      const std::vector<ManifestFile>& written, BakedFrame& io_done) const;
+
+    const BakeFolder& folder_;
+    Manifest& manifest_;
+    const std::vector<std::string> bake_nodes_, solvers_;
+
+    std::mutex guard_;  // of all below
+    std::condition_variable changed_;
+    std::deque<FrameToWrite> waiting_;
+    std::vector<BakedFrame> done_;
+    Status status_;
+    bool is_writing_ = false, is_ending_ = false;
+    std::thread thread_;  // last: it starts when all else is there
+};
+
+}  // namespace sunder
