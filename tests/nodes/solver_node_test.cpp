@@ -152,6 +152,7 @@ TEST(SolverNode, every_input_that_matters_simulates_again) {
                                                                            {"sim", "gravity", {0, 0, -5}},
                                                                            {"sim", "damping", 2.0},
                                                                            {"sim", "self_collision", false},
+                                                                           {"sim", "sleeping", false},
                                                                            {"sim", "colliders", Json::array()}};
     for (const auto& [node, parameter, value] : edits) {
         Shot shot;

@@ -43,7 +43,8 @@ std::function<void(Values&, double)> setter(const std::string& name) {
         {"over_relaxation", member([](Values& s) -> double& { return s.settings.over_relaxation; })},
         {"damping", member([](Values& s) -> double& { return s.settings.damping; })},
         {"depenetration_speed", member([](Values& s) -> double& { return s.settings.depenetration_speed; })},
-        {"self_collision", member([](Values& s) -> bool& { return s.settings.self_collision; })}};
+        {"self_collision", member([](Values& s) -> bool& { return s.settings.self_collision; })},
+        {"sleeping", member([](Values& s) -> bool& { return s.settings.sleeping; })}};
     const auto found = setters.find(name);
     return found == setters.end() ? nullptr : found->second;
 }
