@@ -7,7 +7,6 @@ namespace sunder {
 namespace {
 
 constexpr uint32_t kLanes = LaneLayout::kLanes;
-constexpr size_t kGrain = 16;        // fewest blocks that a thread is worth waking for
 constexpr size_t kSharedUnit = 128;  // blocks; units of more are solved by all threads together
 constexpr double kRounding = 1e-11;  // of a group's radius: residuals below it are rounding, and left
 
@@ -24,7 +23,7 @@ void ConjugateGradients<Real>::take_up(const SweepInput& in, const LaneLayout& l
         magnitude_.resize(layout.n_blocks()), curvature_.resize(layout.n_blocks());
         momentum_.resize(layout.n_lanes()), pulls_.resize(layout.n_lanes());
     }
-    workers.for_range(in.rest.n_particles(), kGrain * kLanes, [&](size_t begin, size_t end) {
+    workers.for_range(in.rest.n_particles(), SweepStore<double>::kTakeUpGrain, [&](size_t begin, size_t end) {
         for (uint32_t g = static_cast<uint32_t>(begin); g < end; ++g)
             if (revision_[g] != in.shapes.revision[g] && layout.lane(g) != LaneLayout::kNone)
                 take_up_group(in, layout, g);
@@ -112,7 +111,7 @@ void ConjugateGradients<Real>::solve(bool first_iteration, const LaneLayout& lay
         }
         solve_unit(first_iteration, layout, newton, kernels, u, mean, io_reference[u],
                    [&](size_t begin, size_t end, const auto& body) {
-                       workers.for_range(end - begin, kGrain,
+                       workers.for_range(end - begin, SweepStore<double>::kGrain,
                                          [&](size_t first, size_t last) { body(begin + first, begin + last); });
                    });
     }

@@ -10,7 +10,6 @@ namespace sunder {
 namespace {
 
 constexpr uint32_t kLanes = LaneLayout::kLanes;
-constexpr size_t kGrain = 16;  // fewest blocks that a thread is worth waking for
 // A piece moves freely as a whole, 1 beside the b of its groups in H: with single precision that is 6e-8 of some 7 b.
 constexpr double kStiffestSingle = 5e3;  // largest b, -
 
@@ -48,7 +47,9 @@ void NewtonStep::apply_in(ConjugateGradients<Real>& gradients, const NewtonKerne
     gradients.take_up(in, layout, workers);
     SweepArrays<double> arrays = store_.arrays();
     arrays.inertia = inertia_.data();
-    const auto for_blocks = [&](const auto& body) { workers.for_range(layout.n_blocks(), kGrain, body); };
+    const auto for_blocks = [&](const auto& body) {
+        workers.for_range(layout.n_blocks(), SweepStore<double>::kGrain, body);
+    };
     for_blocks([&](size_t begin, size_t end) {
         store_.load(in, io_particles, io_goals, begin, end);
         load(in, io_particles, begin, end);

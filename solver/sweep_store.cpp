@@ -29,7 +29,7 @@ bool SweepStore<Real>::take_up(const SweepInput& in, const WorkerPool& workers) 
         particles_.assign(layout_.n_lanes(), SweepParticle<Real>{{0, 0, 0}, 0, {0, 0, 0, 1}});
         goals_.resize(layout_.n_lanes()), bounds_.resize(layout_.n_lanes());
     }
-    workers.for_range(in.rest.n_particles(), kGrain * kLanes, [&](size_t begin, size_t end) {
+    workers.for_range(in.rest.n_particles(), kTakeUpGrain, [&](size_t begin, size_t end) {
         for (uint32_t g = static_cast<uint32_t>(begin); g < end; ++g)
             if (revision_[g] != in.shapes.revision[g] && layout_.lane(g) != LaneLayout::kNone) take_up_group(in, g);
     });

@@ -24,7 +24,8 @@ struct SweepInput {
 template <class Real>
 class SweepStore {
 public:
-    static constexpr size_t kGrain = 16;  // fewest blocks that a thread is worth waking for
+    // Fewest blocks that a thread is worth waking for; and fewest groups, where most have nothing to do.
+    static constexpr size_t kGrain = 32, kTakeUpGrain = 4096;
 
     /// Rest shapes that changed since they were last taken up; true if the topology did.
     bool take_up(const SweepInput& input, const WorkerPool& workers);
