@@ -155,10 +155,11 @@ Measurement measure(const NamedScene& named, const std::string& method, int thre
     m.slowest_ms = 1e3 * quantile(best.solver, 0.99), m.skin_ms = 1e3 * quantile(best.skin, 0.5);
     m.skin_slowest_ms = 1e3 * quantile(best.skin, 0.99);
     const StepReport& t = best.sum;
-    const double total = t.predict_s + t.shape_s + t.contact_s + t.momentum_s + t.fracture_s;
+    const double all = t.predict_s + t.shape_s + t.contact_s + t.momentum_s + t.fracture_s;
+    const double total = all > 0 ? all : 1;  // 0 where everything slept
     m.predict = t.predict_s / total, m.shape = t.shape_s / total, m.contact = t.contact_s / total;
     m.momentum = t.momentum_s / total, m.fracture = t.fracture_s / total;
-    m.ns_group = 1e9 * t.shape_s / (double(m.particles) * t.substeps * t.iterations);
+    m.ns_group = 1e9 * t.shape_s / std::max(1.0, double(m.particles) * t.substeps * t.iterations);
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
     m.peak_mb = static_cast<double>(usage.ru_maxrss) / 1024;
