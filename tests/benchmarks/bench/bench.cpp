@@ -55,8 +55,8 @@ void write_row(std::FILE* csv, const Options& options, const Measurement& m, con
         "%zu,%zu,%.0f,%.2f,%016llx\n",
         options.label.c_str(), processor().c_str(), scene, method.c_str(), threads, m.particles, m.edges, m.members,
         m.substeps, m.iterations, m.frames, m.least_ms, m.median_ms, m.slowest_ms, m.ns_group, m.predict, m.shape,
-        m.contact, m.momentum, m.fracture, m.pieces, m.contacts, m.skin_ms, m.skin_vertices, m.skin_triangles,
-        m.peak_mb, m.gigahertz, static_cast<unsigned long long>(m.hash));
+        m.contact, m.momentum, m.fracture, m.pieces, m.contacts, m.skin_ms, m.skin_slowest_ms, m.skin_vertices,
+        m.skin_triangles, m.peak_mb, m.gigahertz, static_cast<unsigned long long>(m.hash));
 }
 
 // In a process of its own, so that its peak of memory is the scene's.

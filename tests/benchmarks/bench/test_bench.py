@@ -39,6 +39,8 @@ class Bench(unittest.TestCase):
             self.assertEqual(one["hash"], two["hash"])
         for r in rows:
             self.assertNotIn(None, r.values())
+            self.assertEqual((r["skin_vertices"], r["skin_triangles"]), ("0", "0"))
+            self.assertTrue(1 < float(r["peak_mb"]) < 10000 and 0.1 < float(r["ghz"]) < 20)
             self.assertGreater(float(r["least_ms"]), 0)
             self.assertLessEqual(float(r["least_ms"]), float(r["median_ms"]))
             self.assertAlmostEqual(sum(float(r[c]) for c in ("predict", "shape", "contact", "momentum", "fracture")), 1, delta=0.01)

@@ -37,6 +37,8 @@ const char* name(ShapeKind kind) {
             return "box";
         case ShapeKind::capsule:
             return "capsule";
+        case ShapeKind::mesh:
+            return "mesh";
     }
     return "";
 }
