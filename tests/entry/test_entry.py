@@ -72,11 +72,16 @@ class Entry(unittest.TestCase):
         done = subprocess.run(["bash", self.project / "sunder", "test"], env=environment, text=True, capture_output=True)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertRegex((self.home / "asked").read_text(), r"^ci --prefix .*build/usd_reader .*\n$")
+        works = npm.read_text()
         npm.write_text("#!/bin/sh\necho no network; exit 1\n")
+        self.write("tests/scripted/usd_reader/package-lock.json", '{"lockfileVersion": 4}')
         done = subprocess.run(["bash", self.project / "sunder", "test"], env=environment, text=True, capture_output=True)
-        self.assertEqual(done.returncode, 1)
+        self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("no network", done.stderr)
-        self.assertIn("npm could not install tinyusdz", done.stderr)
+        self.assertEqual(done.stderr.count("WARNING: npm could not install tinyusdz"), 2)  # before and after the tests
+        npm.write_text(works)
+        done = subprocess.run(["bash", self.project / "sunder", "test"], env=environment, text=True, capture_output=True)
+        self.assertNotIn("WARNING", done.stderr)
 
     def test_chart_tells_what_it_takes(self):
         for wrong in (["--fast"], ["-o"]):

@@ -194,6 +194,12 @@ class Reading:
         self.root, self.meshes = root, meshes
 
 
+def why_there_is_no_tinyusdz():
+    """What npm said when it could not bring it; "" where it is there, or was never asked for."""
+    note = Path(os.environ["SUNDER_USD_READER"]) / "unavailable"
+    return note.read_text() if note.is_file() else ""
+
+
 def read_by_tinyusdz(path):
     modules = Path(os.environ["SUNDER_USD_READER"]) / "node_modules"
     if not (modules / "tinyusdz").is_dir():
