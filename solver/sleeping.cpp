@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "solver/collision/contact.h"
+#include "solver/collision/flowed_shape.h"
 #include "solver/collision/shape_distance.h"
 
 namespace sunder {
@@ -109,9 +110,10 @@ const Quat& orientation_of(const FrameState& s, size_t i) {
     return i < s.n_particles() ? s.orientation[i] : s.rigid_bodies[i - s.n_particles()].orientation;
 }
 
-double bounding_radius(const Scene& scene, size_t i) {
+double bounding_radius(const Scene& scene, const FrameState& s, size_t i) {
     const size_t n = scene.rest.n_particles();
-    return i < n ? scene.rest.radii[i].maxCoeff() : bounding_radius(scene.rigid_bodies[i - n].shape);
+    return i < n ? flowed_radius(scene.rest.radii[i], s.plastic_deformation[i])
+                 : bounding_radius(scene.rigid_bodies[i - n].shape);
 }
 
 // Whether a collider comes within `reach` of a point in this frame.
@@ -181,7 +183,7 @@ void wake_changed(const Scene& scene, const FrameInput& input, bool self_collisi
         if (!drive.active) continue;
         for (uint32_t i = 0; i < s.asleep.size(); ++i)
             if (s.asleep[i] &&
-                comes_near(scene.colliders[c].shape, drive, position_of(s, i), bounding_radius(scene, i) + margin))
+                comes_near(scene.colliders[c].shape, drive, position_of(s, i), bounding_radius(scene, s, i) + margin))
                 seeds.push_back(i);
     }
     wake(scene, seeds, s);
@@ -205,7 +207,8 @@ size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collis
     for (uint32_t i = 0; i < n_movables; ++i) {
         if (s.asleep[i]) continue;
         const double way = (position_of(s, i) - position_of(before, i)).norm();
-        const double turn = orientation_of(s, i).angularDistance(orientation_of(before, i)) * bounding_radius(scene, i);
+        const double turn =
+            orientation_of(s, i).angularDistance(orientation_of(before, i)) * bounding_radius(scene, s, i);
         const bool still = std::max(way, turn) <= input.duration * still_speed(size_of(scene, i), acceleration);
         s.still_time[i] = still ? s.still_time[i] + input.duration : 0;
     }

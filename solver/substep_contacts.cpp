@@ -66,9 +66,10 @@ void Substep::wake_touched() {
 }
 
 void Substep::find_contacts() {
-    work.detection.find(context.scene, context.input, context.settings.self_collision, work.live, work.held,
-                        {work.start_position, work.start_rotation, work.velocity, work.angular_velocity},
-                        {h, begin, end}, context.contact_margin, context.workers, work.contacts);
+    work.detection.find(
+        context.scene, context.input, context.settings.self_collision, work.live, work.held,
+        {work.start_position, work.start_rotation, work.velocity, work.angular_velocity, state.plastic_deformation},
+        {h, begin, end}, context.contact_margin, context.workers, work.contacts);
     wake_touched();
     if (!work.woken.empty()) return;
     report.contacts = std::max(report.contacts, work.contacts.size());

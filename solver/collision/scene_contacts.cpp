@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solver/collision/ellipsoid_distance.h"
 #include "solver/motion.h"
 
 namespace sunder {
@@ -29,19 +28,6 @@ Surface surface_of(const Scene& scene, const FrameInput& input, uint32_t movable
     return {r.friction, r.restitution};
 }
 
-// Overlap that two fragments of one body have at rest: their ellipsoids are only stand-ins for what fits without a gap.
-double rest_overlap(const SimulationMesh& rest, uint32_t i, uint32_t j) {
-    auto at_rest = [&](uint32_t k) {
-        return Ellipsoid{rest.rest_position[k], rest.rest_orientation[k].toRotationMatrix(), rest.radii[k]};
-    };
-    return std::min(0.0, ellipsoid_distance(at_rest(i), at_rest(j)).gap);
-}
-
-double rolling_arm(const Scene& scene, uint32_t movable) {
-    if (movable >= scene.rest.n_particles()) return 0;
-    return kRollingShare * scene.rest.radii[movable].minCoeff();
-}
-
 }  // namespace
 
 double contact_margin(const Scene& scene) {
@@ -53,15 +39,26 @@ double contact_margin(const Scene& scene) {
     return kMarginShare * size / std::max<double>(1, n > 0 ? n : double(n_rigid));
 }
 
+// Called for ascending pairs; a pair that was asked for in the substep before, and did not flow since, is known.
+double SceneContacts::fitting_gap(const SimulationMesh& rest, uint32_t a, uint32_t b) {
+    const auto precedes = [&](const FittingGap& g) { return std::pair(g.a, g.b) < std::pair(a, b); };
+    while (next_former_ < former_gaps_.size() && precedes(former_gaps_[next_former_])) ++next_former_;
+    const FittingGap* former = next_former_ < former_gaps_.size() ? &former_gaps_[next_former_] : nullptr;
+    const bool is_known = former && former->a == a && former->b == b && !shapes_.changed(a) && !shapes_.changed(b);
+    fitting_gaps_.push_back({a, b, is_known ? former->gap : shapes_.fitting_gap(rest, a, b)});
+    return fitting_gaps_.back().gap;
+}
+
 void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live,
                          std::span<const uint8_t> held, const MovableMotion& motion, const Interval& interval,
                          double margin, const WorkerPool& workers, std::vector<ActiveContact>& out) {
     const SimulationMesh& rest = scene.rest;
     const uint32_t n = static_cast<uint32_t>(rest.n_particles());
+    shapes_.update(rest, motion.plastic_deformation);
     ellipsoids_.resize(n);
     for (uint32_t i = 0; i < n; ++i)
-        ellipsoids_[i] = {motion.position[i], (motion.rotation[i] * rest.rest_orientation[i]).toRotationMatrix(),
-                          rest.radii[i]};
+        ellipsoids_[i] = {motion.position[i], (motion.rotation[i] * shapes_[i].orientation).toRotationMatrix(),
+                          shapes_[i].radii};
     rigid_bodies_.clear();
     for (size_t r = 0; r < scene.rigid_bodies.size(); ++r)
         rigid_bodies_.push_back({scene.rigid_bodies[r].shape, {motion.position[n + r], motion.rotation[n + r]}});
@@ -88,13 +85,19 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     detection.workers = &workers;
     find_contacts(detection, scratch_, contacts_);
 
+    const auto rolling_arm = [&](uint32_t movable) {
+        return movable < n ? kRollingShare * shapes_[movable].radii.minCoeff() : 0.0;
+    };
+    std::swap(fitting_gaps_, former_gaps_);
+    fitting_gaps_.clear();
+    next_former_ = 0;
     out.clear();
     for (const Contact& contact : contacts_) {
         ActiveContact c{};
         c.contact = contact;
         const Surface a = surface_of(scene, input, contact.a);
         Surface b;
-        c.rolling_arm = rolling_arm(scene, contact.a);
+        c.rolling_arm = rolling_arm(contact.a);
         if (contact.b & Contact::kStatic) {
             const uint32_t k = contact.b & ~Contact::kStatic;
             b = {scene.colliders[k].friction, scene.colliders[k].restitution};
@@ -102,11 +105,11 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
                 colliders_[k].end.apply(colliders_[k].begin.inverse_apply(contact.point_b)) - contact.point_b;
         } else {
             b = surface_of(scene, input, contact.b);
-            c.rolling_arm = std::max(c.rolling_arm, rolling_arm(scene, contact.b));
+            c.rolling_arm = std::max(c.rolling_arm, rolling_arm(contact.b));
             if (contact.a < n && contact.b < n) {
                 c.separate_pieces = live.piece(contact.a) != live.piece(contact.b);
                 if (rest.body[contact.a] == rest.body[contact.b])
-                    c.allowed_gap = rest_overlap(rest, contact.a, contact.b);
+                    c.allowed_gap = fitting_gap(rest, contact.a, contact.b);
             }
         }
         c.friction = std::sqrt(a.friction * b.friction);

@@ -6,6 +6,7 @@
 
 #include "solver/collision/contact_response.h"
 #include "solver/collision/detection.h"
+#include "solver/collision/flowed_shape.h"
 #include "solver/live_topology.h"
 #include "solver/scene.h"
 
@@ -16,6 +17,7 @@ struct MovableMotion {
     std::span<const Vec3> position;                    // (n_movables), m
     std::span<const Quat> rotation;                    // since rest (n_movables)
     std::span<const Vec3> velocity, angular_velocity;  // forces included (n_movables), m/s, rad/s
+    std::span<const Mat3> plastic_deformation;         // F_P (n_particles)
 };
 
 /// A substep within its frame.
@@ -36,12 +38,21 @@ public:
               const WorkerPool& workers, std::vector<ActiveContact>& out);
 
     /// Call when a state was set from outside.
-    void reset() { scratch_.reset(); }
+    void reset() { scratch_.reset(), shapes_.reset(), fitting_gaps_.clear(); }
     /// Call when edges broke.
     void edges_broke() { scratch_.edges_broke(); }
 
 private:
+    double fitting_gap(const SimulationMesh& rest, uint32_t a, uint32_t b);
+
+    struct FittingGap {
+        uint32_t a, b;
+        double gap;  // m
+    };
     ContactScratch scratch_;
+    FlowedShapes shapes_;
+    std::vector<FittingGap> fitting_gaps_, former_gaps_;  // of the contacts, and of those before; ascending by (a, b)
+    size_t next_former_ = 0;
     std::vector<Ellipsoid> ellipsoids_;
     std::vector<PlacedShape> rigid_bodies_;
     std::vector<MovingShape> colliders_;

@@ -1,0 +1,49 @@
+// What contacts take a particle for once its material has flowed.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "solver/data/simulation_mesh.h"
+
+namespace sunder {
+
+/// An ellipsoid about a particle's centre, as it lies where the particle is not turned.
+struct ContactShape {
+    Quat orientation = Quat::Identity();  // of its axes
+    Vec3 radii = Vec3::Ones();            // along them, m
+};
+
+/// The ellipsoid of a fragment whose material flowed by F_P (symmetric, det 1): F_P Rbar diag(r) of the unit ball,
+/// whose principal frame and radii follow from L L^T, L = F_P Rbar diag(r). With F_P = I what it was at rest, to the
+/// last bit. Elastic stretch is left out. What a contact pushes aside would make way to the contact, a substep later
+/// and by the mean of a whole one-ring: a spring that is in no energy. Under load at rest it is below the yield strain.
+ContactShape flowed_shape(const Quat& rest_orientation, const Vec3& radii, const Mat3& F_P);
+
+/// Radius of a ball that holds flowed_shape, m; cheaper.
+double flowed_radius(const Vec3& radii, const Mat3& F_P);
+
+/// The shapes of all particles, made anew where F_P is not the one that they were made for.
+class FlowedShapes {
+public:
+    /// Call when particles are others than before.
+    void reset() { made_for_.clear(); }
+    /// Call at the start of a substep.
+    void update(const SimulationMesh& rest, std::span<const Mat3> plastic_deformation);
+
+    const ContactShape& operator[](uint32_t particle) const { return shape_[particle]; }
+    bool changed(uint32_t particle) const { return changed_[particle] != 0; }  // by the last update
+
+    /// The least gap at which two fragments of one body lie as their rest and their flow have them, <= 0, m: ellipsoids
+    /// only stand in for pieces that fit without a gap. Both shapes as they flowed, their centres apart by what the F_P
+    /// of both groups make of the way between them, in the mean: so where a body flows evenly, all of it is deformed
+    /// alike, and what just touched does so still.
+    double fitting_gap(const SimulationMesh& rest, uint32_t i, uint32_t j) const;
+
+private:
+    std::vector<Mat3> made_for_;       // F_P (n_particles)
+    std::vector<ContactShape> shape_;  // (n_particles)
+    std::vector<uint8_t> changed_;     // (n_particles)
+};
+
+}  // namespace sunder
