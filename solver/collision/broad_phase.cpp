@@ -13,7 +13,7 @@ constexpr double kLevelRatio = 4;              // of cell sizes from level to le
 constexpr double kFinestCell = 1.5;            // of the median extent: most boxes cover 2-8 cells
 constexpr int64_t kCellLimit = (1 << 19) - 1;  // cells a side of the origin; farther boxes share the outermost cell
 constexpr double kFarthest = 1e150;            // m; beyond it differences and products may overflow
-constexpr double kSkin = 0.15;                 // of the median extent: growth of remembered boxes on every side
+constexpr uint64_t kSweepTests = 2000;         // a box; beyond it the grid is cheaper than a sweep
 
 bool usable(const Aabb& box) {
     return (box.min.array() <= box.max.array()).all() && (box.min.array() > -kFarthest).all() &&
@@ -110,6 +110,19 @@ bool LiveRings::near(uint32_t i, uint32_t j) const {
     return false;
 }
 
+void LiveRings::mark_near(uint32_t i, std::span<uint32_t> io_mark) const {
+    if (i >= begin.size()) return;
+    const auto intact = [&](uint32_t s) { return edge.empty() || edge_intact[edge[s]] != 0; };
+    for (uint32_t s = begin[i]; s < end[i]; ++s) {
+        if (!intact(s)) continue;
+        const uint32_t third = member[s];
+        io_mark[third] = i;
+        if (third < begin.size())
+            for (uint32_t t = begin[third]; t < end[third]; ++t)
+                if (intact(t)) io_mark[member[t]] = i;
+    }
+}
+
 bool PairFilter::excludes(uint32_t i, uint32_t j) const {
     if (!item.empty() && item[i] == item[j]) return true;
     if (i >= n_particles || j >= n_particles) return false;
@@ -118,6 +131,20 @@ bool PairFilter::excludes(uint32_t i, uint32_t j) const {
 }
 
 void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, OverlapScratch& s, std::vector<Pair>& out) {
+    out.clear();
+    s.usable.resize(boxes.size());
+    for (size_t i = 0; i < boxes.size(); ++i) s.usable[i] = usable(boxes[i]);
+    if (s.sweep.sort(boxes, s.usable) > kSweepTests * boxes.size()) return find_in_grid(boxes, filter, s, out);
+    s.found.clear();
+    s.sweep.find(boxes, s.found);
+    std::erase_if(s.found, [&](Pair& pair) {
+        pair = std::minmax(uint32_t(pair.first), uint32_t(pair.second));
+        return filter.excludes(pair.first, pair.second);
+    });
+    sort_pairs(boxes.size(), s, out);
+}
+
+void find_in_grid(std::span<const Aabb> boxes, const PairFilter& filter, OverlapScratch& s, std::vector<Pair>& out) {
     out.clear();
     const double median = median_extent(boxes, s.extents);
     if (s.extents.size() < 2) return;
@@ -192,33 +219,6 @@ void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, Overla
             }
         }
     sort_pairs(boxes.size(), s, out);
-}
-
-bool CandidatePairs::covers(std::span<const Aabb> boxes) const {
-    if (grown_.size() != boxes.size()) return false;
-    for (size_t i = 0; i < boxes.size(); ++i) {
-        if (!usable(boxes[i])) continue;
-        if (!((grown_[i].min.array() <= boxes[i].min.array()).all() &&
-              (boxes[i].max.array() <= grown_[i].max.array()).all()))
-            return false;
-    }
-    return true;
-}
-
-std::span<const Pair> CandidatePairs::update(std::span<const Aabb> boxes, const PairFilter& filter) {
-    if (valid_ && self_collision_ == filter.self_collision && covers(boxes)) return pairs_;
-    const Vec3 skin = Vec3::Constant(kSkin * median_extent(boxes, extents_));
-    grown_.assign(boxes.begin(), boxes.end());
-    for (Aabb& box : grown_)
-        if (usable(box)) {
-            box.min -= skin;
-            box.max += skin;
-        }
-    find_overlaps(grown_, filter, scratch_, pairs_);
-    valid_ = true;
-    self_collision_ = filter.self_collision;
-    ++n_rebuilds_;
-    return pairs_;
 }
 
 }  // namespace sunder

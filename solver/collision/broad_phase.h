@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "solver/collision/overlap_sweep.h"
 #include "solver/data/math.h"
 
 namespace sunder {
@@ -23,6 +24,9 @@ struct LiveRings {
     /// Joined, or both joined to a third: shape matching keeps such two apart, and their ellipsoids, which overlap at
     /// rest, would only jam a body that is squeezed.
     bool near(uint32_t i, uint32_t j) const;
+
+    /// Writes i to io_mark[j] (n_particles) of all j that are near it.
+    void mark_near(uint32_t i, std::span<uint32_t> io_mark) const;
 };
 
 /// Pairs that never touch, however near they are.
@@ -45,6 +49,8 @@ struct OverlapScratch {
         uint32_t item;
         uint32_t visitor;
     };
+    std::vector<uint8_t> usable;
+    OverlapSweep sweep;
     std::vector<double> extents;
     std::vector<uint8_t> level;
     std::vector<Entry> entries, sorted;
@@ -53,41 +59,21 @@ struct OverlapScratch {
     std::vector<uint32_t> pair_begin;
 };
 
-/// All pairs of overlapping boxes (closed: touching counts) that `filter` does not exclude; ascending, each once.
+/// All pairs of overlapping boxes (closed: touching counts) that `filter` does not exclude; ascending, each once. Boxes
+/// that are not finite or empty touch nothing.
 ///
-/// Hierarchical grid (Mirtich 1997, Ericson 2005, 7.2.1): a box rests in the level whose cells are just larger than it,
-/// in the eight cells it covers at most, and visits those of the coarser levels that hold anything; so a boulder among
-/// grains costs its visitors, not the square of the grains. The cell of the finest level is set by the median extent.
-/// A pair is reported by the cell that holds the lower corner of the boxes' intersection: once. Expected time
-/// O(n * levels + pairs); boxes that all overlap give all pairs. Boxes that are not finite or empty touch nothing.
+/// Swept along the axis on which the boxes lie farthest apart where that leaves few pairs to test, as it does up to
+/// tens of thousands of boxes that fill a scene; else in a grid.
 void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, OverlapScratch& scratch,
                    std::vector<Pair>& out);
 
-/// Remembers the pairs of boxes grown by a skin, and finds them anew only once a box has left its grown one. The pairs
-/// are a superset of the overlapping ones; what is beyond depends on when they were last found, so whoever uses them
-/// decides again, from the boxes themselves.
-class CandidatePairs {
-public:
-    /// To be called whenever edges broke, bodies changed or a state was set from outside: the filter is asked only when
-    /// pairs are found.
-    void reset() { valid_ = false; }
-
-    /// Superset of the overlapping pairs of `boxes`, ascending. `filter` must be the one of the last reset, but for
-    /// self_collision, whose change is noticed.
-    std::span<const Pair> update(std::span<const Aabb> boxes, const PairFilter& filter);
-
-    size_t n_rebuilds() const { return n_rebuilds_; }
-
-private:
-    bool covers(std::span<const Aabb> boxes) const;
-
-    std::vector<Aabb> grown_;
-    std::vector<Pair> pairs_;
-    OverlapScratch scratch_;
-    std::vector<double> extents_;
-    bool valid_ = false, self_collision_ = true;
-    size_t n_rebuilds_ = 0;
-};
+/// The same pairs by a hierarchical grid (Mirtich 1997, Ericson 2005, 7.2.1): a box rests in the level whose cells are
+/// just larger than it, in the eight cells it covers at most, and visits those of the coarser levels that hold
+/// anything; so a boulder among grains costs its visitors, not the square of the grains. The cell of the finest level
+/// is set by the median extent. A pair is reported by the cell that holds the lower corner of the boxes' intersection:
+/// once. Expected time O(n * levels + pairs); boxes that all overlap give all pairs.
+void find_in_grid(std::span<const Aabb> boxes, const PairFilter& filter, OverlapScratch& scratch,
+                  std::vector<Pair>& out);
 
 /// Boxes that share a point.
 inline bool overlap(const Aabb& a, const Aabb& b) {

@@ -234,7 +234,10 @@ std::span<const Pair> candidates(const DetectionInput& in, const WorkerPool& wor
     filter.body = in.body;
     filter.self_collision = in.self_collision;
     filter.rings = in.rings;
-    if (in.piece.size() != in.particles.size()) return s.candidates.update(s.boxes, filter);
+    if (in.piece.size() != in.particles.size()) {
+        find_overlaps(s.boxes, filter, s.overlaps, s.pairs);
+        return s.pairs;
+    }
 
     s.radius.resize(in.particles.size());
     s.position.resize(in.particles.size());

@@ -38,7 +38,7 @@ struct DetectionInput {
 
 /// Memory of find_contacts. It never changes the result, only its cost.
 struct ContactScratch {
-    CandidatePairs candidates;  // where pieces are not known
+    OverlapScratch overlaps;  // where pieces are not known
     PairsBetweenPieces between;
     PiecePairs within;
     std::vector<Aabb> boxes;     // (n_movables)
@@ -48,9 +48,9 @@ struct ContactScratch {
     std::vector<std::vector<Contact>> chunks;
 
     /// Call when a state was set from outside.
-    void reset() { candidates.reset(), between.reset(), within.reset(); }
+    void reset() { between.reset(), within.reset(); }
     /// Call when edges broke.
-    void edges_broke() { candidates.reset(), between.reset(), within.edges_broke(); }
+    void edges_broke() { between.reset(), within.edges_broke(); }
 };
 
 /// All contacts, ascending by (a, b), points of one pair in the order of their features.

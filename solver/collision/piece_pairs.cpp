@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "solver/data/simulation_mesh.h"
 #include "solver/polar_decomposition.h"
 
 namespace sunder {
@@ -86,7 +87,7 @@ void PiecePairs::take_pieces(std::span<const uint32_t> piece, const PairFilter& 
     }
 }
 
-void PiecePairs::refresh(const ParticleMotion& in, const PairFilter& filter, Piece& io_piece) {
+void PiecePairs::refresh(const ParticleMotion& in, const PairFilter& filter, Scratch& io_scratch, Piece& io_piece) {
     Piece& p = io_piece;
     const RigidMotion m = rigid_motion(in, p.member);
     p.is_fresh = false;
@@ -110,10 +111,16 @@ void PiecePairs::refresh(const ParticleMotion& in, const PairFilter& filter, Pie
         extent += (p.grown.back().max - p.grown.back().min).maxCoeff() / static_cast<double>(p.member.size());
     }
     for (Aabb& box : p.grown) box.min.array() -= kSkin * extent, box.max.array() += kSkin * extent;
-    OverlapScratch scratch;
-    find_overlaps(p.grown, {}, scratch, p.pairs);
+    find_overlaps(p.grown, {}, io_scratch.overlaps, p.pairs);
     for (Pair& pair : p.pairs) pair = {p.member[pair.first], p.member[pair.second]};
-    std::erase_if(p.pairs, [&](const Pair& pair) { return filter.excludes(pair.first, pair.second); });
+    // Ascending: what is near the first of a pair is marked once for all its pairs.
+    uint32_t marked = SimulationMesh::kNone;
+    io_scratch.near.resize(in.position.size(), SimulationMesh::kNone);
+    std::erase_if(p.pairs, [&](const Pair& pair) {
+        if (pair.first != marked) filter.rings.mark_near(pair.first, io_scratch.near);
+        marked = pair.first;
+        return io_scratch.near[pair.second] == marked;
+    });
 }
 
 std::span<const Pair> PiecePairs::update(const ParticleMotion& motion, std::span<const uint32_t> piece,
@@ -125,7 +132,8 @@ std::span<const Pair> PiecePairs::update(const ParticleMotion& motion, std::span
     are_known_ = true;
     if (!filter.self_collision) return {};
     workers.for_range(pieces_.size(), 1, [&](size_t first, size_t last) {
-        for (size_t k = first; k < last; ++k) refresh(motion, filter, pieces_[k]);
+        Scratch scratch;
+        for (size_t k = first; k < last; ++k) refresh(motion, filter, scratch, pieces_[k]);
     });
     for (const Piece& p : pieces_) changed |= p.is_fresh, n_rebuilds_ += p.is_fresh;
     if (!changed) return pairs_;
@@ -148,17 +156,19 @@ void PairsBetweenPieces::take_pieces(std::span<const uint32_t> piece, size_t n_m
 }
 
 std::span<const Pair> PairsBetweenPieces::update(std::span<const Aabb> boxes, std::span<const uint32_t> piece,
-                                                 const PairFilter& filter) {
+                                                 PairFilter filter) {
     if (!are_known_) take_pieces(piece, boxes.size());
     are_known_ = true;
     const size_t n_items = begin_.size() - 1;
     box_.assign(n_items, Aabb());
     for (size_t i = 0; i < boxes.size(); ++i) box_[item_[i]].extend(boxes[i].min), box_[item_[i]].extend(boxes[i].max);
-    const std::span<const Pair> meetings = of_pieces_.update(box_, {});
+    find_overlaps(box_, {}, scratch_, meetings_);
+    pairs_.clear();
+    if (meetings_.empty()) return pairs_;
 
     const auto members = [&](uint32_t p) { return std::span(member_).subspan(begin_[p], begin_[p + 1] - begin_[p]); };
     partners_.assign(n_items, 0);
-    for (const auto& [p, q] : meetings) ++partners_[p], ++partners_[q];
+    for (const auto& [p, q] : meetings_) ++partners_[p], ++partners_[q];
     exposed_.assign(boxes.size(), Aabb());
     const auto expose = [&](uint32_t p, const Aabb& to) {
         if (partners_[p] == 0) return;  // all of it is
@@ -167,19 +177,10 @@ std::span<const Pair> PairsBetweenPieces::update(std::span<const Aabb> boxes, st
             if (all || overlap(boxes[i], to)) exposed_[i] = boxes[i];
         if (all) partners_[p] = 0;
     };
-    pairs_.clear();
-    for (const auto& [p, q] : meetings) {
-        if (members(p).size() == 1 && members(q).size() == 1) {
-            const auto [i, j] = std::minmax(members(p).front(), members(q).front());
-            if (!filter.excludes(i, j)) pairs_.push_back({i, j});
-            continue;
-        }
-        expose(p, box_[q]), expose(q, box_[p]);
-    }
-    PairFilter between = filter;
-    between.item = item_;
-    for (const auto& [i, j] : of_exposed_.update(exposed_, between))
-        if (members(item_[i]).size() > 1 || members(item_[j]).size() > 1) pairs_.push_back({i, j});
+    for (const auto& [p, q] : meetings_) expose(p, box_[q]), expose(q, box_[p]);
+    filter.item = item_;
+    filter.rings = {};  // those of different pieces hold nothing in common
+    find_overlaps(exposed_, filter, scratch_, pairs_);
     return pairs_;
 }
 

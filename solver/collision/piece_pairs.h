@@ -44,7 +44,11 @@ private:
         bool is_fresh = false;         // its pairs were found in this update
     };
     void take_pieces(std::span<const uint32_t> piece, const PairFilter& filter);
-    static void refresh(const ParticleMotion& motion, const PairFilter& filter, Piece& io_piece);
+    struct Scratch {
+        OverlapScratch overlaps;
+        std::vector<uint32_t> near;  // of which particle each was last found near (n_particles)
+    };
+    static void refresh(const ParticleMotion& motion, const PairFilter& filter, Scratch& io_scratch, Piece& io_piece);
 
     std::vector<Piece> pieces_;  // of three particles or more: two are joined
     std::vector<Pair> pairs_;
@@ -57,14 +61,10 @@ private:
 class PairsBetweenPieces {
 public:
     /// Call when edges broke or a state was set from outside.
-    void reset() {
-        are_known_ = false;
-        of_pieces_.reset(), of_exposed_.reset();
-    }
+    void reset() { are_known_ = false; }
 
-    /// Superset of the overlapping pairs of `boxes` (n_movables), in no order.
-    std::span<const Pair> update(std::span<const Aabb> boxes, std::span<const uint32_t> piece,
-                                 const PairFilter& filter);
+    /// The overlapping pairs of `boxes` (n_movables), in no order.
+    std::span<const Pair> update(std::span<const Aabb> boxes, std::span<const uint32_t> piece, PairFilter filter);
 
 private:
     void take_pieces(std::span<const uint32_t> piece, size_t n_movables);
@@ -74,8 +74,8 @@ private:
     std::vector<uint32_t> begin_, member_;  // movables, piece after piece
     std::vector<uint32_t> partners_;        // (n_pieces and rigid bodies)
     std::vector<Aabb> box_, exposed_;       // of pieces; of what meets another piece's box, else empty
-    CandidatePairs of_pieces_, of_exposed_;
-    std::vector<Pair> pairs_;
+    OverlapScratch scratch_;
+    std::vector<Pair> meetings_, pairs_;
 };
 
 }  // namespace sunder

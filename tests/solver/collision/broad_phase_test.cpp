@@ -1,4 +1,4 @@
-// The grid finds what testing every pair finds, whatever the cloud.
+// The sweep and the grid find what testing every pair finds, whatever the cloud.
 #include "solver/collision/broad_phase.h"
 
 #include <gtest/gtest.h>
@@ -18,10 +18,12 @@ std::vector<Pair> every_overlap(std::span<const Aabb> boxes, const PairFilter& f
     return pairs;
 }
 
-std::vector<Pair> grid_overlaps(std::span<const Aabb> boxes, const PairFilter& filter = {}) {
+std::vector<Pair> overlaps(std::span<const Aabb> boxes, const PairFilter& filter = {}) {
     OverlapScratch scratch;
-    std::vector<Pair> pairs;
+    std::vector<Pair> pairs, in_grid;
     find_overlaps(boxes, filter, scratch, pairs);
+    find_in_grid(boxes, filter, scratch, in_grid);
+    EXPECT_TRUE(pairs == in_grid) << pairs.size() << " pairs, " << in_grid.size() << " in the grid";
     return pairs;
 }
 
@@ -39,7 +41,7 @@ std::vector<Aabb> cloud(uint64_t seed, int n, double ratio, double spread) {
 }
 
 void expect_same_as_brute_force(const std::vector<Aabb>& boxes, size_t at_least) {
-    const auto truth = every_overlap(boxes, {}), found = grid_overlaps(boxes);
+    const auto truth = every_overlap(boxes, {}), found = overlaps(boxes);
     EXPECT_GE(truth.size(), at_least) << "the case shows nothing";
     EXPECT_TRUE(found == truth) << found.size() << " pairs of " << truth.size();
 }
@@ -63,6 +65,27 @@ TEST(broad_phase, a_runaway_does_not_hide_the_others) {
     expect_same_as_brute_force(boxes, 300);
 }
 
+// Far from the origin floats are coarser than the boxes.
+TEST(broad_phase, boxes_far_away_are_told_apart) {
+    auto boxes = cloud(34, 1000, 3, 0.8);
+    for (Aabb& box : boxes) box.min.array() += 3e6, box.max.array() += 3e6;
+    expect_same_as_brute_force(boxes, 500);
+}
+
+// More than the sweep takes: all overlap along every axis, few in space.
+TEST(broad_phase, long_rods_across_one_another_go_to_the_grid) {
+    auto rng = generator(36);
+    std::vector<Aabb> boxes;
+    for (int k = 0; k < 9000; ++k) {
+        Vec3 half = Vec3::Constant(0.002);
+        half[k % 3] = 1;
+        boxes.push_back(box_at(uniform3(rng, -1, 1), half));
+    }
+    OverlapSweep sweep;
+    EXPECT_GT(sweep.sort(boxes, std::vector<uint8_t>(boxes.size(), 1)), 2000 * boxes.size());
+    expect_same_as_brute_force(boxes, 500);
+}
+
 TEST(broad_phase, coinciding_boxes_and_points_give_every_pair_once) {
     expect_same_as_brute_force(std::vector<Aabb>(60, box_at(Vec3(1, 2, 3), Vec3::Constant(0.5))), 60 * 59 / 2);
     expect_same_as_brute_force(std::vector<Aabb>(60, box_at(Vec3(1, 2, 3), Vec3::Zero())), 60 * 59 / 2);
@@ -80,12 +103,12 @@ TEST(broad_phase, boxes_that_only_touch_on_cell_borders_are_found) {
 }
 
 TEST(broad_phase, nothing_and_one_and_spoilt_boxes_are_no_trouble) {
-    EXPECT_TRUE(grid_overlaps({}).empty());
+    EXPECT_TRUE(overlaps({}).empty());
     const std::vector<Aabb> one = {box_at(Vec3::Zero(), Vec3::Ones())};
-    EXPECT_TRUE(grid_overlaps(one).empty());
+    EXPECT_TRUE(overlaps(one).empty());
     std::vector<Aabb> boxes = {one[0], box_at(Vec3(kNan, 0, 0), Vec3::Ones()), Aabb(), one[0],
                                box_at(Vec3::Zero(), Vec3::Constant(std::numeric_limits<double>::infinity()))};
-    EXPECT_EQ(grid_overlaps(boxes), (std::vector<Pair>{{0, 3}}));
+    EXPECT_EQ(overlaps(boxes), (std::vector<Pair>{{0, 3}}));
 }
 
 TEST(broad_phase, particles_that_share_a_neighbour_are_left_out_until_an_edge_breaks) {
@@ -97,51 +120,23 @@ TEST(broad_phase, particles_that_share_a_neighbour_are_left_out_until_an_edge_br
     PairFilter filter;
     filter.n_particles = 4;
     filter.rings = {std::span(offset).first(4), std::span(offset).last(4), member, edge, intact};
-    EXPECT_EQ(grid_overlaps(boxes, filter), (std::vector<Pair>{{0, 3}, {0, 4}, {1, 4}, {2, 4}, {3, 4}}));
+    EXPECT_EQ(overlaps(boxes, filter), (std::vector<Pair>{{0, 3}, {0, 4}, {1, 4}, {2, 4}, {3, 4}}));
     intact[1] = 0;
-    EXPECT_EQ(grid_overlaps(boxes, filter).size(), 8u);
+    EXPECT_EQ(overlaps(boxes, filter).size(), 8u);
     EXPECT_FALSE(filter.excludes(1, 2));
+    for (uint32_t i = 0; i < 4; ++i) {
+        std::vector<uint32_t> mark(4, 9);
+        filter.rings.mark_near(i, mark);
+        for (uint32_t j = 0; j < 4; ++j) {
+            if (j == i) continue;
+            EXPECT_EQ(mark[j] == i, filter.rings.near(i, j)) << i << " " << j;
+        }
+    }
     const std::vector<uint32_t> body = {0, 0, 1, 1};
     filter.body = body;
     filter.self_collision = false;
-    EXPECT_EQ(grid_overlaps(boxes, filter),
+    EXPECT_EQ(overlaps(boxes, filter),
               (std::vector<Pair>{{0, 2}, {0, 3}, {0, 4}, {1, 2}, {1, 3}, {1, 4}, {2, 4}, {3, 4}}));
-}
-
-TEST(broad_phase, remembered_pairs_hold_whatever_moves) {
-    auto boxes = cloud(34, 600, 5, 0.6);
-    auto rng = generator(35);
-    CandidatePairs remembered;
-    PairFilter filter;
-    size_t moves = 0;
-    for (int step = 0; step < 60; ++step, ++moves) {
-        for (Aabb& box : boxes) {
-            const Vec3 shift = uniform3(rng, -0.002, 0.002);
-            box.min += shift;
-            box.max += shift;
-        }
-        if (step % 20 == 19) {
-            boxes[7].min.array() += 0.5;
-            boxes[7].max.array() += 0.5;
-        }  // one leaps
-        const auto candidates = remembered.update(boxes, filter);
-        EXPECT_TRUE(std::is_sorted(candidates.begin(), candidates.end()));
-        for (const Pair& pair : every_overlap(boxes, filter))
-            ASSERT_TRUE(std::binary_search(candidates.begin(), candidates.end(), pair)) << "step " << step;
-    }
-    EXPECT_LT(remembered.n_rebuilds(), moves / 2);  // it does remember
-    EXPECT_GE(remembered.n_rebuilds(), 3u);         // and does forget
-    const size_t before = remembered.n_rebuilds();
-    remembered.update(boxes, filter);
-    EXPECT_EQ(remembered.n_rebuilds(), before);
-    remembered.reset();
-    remembered.update(boxes, filter);
-    EXPECT_EQ(remembered.n_rebuilds(), before + 1);
-    filter.self_collision = false;
-    remembered.update(boxes, filter);
-    boxes.pop_back();
-    remembered.update(boxes, filter);
-    EXPECT_EQ(remembered.n_rebuilds(), before + 3);
 }
 
 }  // namespace
