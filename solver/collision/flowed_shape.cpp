@@ -31,29 +31,39 @@ double flowed_radius(const Vec3& radii, const Mat3& F_P) {
     return (1 + 1e-6) * eigen.eigenvalues()(2) * radii.maxCoeff();  // its closed form is good to 1e-8
 }
 
+RestFit rest_fit(const SimulationMesh& rest, uint32_t i, uint32_t j) {
+    const auto at_rest = [&](uint32_t k) {
+        return Ellipsoid{rest.rest_position[k], rest.rest_orientation[k].toRotationMatrix(), rest.radii[k]};
+    };
+    const Separation s = ellipsoid_distance(at_rest(i), at_rest(j));
+    return {s.normal, s.gap};
+}
+
+double fitting_gap(const SimulationMesh& rest, const RestFit& fit, const Mat3& F_i, const Mat3& F_j, uint32_t i,
+                   uint32_t j) {
+    if (is_identity(F_i) && is_identity(F_j)) return std::min(0.0, fit.gap);
+    const Mat3 F = 0.5 * (F_i + F_j);
+    // F^-T n: planes go with the material.
+    const Vec3 n = Vec3(fit.normal.x() * F.row(1).cross(F.row(2)) + fit.normal.y() * F.row(2).cross(F.row(0)) +
+                        fit.normal.z() * F.row(0).cross(F.row(1)))
+                       .normalized();
+    const auto support = [&](uint32_t k, const Mat3& F_k) {
+        return rest.radii[k].cwiseProduct(rest.rest_orientation[k].conjugate() * (F_k * n)).norm();
+    };
+    const Vec3 d = F * (rest.rest_position[i] - rest.rest_position[j]);
+    return std::min(0.0, n.dot(d) - support(i, F_i) - support(j, F_j));
+}
+
 void FlowedShapes::update(const SimulationMesh& rest, std::span<const Mat3> F_P) {
     if (made_for_.size() != F_P.size()) {
         made_for_.assign(F_P.size(), Mat3::Zero());  // of no particle
         shape_.resize(F_P.size());
     }
-    changed_.assign(F_P.size(), 0);
     for (size_t i = 0; i < F_P.size(); ++i) {
         if (made_for_[i] == F_P[i]) continue;
         made_for_[i] = F_P[i];
         shape_[i] = flowed_shape(rest.rest_orientation[i], rest.radii[i], F_P[i]);
-        changed_[i] = 1;
     }
-}
-
-double FlowedShapes::fitting_gap(const SimulationMesh& rest, uint32_t i, uint32_t j) const {
-    const Mat3 &F_i = made_for_[i], &F_j = made_for_[j];
-    Vec3 x_i = rest.rest_position[i];
-    const Vec3& x_j = rest.rest_position[j];
-    if (!is_identity(F_i) || !is_identity(F_j)) x_i = x_j + 0.5 * ((F_i + F_j) * (x_i - x_j));
-    const auto placed = [&](uint32_t k, const Vec3& center) {
-        return Ellipsoid{center, shape_[k].orientation.toRotationMatrix(), shape_[k].radii};
-    };
-    return std::min(0.0, ellipsoid_distance(placed(i, x_i), placed(j, x_j)).gap);
 }
 
 }  // namespace sunder

@@ -23,6 +23,19 @@ ContactShape flowed_shape(const Quat& rest_orientation, const Vec3& radii, const
 /// Radius of a ball that holds flowed_shape, m; cheaper.
 double flowed_radius(const Vec3& radii, const Mat3& F_P);
 
+/// How two fragments of one body lie at rest: ellipsoids only stand in for pieces that fit without a gap.
+struct RestFit {
+    Vec3 normal = Vec3::UnitZ();  // best separating direction, unit, from j towards i
+    double gap = 0;               // along it, m; negative: overlap
+};
+RestFit rest_fit(const SimulationMesh& rest, uint32_t i, uint32_t j);
+
+/// The gap that they have after flow, at most 0, m: along the normal that flow makes of the one at rest, both shapes as
+/// they flowed, their centres apart by what the F_P of both groups make of the way between them, in the mean. So where
+/// a body flows evenly all of it is deformed alike, and what just touched does so still.
+double fitting_gap(const SimulationMesh& rest, const RestFit& fit, const Mat3& F_i, const Mat3& F_j, uint32_t i,
+                   uint32_t j);
+
 /// The shapes of all particles, made anew where F_P is not the one that they were made for.
 class FlowedShapes {
 public:
@@ -32,18 +45,10 @@ public:
     void update(const SimulationMesh& rest, std::span<const Mat3> plastic_deformation);
 
     const ContactShape& operator[](uint32_t particle) const { return shape_[particle]; }
-    bool changed(uint32_t particle) const { return changed_[particle] != 0; }  // by the last update
-
-    /// The least gap at which two fragments of one body lie as their rest and their flow have them, <= 0, m: ellipsoids
-    /// only stand in for pieces that fit without a gap. Both shapes as they flowed, their centres apart by what the F_P
-    /// of both groups make of the way between them, in the mean: so where a body flows evenly, all of it is deformed
-    /// alike, and what just touched does so still.
-    double fitting_gap(const SimulationMesh& rest, uint32_t i, uint32_t j) const;
 
 private:
     std::vector<Mat3> made_for_;       // F_P (n_particles)
     std::vector<ContactShape> shape_;  // (n_particles)
-    std::vector<uint8_t> changed_;     // (n_particles)
 };
 
 }  // namespace sunder

@@ -39,14 +39,13 @@ double contact_margin(const Scene& scene) {
     return kMarginShare * size / std::max<double>(1, n > 0 ? n : double(n_rigid));
 }
 
-// Called for ascending pairs; a pair that was asked for in the substep before, and did not flow since, is known.
-double SceneContacts::fitting_gap(const SimulationMesh& rest, uint32_t a, uint32_t b) {
-    const auto precedes = [&](const FittingGap& g) { return std::pair(g.a, g.b) < std::pair(a, b); };
-    while (next_former_ < former_gaps_.size() && precedes(former_gaps_[next_former_])) ++next_former_;
-    const FittingGap* former = next_former_ < former_gaps_.size() ? &former_gaps_[next_former_] : nullptr;
-    const bool is_known = former && former->a == a && former->b == b && !shapes_.changed(a) && !shapes_.changed(b);
-    fitting_gaps_.push_back({a, b, is_known ? former->gap : shapes_.fitting_gap(rest, a, b)});
-    return fitting_gaps_.back().gap;
+// Called for ascending pairs; what was in contact in the substep before is known.
+const RestFit& SceneContacts::rest_fit_of(const SimulationMesh& rest, uint32_t a, uint32_t b) {
+    const auto precedes = [&](const Neighbours& p) { return std::pair(p.a, p.b) < std::pair(a, b); };
+    while (next_former_ < former_.size() && precedes(former_[next_former_])) ++next_former_;
+    const bool is_known = next_former_ < former_.size() && former_[next_former_].a == a && former_[next_former_].b == b;
+    neighbours_.push_back({a, b, is_known ? former_[next_former_].fit : rest_fit(rest, a, b)});
+    return neighbours_.back().fit;
 }
 
 void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live,
@@ -88,8 +87,8 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     const auto rolling_arm = [&](uint32_t movable) {
         return movable < n ? kRollingShare * shapes_[movable].radii.minCoeff() : 0.0;
     };
-    std::swap(fitting_gaps_, former_gaps_);
-    fitting_gaps_.clear();
+    std::swap(neighbours_, former_);
+    neighbours_.clear();
     next_former_ = 0;
     out.clear();
     for (const Contact& contact : contacts_) {
@@ -109,7 +108,9 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
             if (contact.a < n && contact.b < n) {
                 c.separate_pieces = live.piece(contact.a) != live.piece(contact.b);
                 if (rest.body[contact.a] == rest.body[contact.b])
-                    c.allowed_gap = fitting_gap(rest, contact.a, contact.b);
+                    c.allowed_gap = fitting_gap(rest, rest_fit_of(rest, contact.a, contact.b),
+                                                motion.plastic_deformation[contact.a],
+                                                motion.plastic_deformation[contact.b], contact.a, contact.b);
             }
         }
         c.friction = std::sqrt(a.friction * b.friction);

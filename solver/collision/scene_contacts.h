@@ -38,20 +38,20 @@ public:
               const WorkerPool& workers, std::vector<ActiveContact>& out);
 
     /// Call when a state was set from outside.
-    void reset() { scratch_.reset(), shapes_.reset(), fitting_gaps_.clear(); }
+    void reset() { scratch_.reset(), shapes_.reset(), neighbours_.clear(); }
     /// Call when edges broke.
     void edges_broke() { scratch_.edges_broke(); }
 
 private:
-    double fitting_gap(const SimulationMesh& rest, uint32_t a, uint32_t b);
-
-    struct FittingGap {
+    struct Neighbours {
         uint32_t a, b;
-        double gap;  // m
+        RestFit fit;
     };
+    const RestFit& rest_fit_of(const SimulationMesh& rest, uint32_t a, uint32_t b);
+
     ContactScratch scratch_;
     FlowedShapes shapes_;
-    std::vector<FittingGap> fitting_gaps_, former_gaps_;  // of the contacts, and of those before; ascending by (a, b)
+    std::vector<Neighbours> neighbours_, former_;  // pairs of one body in contact, now and before; ascending by (a, b)
     size_t next_former_ = 0;
     std::vector<Ellipsoid> ellipsoids_;
     std::vector<PlacedShape> rigid_bodies_;
