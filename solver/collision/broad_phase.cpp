@@ -70,21 +70,6 @@ void sort_into_buckets(OverlapScratch& s) {
     s.bucket_begin[0] = 0;
 }
 
-/// Pairs in ascending order: counted into their first item, then sorted by the second within it.
-void sort_pairs(size_t n_items, OverlapScratch& s, std::vector<Pair>& out) {
-    s.pair_begin.assign(n_items + 1, 0);
-    for (const Pair& p : s.found) ++s.pair_begin[p.first + 1];
-    for (size_t i = 0; i < n_items; ++i) s.pair_begin[i + 1] += s.pair_begin[i];
-    out.resize(s.found.size());
-    for (const Pair& p : s.found) out[s.pair_begin[p.first]++] = p;
-    size_t begin = 0;
-    for (size_t i = 0; i < n_items; ++i) {
-        const size_t end = s.pair_begin[i];
-        std::sort(out.begin() + begin, out.begin() + end);
-        begin = end;
-    }
-}
-
 }  // namespace
 
 bool LiveRings::joined(uint32_t i, uint32_t j) const {
@@ -110,6 +95,32 @@ bool LiveRings::near(uint32_t i, uint32_t j) const {
     return false;
 }
 
+bool PairFilter::excludes(uint32_t i, uint32_t j) const {
+    return !is_possible(i, j) || (same_body(i, j) && rings.near(i, j));
+}
+
+bool PairFilter::same_body(uint32_t i, uint32_t j) const {
+    return i < n_particles && j < n_particles && (body.empty() || body[i] == body[j]);
+}
+
+bool PairFilter::is_possible(uint32_t i, uint32_t j) const {
+    return (item.empty() || item[i] != item[j]) && (self_collision || !same_body(i, j));
+}
+
+void PairFilter::remove_excluded(std::vector<uint32_t>& io_marks, std::vector<Pair>& io_pairs) const {
+    constexpr uint32_t kNone = 0xffffffffu;
+    io_marks.resize(n_particles, kNone);
+    uint32_t marked = kNone;
+    std::erase_if(io_pairs, [&](const Pair& pair) {
+        const auto [i, j] = pair;
+        if (!is_possible(i, j)) return true;
+        if (rings.begin.empty() || !same_body(i, j)) return false;
+        if (i != marked) rings.mark_near(i, io_marks);
+        marked = i;
+        return io_marks[j] == i;
+    });
+}
+
 void LiveRings::mark_near(uint32_t i, std::span<uint32_t> io_mark) const {
     if (i >= begin.size()) return;
     const auto intact = [&](uint32_t s) { return edge.empty() || edge_intact[edge[s]] != 0; };
@@ -123,28 +134,19 @@ void LiveRings::mark_near(uint32_t i, std::span<uint32_t> io_mark) const {
     }
 }
 
-bool PairFilter::excludes(uint32_t i, uint32_t j) const {
-    if (!item.empty() && item[i] == item[j]) return true;
-    if (i >= n_particles || j >= n_particles) return false;
-    const bool same_body = body.empty() || body[i] == body[j];
-    return same_body && (!self_collision || rings.near(i, j));
-}
-
 void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, OverlapScratch& s, std::vector<Pair>& out) {
     out.clear();
     s.usable.resize(boxes.size());
     for (size_t i = 0; i < boxes.size(); ++i) s.usable[i] = usable(boxes[i]);
-    if (s.sweep.sort(boxes, s.usable) > kSweepTests * boxes.size()) return find_in_grid(boxes, filter, s, out);
-    s.found.clear();
-    s.sweep.find(boxes, s.found);
-    std::erase_if(s.found, [&](Pair& pair) {
-        pair = std::minmax(uint32_t(pair.first), uint32_t(pair.second));
-        return filter.excludes(pair.first, pair.second);
-    });
-    sort_pairs(boxes.size(), s, out);
+    if (s.sweep.sort(boxes, s.usable) > kSweepTests * boxes.size())
+        find_in_grid(boxes, s, out);
+    else
+        s.sweep.find(boxes, out);
+    if (!filter.rings.begin.empty()) s.near.clear();
+    filter.remove_excluded(s.near, out);
 }
 
-void find_in_grid(std::span<const Aabb> boxes, const PairFilter& filter, OverlapScratch& s, std::vector<Pair>& out) {
+void find_in_grid(std::span<const Aabb> boxes, OverlapScratch& s, std::vector<Pair>& out) {
     out.clear();
     const double median = median_extent(boxes, s.extents);
     if (s.extents.size() < 2) return;
@@ -160,7 +162,7 @@ void find_in_grid(std::span<const Aabb> boxes, const PairFilter& filter, Overlap
     if (!(cell > 0)) {  // everything is one and the same point
         for (uint32_t i = 0; i < boxes.size(); ++i)
             for (uint32_t j = i + 1; j < boxes.size(); ++j)
-                if (usable(boxes[i]) && usable(boxes[j]) && !filter.excludes(i, j)) out.push_back({i, j});
+                if (usable(boxes[i]) && usable(boxes[j])) out.push_back({i, j});
         return;
     }
     // Counted from the middle box, so that a single runaway cannot spoil the resolution of the rest.
@@ -201,7 +203,6 @@ void find_in_grid(std::span<const Aabb> boxes, const PairFilter& filter, Overlap
         }
     sort_into_buckets(s);
 
-    s.found.clear();
     for (size_t bucket = 0; bucket + 1 < s.bucket_begin.size(); ++bucket)
         for (uint32_t p = s.bucket_begin[bucket]; p < s.bucket_begin[bucket + 1]; ++p) {
             if (s.sorted[p].visitor) continue;
@@ -214,11 +215,9 @@ void find_in_grid(std::span<const Aabb> boxes, const PairFilter& filter, Overlap
                 if (!overlap(box_p, box_q)) continue;
                 const auto owner = level.cell(Vec3(box_p.min.cwiseMax(box_q.min)));
                 if (level.key(owner[0], owner[1], owner[2]) != ep.key) continue;
-                const Pair pair = std::minmax(uint32_t(ep.item), uint32_t(eq.item));
-                if (!filter.excludes(pair.first, pair.second)) s.found.push_back(pair);
+                out.push_back({ep.item, eq.item});
             }
         }
-    sort_pairs(boxes.size(), s, out);
 }
 
 }  // namespace sunder

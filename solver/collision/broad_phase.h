@@ -11,6 +11,8 @@
 
 namespace sunder {
 
+using Pair = std::pair<uint32_t, uint32_t>;
+
 /// One-rings as they stand. Ring of particle i: slots [begin[i], end[i]) of `member`, ascending (the centre itself may
 /// be among them). Where `edge` is given, a slot counts only while edge_intact[edge[slot]] is not 0.
 struct LiveRings {
@@ -38,9 +40,14 @@ struct PairFilter {
     std::span<const uint32_t> item = {};  // (n_items), or empty: items of one number never touch
 
     bool excludes(uint32_t i, uint32_t j) const;
-};
 
-using Pair = std::pair<uint32_t, uint32_t>;  // first < second
+    /// Takes out what is excluded; fastest where pairs with the same first one follow one another. `io_marks` tells of
+    /// whom each particle was last found near: empty, or as a call with the same rings left it.
+    void remove_excluded(std::vector<uint32_t>& io_marks, std::vector<Pair>& io_pairs) const;
+
+    bool same_body(uint32_t i, uint32_t j) const;
+    bool is_possible(uint32_t i, uint32_t j) const;  // but for the rings
+};
 
 /// Reusable memory of find_overlaps.
 struct OverlapScratch {
@@ -55,25 +62,23 @@ struct OverlapScratch {
     std::vector<uint8_t> level;
     std::vector<Entry> entries, sorted;
     std::vector<uint32_t> bucket_begin;
-    std::vector<Pair> found;
-    std::vector<uint32_t> pair_begin;
+    std::vector<uint32_t> near;  // of PairFilter::remove_excluded
 };
 
-/// All pairs of overlapping boxes (closed: touching counts) that `filter` does not exclude; ascending, each once. Boxes
-/// that are not finite or empty touch nothing.
+/// All pairs of overlapping boxes (closed: touching counts) that `filter` does not exclude, each once, either first, in
+/// an order that depends on the boxes alone. Boxes that are not finite or empty touch nothing.
 ///
 /// Swept along the axis on which the boxes lie farthest apart where that leaves few pairs to test, as it does up to
 /// tens of thousands of boxes that fill a scene; else in a grid.
 void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, OverlapScratch& scratch,
                    std::vector<Pair>& out);
 
-/// The same pairs by a hierarchical grid (Mirtich 1997, Ericson 2005, 7.2.1): a box rests in the level whose cells are
-/// just larger than it, in the eight cells it covers at most, and visits those of the coarser levels that hold
-/// anything; so a boulder among grains costs its visitors, not the square of the grains. The cell of the finest level
-/// is set by the median extent. A pair is reported by the cell that holds the lower corner of the boxes' intersection:
-/// once. Expected time O(n * levels + pairs); boxes that all overlap give all pairs.
-void find_in_grid(std::span<const Aabb> boxes, const PairFilter& filter, OverlapScratch& scratch,
-                  std::vector<Pair>& out);
+/// The same, all of them, by a hierarchical grid (Mirtich 1997, Ericson 2005, 7.2.1): a box rests in the level whose
+/// cells are just larger than it, in the eight cells it covers at most, and visits those of the coarser levels that
+/// hold anything; so a boulder among grains costs its visitors, not the square of the grains. The cell of the finest
+/// level is set by the median extent. A pair is reported by the cell that holds the lower corner of the boxes'
+/// intersection: once. Expected time O(n * levels + pairs); boxes that all overlap give all pairs.
+void find_in_grid(std::span<const Aabb> boxes, OverlapScratch& scratch, std::vector<Pair>& out);
 
 /// Boxes that share a point.
 inline bool overlap(const Aabb& a, const Aabb& b) {

@@ -1,8 +1,10 @@
 #include "solver/collision/detection.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 #include "solver/collision/first_touch.h"
 #include "solver/collision/grid_contacts.h"
@@ -148,23 +150,60 @@ void sweep_boxes(const DetectionInput& in, size_t begin, size_t end, std::span<A
     sweep_boxes_from(Vec3::Zero(), in, begin, end, io_boxes);
 }
 
+namespace {
+
+// Pairs of particles whose distances are still to be measured: side by side they cost less than half.
+class ParticlePairs {
+public:
+    explicit ParticlePairs(const DetectionInput& input) : in_(input) {}
+    void add(const Pair& pair, const Vec3& shift, double reach, std::vector<Contact>& out) {
+        if (n_ == kMost) measure(out);
+        pair_[n_] = pair, shift_[n_] = shift, reach_[n_] = reach;
+        ++n_;
+    }
+    void measure(std::vector<Contact>& out) {
+        ellipsoid_distances(in_.particles, std::span(pair_).first(n_), at_start_);
+        for (size_t k = 0; k < n_; ++k) {
+            const auto [i, j] = pair_[k];
+            const Separation* known = &at_start_[k];  // only things that are apart and approach are asked for again
+            const auto at = [&](const Vec3& offset) {
+                if (known) return *std::exchange(known, nullptr);
+                Ellipsoid a = in_.particles[i];
+                a.center += offset;
+                return ellipsoid_distance(a, in_.particles[j]);
+            };
+            add_single(i, j, at, shift_[k], reach_[k], out);
+        }
+        n_ = 0;
+    }
+
+private:
+    static constexpr size_t kMost = 64;
+    const DetectionInput& in_;
+    size_t n_ = 0;
+    std::array<Pair, kMost> pair_;
+    std::array<Vec3, kMost> shift_;
+    std::array<double, kMost> reach_;
+    std::array<Separation, kMost> at_start_;
+};
+
+}  // namespace
+
 void contacts_of_pairs(const DetectionInput& in, std::span<const Aabb> boxes, std::span<const Pair> pairs,
                        std::vector<Contact>& out) {
     const double h = in.duration;
+    ParticlePairs waiting(in);
     for (const auto& [i, j] : pairs) {
         if (!overlap(boxes[i], boxes[j]) || (is_driven(in, i) && is_driven(in, j))) continue;
         const double reach = in.margin + turning_reach(in, i) + turning_reach(in, j);
         if (is_particle(in, j)) {
-            const Ellipsoid& b = in.particles[j];
             const Vec3 shift = h * (in.velocity[i] - in.velocity[j]);
-            if (centre_line_separates(in.particles[i], b, shift, reach)) continue;
-            const auto at = [&](const Vec3& offset) {
-                Ellipsoid a = in.particles[i];
-                a.center += offset;
-                return ellipsoid_distance(a, b);
-            };
-            add_single(i, j, at, shift, reach, out);
-        } else if (is_particle(in, i)) {
+            if (centre_line_separates(in.particles[i], in.particles[j], shift, reach)) continue;
+            waiting.add({i, j}, shift, reach, out);
+            continue;
+        }
+        waiting.measure(out);  // contacts come in the order of the pairs
+        if (is_particle(in, i)) {
             const PlacedShape& b = rigid(in, j);
             const auto at = [&](const Vec3& offset) {
                 Ellipsoid a = in.particles[i];
@@ -177,6 +216,7 @@ void contacts_of_pairs(const DetectionInput& in, std::span<const Aabb> boxes, st
             add_manifold(i, j, rigid(in, i), rigid(in, j), h * (in.velocity[i] - in.velocity[j]), reach, out);
         }
     }
+    waiting.measure(out);
 }
 
 void contacts_with_colliders(const DetectionInput& in, std::span<const Aabb> boxes, size_t begin, size_t end,
@@ -236,6 +276,8 @@ std::span<const Pair> candidates(const DetectionInput& in, const WorkerPool& wor
     filter.rings = in.rings;
     if (in.piece.size() != in.particles.size()) {
         find_overlaps(s.boxes, filter, s.overlaps, s.pairs);
+        for (auto& [i, j] : s.pairs)
+            if (i > j) std::swap(i, j);
         return s.pairs;
     }
 
@@ -286,21 +328,26 @@ void find_contacts(const DetectionInput& in, ContactScratch& scratch, std::vecto
     for (const Vec3& v : in.velocity) mean += v / static_cast<double>(n);
     sweep(mean);
     const std::span<const Pair> pairs = candidates(in, workers, scratch);
-    out.clear();
+    scratch.found.clear();
     in_chunks(
         pairs.size(), workers,
         [&](size_t begin, size_t end, std::vector<Contact>& found) {
             contacts_of_pairs(in, scratch.boxes, pairs.subspan(begin, end - begin), found);
         },
-        scratch.chunks, out);
+        scratch.chunks, scratch.found);
     sweep(Vec3::Zero());
     in_chunks(
         n, workers,
         [&](size_t begin, size_t end, std::vector<Contact>& found) {
             contacts_with_colliders(in, scratch.boxes, begin, end, found);
         },
-        scratch.chunks, out);
-    std::ranges::stable_sort(out, {}, [](const Contact& c) { return std::pair(c.a, c.b); });
+        scratch.chunks, scratch.found);
+    scratch.order.clear();
+    for (uint32_t k = 0; k < scratch.found.size(); ++k)
+        scratch.order.push_back({uint64_t{scratch.found[k].a} << 32 | scratch.found[k].b, k});
+    std::ranges::sort(scratch.order);
+    out.clear();
+    for (const auto& [pair, k] : scratch.order) out.push_back(scratch.found[k]);
 }
 
 }  // namespace sunder

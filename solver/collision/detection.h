@@ -46,6 +46,8 @@ struct ContactScratch {
     std::vector<Vec3> position;  // (n_particles)
     std::vector<Pair> pairs;
     std::vector<std::vector<Contact>> chunks;
+    std::vector<Contact> found;
+    std::vector<std::pair<uint64_t, uint32_t>> order;  // of `found`: a and b, then where it is
 
     /// Call when a state was set from outside.
     void reset() { between.reset(), within.reset(); }

@@ -1,8 +1,10 @@
 #include "solver/collision/ellipsoid_distance.h"
 
-#include <array>
+#include <algorithm>
 
+#include "solver/collision/ascent_kernels.h"
 #include "solver/collision/support_ascent.h"
+#include "solver/instruction_set.h"
 
 namespace sunder {
 namespace {
@@ -18,30 +20,102 @@ bool precedes(const Ellipsoid& a, const Ellipsoid& b) {
     return true;
 }
 
-Separation ordered_distance(const Ellipsoid& a, const Ellipsoid& b, const Vec3& start) {
-    detail::SupportGap<true, false> gap;
-    gap.d = a.center - b.center;
-    gap.M_a = detail::support_matrix(a.axes, a.radii);
-    gap.M_b = detail::support_matrix(b.axes, b.radii);
-    const std::array<Vec3, 6> axes = {a.axes.col(0), a.axes.col(1), a.axes.col(2),
-                                      b.axes.col(0), b.axes.col(1), b.axes.col(2)};
-    const auto best = detail::best_direction(gap, start, axes);
+using detail::kShallow;
+
+void put_support_matrix(const Ellipsoid& e, size_t lane, double (&to)[6][4]) {
+    const Mat3 M = detail::support_matrix(e.axes, e.radii);
+    const double sym[6] = {M(0, 0), M(1, 1), M(2, 2), M(0, 1), M(0, 2), M(1, 2)};
+    for (int i = 0; i < 6; ++i) to[i][lane] = sym[i];
+}
+
+void put(const Vec3& v, size_t lane, double (&to)[3][4]) {
+    for (int i = 0; i < 3; ++i) to[i][lane] = v[i];
+}
+
+Vec3 taken(const double (&from)[3][4], size_t lane) { return {from[0][lane], from[1][lane], from[2][lane]}; }
+
+struct OrderedPair {
+    const Ellipsoid* a;
+    const Ellipsoid* b;
+    bool is_flipped;
+};
+
+void put(const OrderedPair& p, size_t lane, FourEllipsoidPairs& to) {
+    put(p.a->center - p.b->center, lane, to.d);
+    put_support_matrix(*p.a, lane, to.M_a);
+    put_support_matrix(*p.b, lane, to.M_b);
+    for (int i = 0; i < 3; ++i)
+        put(p.a->axes.col(i), lane, to.candidates[i]), put(p.b->axes.col(i), lane, to.candidates[3 + i]);
+}
+
+Separation separation(const OrderedPair& p, const FourEllipsoidPairs& from, size_t lane) {
     Separation s;
-    s.normal = best.n;
-    s.point_a = a.center - best.s_a;
-    s.point_b = b.center + best.s_b;
-    s.gap = best.f;
-    return s;
+    s.normal = taken(from.n, lane);
+    s.point_a = p.a->center - taken(from.s_a, lane);
+    s.point_b = p.b->center + taken(from.s_b, lane);
+    s.gap = from.f[lane];
+    return p.is_flipped ? flipped(s) : s;
+}
+
+const AscentKernels& kernels() {
+#ifdef SUNDER_HAS_AVX2
+    if (instruction_set() == InstructionSet::avx2) return kAscentKernelsAvx2;
+#endif
+    return kAscentKernelsPortable;
+}
+
+constexpr size_t kBatch = 64;  // pairs
+
+void distances_of_batch(const AscentKernels& kernels, std::span<const OrderedPair> pairs, Separation* out) {
+    FourEllipsoidPairs blocks[kBatch / 4], deep_blocks[kBatch / 4];
+    const size_t n_blocks = (pairs.size() + 3) / 4;
+    for (size_t k = 0; k < 4 * n_blocks; ++k) put(pairs[std::min(k, pairs.size() - 1)], k % 4, blocks[k / 4]);
+    kernels.from_centres(blocks, n_blocks);
+
+    size_t deep[kBatch], n_deep = 0;
+    for (size_t k = 0; k < pairs.size(); ++k) {
+        const FourEllipsoidPairs& block = blocks[k / 4];
+        out[k] = separation(pairs[k], block, k % 4);
+        if (block.depth[k % 4] >= kShallow) deep[n_deep++] = k;
+    }
+    if (n_deep == 0) return;
+    const size_t n_deep_blocks = (n_deep + 3) / 4;
+    for (size_t m = 0; m < 4 * n_deep_blocks; ++m) {
+        const size_t k = deep[std::min(m, n_deep - 1)];
+        FourEllipsoidPairs &to = deep_blocks[m / 4], &from = blocks[k / 4];
+        put(pairs[k], m % 4, to);
+        put(taken(from.n, k % 4), m % 4, to.n);
+        put(taken(from.s_a, k % 4), m % 4, to.s_a);
+        put(taken(from.s_b, k % 4), m % 4, to.s_b);
+        to.f[m % 4] = from.f[k % 4];
+    }
+    kernels.from_candidates(deep_blocks, n_deep_blocks);
+    for (size_t m = 0; m < n_deep; ++m) out[deep[m]] = separation(pairs[deep[m]], deep_blocks[m / 4], m % 4);
+}
+
+OrderedPair ordered(const Ellipsoid& a, const Ellipsoid& b) {
+    return precedes(a, b) ? OrderedPair{&a, &b, false} : OrderedPair{&b, &a, true};
 }
 
 }  // namespace
 
-Separation ellipsoid_distance(const Ellipsoid& a, const Ellipsoid& b, const Vec3& warm_start) {
-    return precedes(a, b) ? ordered_distance(a, b, warm_start) : flipped(ordered_distance(b, a, -warm_start));
+Separation ellipsoid_distance(const Ellipsoid& a, const Ellipsoid& b) {
+    const OrderedPair pair = ordered(a, b);
+    Separation s;
+    distances_of_batch(kernels(), {&pair, 1}, &s);
+    return s;
 }
 
-Separation ellipsoid_distance(const Ellipsoid& a, const Ellipsoid& b) {
-    return ellipsoid_distance(a, b, a.center - b.center);
+void ellipsoid_distances(std::span<const Ellipsoid> ellipsoids, std::span<const std::pair<uint32_t, uint32_t>> pairs,
+                         std::span<Separation> out) {
+    const AscentKernels& best = kernels();
+    OrderedPair batch[kBatch];
+    for (size_t first = 0; first < pairs.size(); first += kBatch) {
+        const size_t n = std::min(kBatch, pairs.size() - first);
+        for (size_t k = 0; k < n; ++k)
+            batch[k] = ordered(ellipsoids[pairs[first + k].first], ellipsoids[pairs[first + k].second]);
+        distances_of_batch(best, {batch, n}, out.data() + first);
+    }
 }
 
 }  // namespace sunder

@@ -1,6 +1,10 @@
 // How far apart two ellipsoids are, or how deep they overlap.
 #pragma once
 
+#include <cstdint>
+#include <span>
+#include <utility>
+
 #include "solver/collision/contact.h"
 #include "solver/data/math.h"
 
@@ -19,11 +23,12 @@ inline Separation flipped(const Separation& s) { return {-s.normal, s.point_b, s
 
 /// Gap of two ellipsoids along their best separating direction; minus the least translation that parts them if they
 /// overlap. The gap is never above the true one by more than rounding, whatever the aspect ratio (numerics in
-/// support_ascent.h). Swapping a and b gives the same bits, flipped. Always finite; with coinciding centres the normal
-/// is a direction in which both are thin. Needs finite centres, unit axes, radii > 0.
+/// ascent_kernels.inl). Swapping a and b gives the same bits, flipped. Always finite; with coinciding centres the
+/// normal is a direction in which both are thin. Needs finite centres, unit axes, radii > 0.
 Separation ellipsoid_distance(const Ellipsoid& a, const Ellipsoid& b);
 
-/// The same, climbing first from `warm_start` (from b to a, any length) instead of the centre line.
-Separation ellipsoid_distance(const Ellipsoid& a, const Ellipsoid& b, const Vec3& warm_start);
+/// The same for many pairs (a, b) of `ellipsoids`, at less than half the cost each; writes out (n_pairs).
+void ellipsoid_distances(std::span<const Ellipsoid> ellipsoids, std::span<const std::pair<uint32_t, uint32_t>> pairs,
+                         std::span<Separation> out);
 
 }  // namespace sunder

@@ -3,7 +3,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 
-#include "solver/data/simulation_mesh.h"
 #include "solver/polar_decomposition.h"
 
 namespace sunder {
@@ -87,7 +86,8 @@ void PiecePairs::take_pieces(std::span<const uint32_t> piece, const PairFilter& 
     }
 }
 
-void PiecePairs::refresh(const ParticleMotion& in, const PairFilter& filter, Scratch& io_scratch, Piece& io_piece) {
+void PiecePairs::refresh(const ParticleMotion& in, const PairFilter& filter, OverlapScratch& io_scratch,
+                         Piece& io_piece) {
     Piece& p = io_piece;
     const RigidMotion m = rigid_motion(in, p.member);
     p.is_fresh = false;
@@ -111,16 +111,11 @@ void PiecePairs::refresh(const ParticleMotion& in, const PairFilter& filter, Scr
         extent += (p.grown.back().max - p.grown.back().min).maxCoeff() / static_cast<double>(p.member.size());
     }
     for (Aabb& box : p.grown) box.min.array() -= kSkin * extent, box.max.array() += kSkin * extent;
-    find_overlaps(p.grown, {}, io_scratch.overlaps, p.pairs);
+    find_overlaps(p.grown, {}, io_scratch, p.pairs);
     for (Pair& pair : p.pairs) pair = {p.member[pair.first], p.member[pair.second]};
-    // Ascending: what is near the first of a pair is marked once for all its pairs.
-    uint32_t marked = SimulationMesh::kNone;
-    io_scratch.near.resize(in.position.size(), SimulationMesh::kNone);
-    std::erase_if(p.pairs, [&](const Pair& pair) {
-        if (pair.first != marked) filter.rings.mark_near(pair.first, io_scratch.near);
-        marked = pair.first;
-        return io_scratch.near[pair.second] == marked;
-    });
+    filter.remove_excluded(io_scratch.near, p.pairs);
+    for (auto& [i, j] : p.pairs)
+        if (i > j) std::swap(i, j);
 }
 
 std::span<const Pair> PiecePairs::update(const ParticleMotion& motion, std::span<const uint32_t> piece,
@@ -132,7 +127,7 @@ std::span<const Pair> PiecePairs::update(const ParticleMotion& motion, std::span
     are_known_ = true;
     if (!filter.self_collision) return {};
     workers.for_range(pieces_.size(), 1, [&](size_t first, size_t last) {
-        Scratch scratch;
+        OverlapScratch scratch;
         for (size_t k = first; k < last; ++k) refresh(motion, filter, scratch, pieces_[k]);
     });
     for (const Piece& p : pieces_) changed |= p.is_fresh, n_rebuilds_ += p.is_fresh;
@@ -181,6 +176,8 @@ std::span<const Pair> PairsBetweenPieces::update(std::span<const Aabb> boxes, st
     filter.item = item_;
     filter.rings = {};  // those of different pieces hold nothing in common
     find_overlaps(exposed_, filter, scratch_, pairs_);
+    for (auto& [i, j] : pairs_)
+        if (i > j) std::swap(i, j);
     return pairs_;
 }
 

@@ -44,11 +44,8 @@ private:
         bool is_fresh = false;         // its pairs were found in this update
     };
     void take_pieces(std::span<const uint32_t> piece, const PairFilter& filter);
-    struct Scratch {
-        OverlapScratch overlaps;
-        std::vector<uint32_t> near;  // of which particle each was last found near (n_particles)
-    };
-    static void refresh(const ParticleMotion& motion, const PairFilter& filter, Scratch& io_scratch, Piece& io_piece);
+    static void refresh(const ParticleMotion& motion, const PairFilter& filter, OverlapScratch& io_scratch,
+                        Piece& io_piece);
 
     std::vector<Piece> pieces_;  // of three particles or more: two are joined
     std::vector<Pair> pairs_;
@@ -63,7 +60,7 @@ public:
     /// Call when edges broke or a state was set from outside.
     void reset() { are_known_ = false; }
 
-    /// The overlapping pairs of `boxes` (n_movables), in no order.
+    /// The overlapping pairs of `boxes` (n_movables), first < second, in an order that depends on the boxes alone.
     std::span<const Pair> update(std::span<const Aabb> boxes, std::span<const uint32_t> piece, PairFilter filter);
 
 private:

@@ -41,10 +41,13 @@ double contact_margin(const Scene& scene) {
 
 // Called for ascending pairs; what was in contact in the substep before is known.
 const RestFit& SceneContacts::rest_fit_of(const SimulationMesh& rest, uint32_t a, uint32_t b) {
-    const auto precedes = [&](const Neighbours& p) { return std::pair(p.a, p.b) < std::pair(a, b); };
-    while (next_former_ < former_.size() && precedes(former_[next_former_])) ++next_former_;
-    const bool is_known = next_former_ < former_.size() && former_[next_former_].a == a && former_[next_former_].b == b;
-    neighbours_.push_back({a, b, is_known ? former_[next_former_].fit : rest_fit(rest, a, b)});
+    const auto name = [&](uint32_t i) { return uint64_t{rest.body[i]} << 32 | rest.fragment[i]; };
+    const std::pair pair(name(a), name(b));
+    while (next_former_ < former_.size() && std::pair(former_[next_former_].a, former_[next_former_].b) < pair)
+        ++next_former_;
+    const bool is_known =
+        next_former_ < former_.size() && std::pair(former_[next_former_].a, former_[next_former_].b) == pair;
+    neighbours_.push_back({pair.first, pair.second, is_known ? former_[next_former_].fit : rest_fit(rest, a, b)});
     return neighbours_.back().fit;
 }
 
@@ -90,18 +93,18 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     std::swap(neighbours_, former_);
     neighbours_.clear();
     next_former_ = 0;
-    out.clear();
-    for (const Contact& contact : contacts_) {
-        ActiveContact c{};
-        c.contact = contact;
+    out.assign(contacts_.size(), ActiveContact());
+    for (size_t k = 0; k < contacts_.size(); ++k) {
+        ActiveContact& c = out[k];
+        const Contact& contact = c.contact = contacts_[k];
         const Surface a = surface_of(scene, input, contact.a);
         Surface b;
         c.rolling_arm = rolling_arm(contact.a);
         if (contact.b & Contact::kStatic) {
-            const uint32_t k = contact.b & ~Contact::kStatic;
-            b = {scene.colliders[k].friction, scene.colliders[k].restitution};
+            const uint32_t at = contact.b & ~Contact::kStatic;
+            b = {scene.colliders[at].friction, scene.colliders[at].restitution};
             c.collider_motion =
-                colliders_[k].end.apply(colliders_[k].begin.inverse_apply(contact.point_b)) - contact.point_b;
+                colliders_[at].end.apply(colliders_[at].begin.inverse_apply(contact.point_b)) - contact.point_b;
         } else {
             b = surface_of(scene, input, contact.b);
             c.rolling_arm = std::max(c.rolling_arm, rolling_arm(contact.b));
@@ -115,7 +118,6 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
         }
         c.friction = std::sqrt(a.friction * b.friction);
         c.restitution = std::max(a.restitution, b.restitution);
-        out.push_back(c);
     }
 }
 

@@ -38,20 +38,20 @@ public:
               const WorkerPool& workers, std::vector<ActiveContact>& out);
 
     /// Call when a state was set from outside.
-    void reset() { scratch_.reset(), shapes_.reset(), neighbours_.clear(); }
+    void reset() { scratch_.reset(), shapes_.reset(); }
     /// Call when edges broke.
     void edges_broke() { scratch_.edges_broke(); }
 
 private:
     struct Neighbours {
-        uint32_t a, b;
+        uint64_t a, b;  // body and fragment, which no wake or sleep numbers anew
         RestFit fit;
     };
     const RestFit& rest_fit_of(const SimulationMesh& rest, uint32_t a, uint32_t b);
 
     ContactScratch scratch_;
     FlowedShapes shapes_;
-    std::vector<Neighbours> neighbours_, former_;  // pairs of one body in contact, now and before; ascending by (a, b)
+    std::vector<Neighbours> neighbours_, former_;  // pairs of one body in contact, now and before; ascending
     size_t next_former_ = 0;
     std::vector<Ellipsoid> ellipsoids_;
     std::vector<PlacedShape> rigid_bodies_;

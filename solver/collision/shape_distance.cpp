@@ -36,7 +36,7 @@ Separation ellipsoid_plane(const Ellipsoid& a, const Pose& plane) {
 }
 
 Separation ellipsoid_sphere(const Ellipsoid& a, const Vec3& center, double radius) {
-    detail::SupportGap<false, false> gap;
+    detail::SupportGap<false> gap;
     gap.d = a.center - center;
     gap.M_a = detail::support_matrix(a.axes, a.radii);
     const std::array<Vec3, 3> axes = {a.axes.col(0), a.axes.col(1), a.axes.col(2)};
@@ -48,7 +48,7 @@ Separation ellipsoid_sphere(const Ellipsoid& a, const Vec3& center, double radiu
 Separation ellipsoid_rounded_box(const Ellipsoid& a, const Pose& pose, const Vec3& e, double r) {
     const Mat3 Q = pose.orientation.toRotationMatrix();
     const Mat3 axes = Q.transpose() * a.axes;  // in the frame of the box
-    detail::SupportGap<false, true> gap;
+    detail::SupportGap<true> gap;
     gap.d = Q.transpose() * (a.center - pose.position);
     gap.M_a = detail::support_matrix(axes, a.radii);
     gap.e = e;

@@ -1,8 +1,8 @@
-// The one kernel behind every distance to an ellipsoid: the best separating direction of two convex solids.
+// The best separating direction of an ellipsoid and a box, a segment or a point (two ellipsoids: ascent_kernels.inl).
 //
 // For any unit n (from b to a) the slab between the two supporting planes is a lower bound of the gap,
 //
-//     f(n) = n . d - h_a(n) - h_b(n) - sum_i e_i |n_i|,      h(n) = sqrt(n^T M n),  M = R diag(r^2) R^T,
+//     f(n) = n . d - h(n) - sum_i e_i |n_i|,      h(n) = sqrt(n^T M n),  M = R diag(r^2) R^T,
 //
 // d = center_a - center_b, and its maximum over the sphere is the gap itself; where the solids overlap it is minus
 // the least translation that parts them (Cameron & Culley 1986). The last term is the support of a box with half
@@ -24,18 +24,18 @@ inline Mat3 support_matrix(const Mat3& axes, const Vec3& radii) {
     return scaled * scaled.transpose();
 }
 
-/// `kTwo`: b is an ellipsoid (M_b). `kKinks`: b is a box (e), and everything is given in its frame.
-template <bool kTwo, bool kKinks>
+/// `kKinks`: b is a box (e), and everything is given in its frame; else a point.
+template <bool kKinks>
 struct SupportGap {
-    Vec3 d;         // center_a - center_b, m
-    Mat3 M_a, M_b;  // m2
-    Vec3 e;         // half extents, m, >= 0
+    Vec3 d;    // center_a - center_b, m
+    Mat3 M_a;  // m2
+    Vec3 e;    // half extents, m, >= 0
 
     struct Sample {
-        Vec3 n;                   // unit
-        Vec3 s_a, s_b;            // support points of a and b along n, from the centres; s_b without box
-        double h_a = 0, h_b = 0;  // support values
-        double f = 0;             // the bound, m
+        Vec3 n;          // unit
+        Vec3 s_a;        // support point of a along n, from its centre
+        double h_a = 0;  // support value
+        double f = 0;    // the bound, m
     };
 
     Sample at(const Vec3& n) const {
@@ -45,13 +45,6 @@ struct SupportGap {
         s.h_a = std::sqrt(std::max(n.dot(Mn_a), kTiny));
         s.s_a = Mn_a / s.h_a;
         s.f = n.dot(d) - s.h_a;
-        s.s_b = Vec3::Zero();
-        if constexpr (kTwo) {
-            const Vec3 Mn_b = M_b * n;
-            s.h_b = std::sqrt(std::max(n.dot(Mn_b), kTiny));
-            s.s_b = Mn_b / s.h_b;
-            s.f -= s.h_b;
-        }
         if constexpr (kKinks) s.f -= e.dot(n.cwiseAbs());
         return s;
     }
@@ -75,7 +68,7 @@ private:
         // At a kink the one-sided slopes decide: stuck to it when both fall, free on the side that rises otherwise.
         Vec3 side = Vec3::Zero();  // sign of each free component
         bool fixed[3] = {false, false, false};
-        Vec3 G = d - s.s_a - s.s_b;  // gradient of f on the smooth side
+        Vec3 G = d - s.s_a;  // gradient of f on the smooth side
         int n_fixed = 0;
         if constexpr (kKinks) {
             for (int i = 0; i < 3; ++i) {
@@ -97,11 +90,9 @@ private:
         }
 
         const auto hessian = [&](const Vec3& u, const Vec3& v) {  // -d2f along the sphere
-            double c = u.dot(M_a * v) / s.h_a - u.dot(s.s_a) * v.dot(s.s_a) / s.h_a;
-            if constexpr (kTwo) c += u.dot(M_b * v) / s.h_b - u.dot(s.s_b) * v.dot(s.s_b) / s.h_b;
-            return c;
+            return u.dot(M_a * v) / s.h_a - u.dot(s.s_a) * v.dot(s.s_a) / s.h_a;
         };
-        const double tolerance = kGainTolerance * (s.h_a + s.h_b);
+        const double tolerance = kGainTolerance * s.h_a;
         Vec3 newton, steepest;  // tangent steps, rad
         double promised = 0;
         if (n_fixed == 1) {
@@ -205,7 +196,7 @@ typename Gap::Sample best_direction(const Gap& gap, const Vec3& first,
     const double first_length = first.norm();
     if (first_length > 0 && std::isfinite(first_length)) {
         best = gap.ascend(first / first_length);
-        if (best.f > -kShallow * (best.h_a + best.h_b)) return best;
+        if (best.f > -kShallow * best.h_a) return best;
         found = true;
     }
     Vec3 start[kClimbs];

@@ -18,13 +18,21 @@ std::vector<Pair> every_overlap(std::span<const Aabb> boxes, const PairFilter& f
     return pairs;
 }
 
+std::vector<Pair> ascending(std::vector<Pair> pairs) {
+    for (auto& [i, j] : pairs)
+        if (i > j) std::swap(i, j);
+    std::ranges::sort(pairs);
+    return pairs;
+}
+
 std::vector<Pair> overlaps(std::span<const Aabb> boxes, const PairFilter& filter = {}) {
     OverlapScratch scratch;
     std::vector<Pair> pairs, in_grid;
     find_overlaps(boxes, filter, scratch, pairs);
-    find_in_grid(boxes, filter, scratch, in_grid);
-    EXPECT_TRUE(pairs == in_grid) << pairs.size() << " pairs, " << in_grid.size() << " in the grid";
-    return pairs;
+    find_in_grid(boxes, scratch, in_grid);
+    filter.remove_excluded(scratch.near, in_grid);
+    EXPECT_TRUE(ascending(pairs) == ascending(in_grid)) << pairs.size() << ", in the grid " << in_grid.size();
+    return ascending(pairs);
 }
 
 Aabb box_at(const Vec3& center, const Vec3& half) { return {center - half, center + half}; }

@@ -117,15 +117,30 @@ TEST(ellipsoid_distance, scale_does_not_matter) {
     }
 }
 
-TEST(ellipsoid_distance, a_warm_start_is_never_worse_than_itself) {
+// One by one, together, and on any processor.
+TEST(ellipsoid_distance, pairs_side_by_side_keep_their_bits) {
     auto rng = generator(16);
-    for (int k = 0; k < 500; ++k) {
-        const Ellipsoid a = random_ellipsoid(rng, 1.5, 20), b = random_ellipsoid(rng, 1.5, 20);
-        const Vec3 start = uniform3(rng, -1, 1);
-        EXPECT_GE(ellipsoid_distance(a, b, start).gap, bound(a, b, start.normalized()) - 1e-12);
+    std::vector<Ellipsoid> solids;
+    std::vector<std::pair<uint32_t, uint32_t>> pairs;
+    for (uint32_t k = 0; k < 150; ++k) {  // from deep in one another to apart
+        solids.push_back(random_ellipsoid(rng, k % 2 ? 2 : 0.3, 20));
+        for (uint32_t j = k - k % 5; j < k; ++j) pairs.push_back({k, j});
     }
-    const Ellipsoid a, b;
-    expect_whole(ellipsoid_distance(a, b, Vec3::Zero()), 1);  // no direction at all is a start too
+    solids[7] = solids[6];
+    std::vector<Separation> together(pairs.size()), portable(pairs.size());
+    ellipsoid_distances(solids, pairs, together);
+    setenv("SUNDER_INSTRUCTIONS", "portable", 1);
+    ellipsoid_distances(solids, pairs, portable);
+    unsetenv("SUNDER_INSTRUCTIONS");
+    for (size_t k = 0; k < pairs.size(); ++k) {
+        const Separation alone = ellipsoid_distance(solids[pairs[k].first], solids[pairs[k].second]);
+        for (const Separation& s : {together[k], portable[k]}) {
+            EXPECT_EQ(s.gap, alone.gap) << k;
+            EXPECT_EQ(s.normal, alone.normal) << k;
+            EXPECT_EQ(s.point_a, alone.point_a) << k;
+            EXPECT_EQ(s.point_b, alone.point_b) << k;
+        }
+    }
 }
 
 }  // namespace
