@@ -34,14 +34,15 @@ inline __attribute__((always_inline)) float angle_of(float y, float x) {
 
 }  // namespace
 
-SUNDER_VECTOR_CLONES void weigh_corners(std::span<const Triangle> triangles, std::span<const uint32_t> which,
-                                        std::span<const Vec3> positions, size_t begin, size_t end, CornerWeights* out) {
+SUNDER_VECTOR_CLONES void weigh_corners(std::span<const Triangle> triangles, std::span<const uint32_t> face,
+                                        std::span<const uint8_t> silent, std::span<const Vec3> positions, size_t begin,
+                                        size_t end, uint32_t first_face, CornerWeights* out) {
     double ab[3][kBatch], ac[3][kBatch];
     float normal[3][kBatch], angle[3][kBatch];
     for (size_t first = begin; first < end; first += kBatch) {
         const size_t n = std::min(kBatch, end - first);
         for (size_t i = 0; i < n; ++i) {
-            const Triangle& t = triangles[which[first + i]];
+            const Triangle& t = triangles[first + i];
             const double *a = positions[t[0]].data(), *b = positions[t[1]].data(), *c = positions[t[2]].data();
             for (int k = 0; k < 3; ++k) ab[k][i] = b[k] - a[k], ac[k][i] = c[k] - a[k];
         }
@@ -68,8 +69,12 @@ SUNDER_VECTOR_CLONES void weigh_corners(std::span<const Triangle> triangles, std
             angle[1][i] = angle_of(y, static_cast<float>((ab_ab - ab_ac) * unit));
             angle[2][i] = std::numbers::pi_v<float> - angle[0][i] - angle[1][i];
         }
-        for (size_t i = 0; i < n; ++i)
-            out[first + i] = {{normal[0][i], normal[1][i], normal[2][i]}, {angle[0][i], angle[1][i], angle[2][i]}};
+        for (size_t i = 0; i < n; ++i) {
+            const uint32_t f = face[first + i];
+            CornerWeights& w = out[f - first_face];
+            w.normal = {normal[0][i], normal[1][i], normal[2][i]}, w.angle = {angle[0][i], angle[1][i], angle[2][i]};
+            if (silent[f]) w = {};
+        }
     }
 }
 

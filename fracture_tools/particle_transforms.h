@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "fracture_tools/range_runner.h"
 #include "solver/data/math.h"
 #include "solver/data/simulation_mesh.h"
 
@@ -36,24 +37,24 @@ public:
     /// stress-free or alone, E = 0: nothing pops when edges break there, and a lone fragment moves by itself.
     void evaluate(std::span<const Vec3> position, std::span<const Quat> orientation,
                   std::span<const Mat3> plastic_deformation, std::span<const uint8_t> edge_intact,
-                  std::vector<Affine>& out);
+                  std::vector<Affine>& out, const RangeRunner& run = run_serially);
 
     /// Gives d/dt of the maps that the last `evaluate` gave, which saw these positions and edges: the derivative of
     /// its formula along `velocity` (m/s) and `angular_velocity` (rad/s, world), 1/s and m/s. F_P stands still: a state
     /// does not tell how fast it flows, and where it does E shrinks as F_P grows, so that (I + E) R F_P follows the
     /// ring all the same. (n_particles)
     void rates(std::span<const Vec3> position, std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity,
-               std::span<const uint8_t> edge_intact, std::vector<Affine>& out);
+               std::span<const uint8_t> edge_intact, std::vector<Affine>& out, const RangeRunner& run = run_serially);
 
 private:
     std::vector<Vec3> rest_position_;
     std::vector<Quat> rest_orientation_;
     std::vector<Edge> edges_;
-    std::vector<double> edge_weight_;      // interface area / rest distance, m  (n_edges)
-    std::vector<Mat3> plain_;              // R_rel F_P                          (n_particles)
-    std::vector<Mat3> elastic_;            // E before it is limited             (n_particles)
-    std::vector<Mat3> qq_, dq_;            // sums of a particle's ring          (n_particles)
-    std::vector<Mat3> qq_rate_, dq_rate_;  // scratch of rates                   (n_particles)
+    std::vector<double> edge_weight_;                // interface area / rest distance, m  (n_edges)
+    std::vector<uint32_t> ring_offset_, ring_edge_;  // edges of a particle, ascending     (n_particles + 1)
+    std::vector<Mat3> plain_;                        // R_rel F_P                          (n_particles)
+    std::vector<Mat3> elastic_;                      // E before it is limited             (n_particles)
+    std::vector<Mat3> qq_;                           // sum of a particle's ring           (n_particles)
 };
 
 }  // namespace sunder

@@ -1,6 +1,7 @@
 // Arrays of a frame that many may hold: what did not change from one frame to the next is the same memory.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <initializer_list>
@@ -8,8 +9,6 @@
 #include <span>
 #include <utility>
 #include <vector>
-
-#include "fracture_tools/range_runner.h"
 
 namespace sunder {
 
@@ -55,6 +54,7 @@ public:
     struct Slot {
         std::shared_ptr<T> object;
         uint64_t written = 0;  // whatever its user counts frames by
+        size_t finished = 0;   // entries at the front that its user knows to be as they should; 0 in new memory
     };
 
     /// An object that nobody reads, with what it held when it was written last; or a new one.
@@ -79,31 +79,23 @@ class ArrayRecycler {
 public:
     using Slot = typename Recycler<std::vector<T>>::Slot;
 
-    /// An array of `n` entries to write; another length than it had sets `written` to 0.
-    Slot& take(size_t n) {
+    /// An array of `n` entries to write; another length than it had sets `written` to 0. `most`: as long as it will
+    /// ever be (a body that tears goes on growing); what nobody writes to takes no memory.
+    Slot& take(size_t n, size_t most = 0) {
         Slot& slot = recycler_.take();
         std::vector<T>& values = *slot.object;
         if (values.size() == n) return slot;
-        slot.written = 0;
-        if (values.capacity() < n) values = {}, values.reserve(n + n / 8);  // a body that tears goes on growing
+        slot.written = 0, slot.finished = std::min(slot.finished, n);
+        if (values.capacity() < n) {
+            values = {}, slot.finished = 0;
+            values.reserve(std::max(n + n / 8, most));
+        }
         values.resize(n);
         return slot;
     }
 
     static SharedArray<T> share(const Slot& slot) {
         return SharedArray<T>(std::shared_ptr<const std::vector<T>>(slot.object));
-    }
-
-    /// Replaces `io_last` by `n` entries put(i).
-    template <class Put>
-    void fill(SharedArray<T>& io_last, size_t n, const RangeRunner& run, const Put& put) {
-        constexpr size_t kGrain = 2048;
-        io_last = {};
-        Slot& slot = take(n);
-        run(n, kGrain, [&](size_t begin, size_t end) {
-            for (size_t i = begin; i < end; ++i) (*slot.object)[i] = put(i);
-        });
-        io_last = share(slot);
     }
 
 private:

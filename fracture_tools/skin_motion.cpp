@@ -44,18 +44,14 @@ inline __attribute__((always_inline)) void cofactor_of(const Blend& b, NormalMap
     }
 }
 
-struct Range {
-    size_t begin, end;
-};
-
-SUNDER_VECTOR_CLONES void place(const SkinBinding& binding, const AffineColumns* map, const uint8_t* moved, Range range,
-                                Vec3* out, NormalMap* out_normal_map) {
-    const Vec3* rest = binding.rest_vertex->data();
+// `moved`, `out` and `out_normal_map` are of the chunk's first vertex.
+SUNDER_VECTOR_CLONES void place(const SkinChunk& chunk, const Vec3* rest, const AffineColumns* map,
+                                const uint8_t* moved, Vec3* out, NormalMap* out_normal_map) {
     Blend b;
-    for (size_t v = range.begin; v < range.end; ++v) {
+    for (size_t v = 0; v < chunk.n_vertices(); ++v) {
         if (!moved[v]) continue;
-        blend(binding.influences(v), map, b);
-        out[v] = apply(b, rest[binding.pool_vertex[v]]);
+        blend(chunk.influences(v), map, b);
+        out[v] = apply(b, rest[chunk.pool_vertex[v]]);
         if (out_normal_map) cofactor_of(b, out_normal_map[v]);
     }
 }
@@ -73,14 +69,16 @@ AffineColumns AffineColumns::of(const Affine& a) {
 
 bool SkinMotion::move(const SkinBinding& binding, bool is_rebound, std::span<const Affine> particle,
                       std::span<const Affine> rate, const RangeRunner& run) {
-    const size_t n = binding.n_vertices(), n_particles = particle.size(), n_chunks = (n + kChunk - 1) / kChunk;
+    const size_t n = binding.n_vertices(), n_particles = particle.size(), n_chunks = binding.chunks.size();
     const bool is_new = is_rebound || particle_.size() != n_particles || rate_.size() != rate.size();
     particle_moved_.assign(n_particles, 1);
     if (!is_new)
         for (size_t p = 0; p < n_particles; ++p)
             particle_moved_[p] = !equal(particle[p], particle_[p]) || (!rate.empty() && !equal(rate[p], rate_[p]));
-    if (std::find(particle_moved_.begin(), particle_moved_.end(), 1) == particle_moved_.end() && !is_new) return false;
-    all_moved_ = std::find(particle_moved_.begin(), particle_moved_.end(), 0) == particle_moved_.end();
+    const size_t n_moved = static_cast<size_t>(std::count(particle_moved_.begin(), particle_moved_.end(), 1));
+    if (n_moved == 0 && !is_new) return false;
+    all_moved_ = 2 * n_moved >= n_particles;  // to look which vertices rest costs as much as to move them
+    if (all_moved_) std::fill(particle_moved_.begin(), particle_moved_.end(), 1);
 
     ++frame_;
     particle_.assign(particle.begin(), particle.end()), rate_.assign(rate.begin(), rate.end());
@@ -100,22 +98,26 @@ bool SkinMotion::move(const SkinBinding& binding, bool is_rebound, std::span<con
 }
 
 void SkinMotion::move_chunk(const SkinBinding& binding, size_t chunk) {
-    const Range range{chunk * kChunk, std::min((chunk + 1) * kChunk, binding.n_vertices())};
+    const SkinChunk& of = *binding.chunks[chunk];
+    const size_t first = binding.first_vertex[chunk], n = of.n_vertices();
+    uint8_t* moved = moved_.data() + first;
     if (all_moved_) {
-        std::fill(moved_.begin() + range.begin, moved_.begin() + range.end, 1);
+        std::fill(moved, moved + n, 1);
     } else {
         bool any = false;
-        for (size_t v = range.begin; v < range.end; ++v) {
-            const auto of = binding.influences(v);
-            moved_[v] = std::any_of(of.begin(), of.end(), [&](const auto& i) { return particle_moved_[i.particle]; });
-            any |= moved_[v];
+        for (size_t v = 0; v < n; ++v) {
+            const auto influences = of.influences(v);
+            moved[v] = std::any_of(influences.begin(), influences.end(),
+                                   [&](const auto& i) { return particle_moved_[i.particle]; });
+            any |= moved[v];
         }
         if (!any) return;
     }
     chunk_changed_[chunk] = frame_;
-    place(binding, map_.data(), moved_.data(), range, position_.data(),
-          normal_map_.empty() ? nullptr : normal_map_.data());
-    if (!velocity_.empty()) place(binding, map_rate_.data(), moved_.data(), range, velocity_.data(), nullptr);
+    const Vec3* rest = binding.rest_vertex->data();
+    place(of, rest, map_.data(), moved, position_.data() + first,
+          normal_map_.empty() ? nullptr : normal_map_.data() + first);
+    if (!velocity_.empty()) place(of, rest, map_rate_.data(), moved, velocity_.data() + first, nullptr);
 }
 
 Mat3 SkinMotion::linear_at(const SkinBinding& binding, size_t vertex) const {

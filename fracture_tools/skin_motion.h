@@ -33,8 +33,6 @@ enum class SkinExtras { none, normal_maps };
 /// summed in the order of the influences. A vertex keeps its bits as long as the maps of its particles keep theirs.
 class SkinMotion {
 public:
-    static constexpr size_t kChunk = 512;  // vertices that are handed out, and marked as changed, together
-
     explicit SkinMotion(SkinExtras extras) : extras_(extras) {}
 
     /// `particle`: maps from rest (n_particles); `rate`: d/dt of them, or empty. `is_rebound`: vertices are not those
@@ -47,12 +45,12 @@ public:
     std::span<const Vec3> velocities() const { return velocity_; }  // (n_vertices x 3), m/s; empty without rates
     /// Of the blend; empty unless asked for. (n_vertices)
     std::span<const NormalMap> normal_maps() const { return normal_map_; }
-    /// Which vertices differ from the last call. (n_vertices)
+    /// Which vertices may differ from the last call. (n_vertices)
     std::span<const uint8_t> moved() const { return moved_; }
     bool all_moved() const { return all_moved_; }
     /// Counts calls that changed something.
     uint64_t frame() const { return frame_; }
-    /// Frame in which a chunk of vertices changed last.
+    /// Frame in which a chunk of the binding changed last.
     uint64_t changed(size_t chunk) const { return chunk_changed_[chunk]; }
 
     /// The blend's linear part at one vertex, of the maps of the last call.

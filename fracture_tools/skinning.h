@@ -7,7 +7,6 @@
 
 #include "fracture_tools/particle_transforms.h"
 #include "fracture_tools/range_runner.h"
-#include "fracture_tools/shared_array.h"
 #include "fracture_tools/split_topology.h"
 #include "solver/data/math.h"
 #include "solver/data/simulation_mesh.h"
@@ -19,27 +18,47 @@ struct SkinKernel {
     double reach = 1.6;  // support, in mean rest distances to the particle's neighbours
 };
 
-/// Which particles move each visual vertex and how much: all that a renderer needs to skin by itself (Choi 2014,
-/// section 4.2). It changes only where edges broke. Influences of one vertex are ascending by particle, their weights
-/// sum to one.
-struct SkinBinding {
+/// Vertices of a mesh that are numbered one after the other, and what moves them. Frames share those in which nothing
+/// changed.
+struct SkinChunk {
     struct Influence {
         uint32_t particle;
         double weight;
     };
 
-    std::shared_ptr<const std::vector<Vec3>> rest_vertex;  // pool vertices in rest coordinates, m
-    std::vector<uint32_t> pool_vertex;                     // (n_vertices)
-    std::vector<uint32_t> nearest;                         // (n_vertices), particle followed first, connected there
-    std::vector<uint32_t> influence_offset = {0};          // (n_vertices + 1)
+    std::vector<uint32_t> key;                     // what tells a vertex from others of its mesh  (n), ascending
+    std::vector<uint32_t> pool_vertex;             // (n)
+    std::vector<uint32_t> nearest;                 // (n), particle followed first, connected there
+    std::vector<uint32_t> influence_offset = {0};  // (n + 1), into the next
     std::vector<Influence> influence;
 
     size_t n_vertices() const { return pool_vertex.size(); }
-    const Vec3& rest_position(size_t vertex) const { return (*rest_vertex)[pool_vertex[vertex]]; }
     std::span<const Influence> influences(size_t vertex) const {
         const uint32_t begin = influence_offset[vertex], end = influence_offset[vertex + 1];
         return {influence.data() + begin, end - begin};
     }
+    void add(uint32_t vertex_key, uint32_t pool, uint32_t nearest_particle, std::span<const Influence> influences);
+};
+
+/// Which particles move each visual vertex and how much: all that a renderer needs to skin by itself (Choi 2014,
+/// section 4.2). It changes only where edges broke. Influences of one vertex are ascending by particle, their weights
+/// sum to one.
+struct SkinBinding {
+    using Influence = SkinChunk::Influence;
+
+    std::shared_ptr<const std::vector<Vec3>> rest_vertex;  // pool vertices in rest coordinates, m
+    std::vector<std::shared_ptr<const SkinChunk>> chunks;  // vertex after vertex
+    std::vector<uint32_t> first_vertex = {0};              // of each chunk (n_chunks + 1)
+
+    size_t n_vertices() const { return first_vertex.back(); }
+    /// Vertices [first_vertex[i], first_vertex[i + 1]) are those of chunk i; a search, O(log n_chunks).
+    size_t chunk_of(size_t vertex) const;
+    std::span<const Influence> influences(size_t vertex) const;
+    uint32_t pool_vertex(size_t vertex) const;
+    uint32_t nearest(size_t vertex) const;
+    const Vec3& rest_position(size_t vertex) const { return (*rest_vertex)[pool_vertex(vertex)]; }
+    /// Where the influences of each vertex begin when those of all are put one after the other. (n_vertices + 1)
+    std::vector<uint32_t> influence_offset() const;
 };
 
 /// Weights of the particles at each visual vertex.
@@ -71,28 +90,28 @@ public:
 
 private:
     struct Scratch {  // of one thread
-        std::vector<uint32_t> connected, candidate;
+        std::vector<uint32_t> connected, connected_before, candidate;
         std::vector<uint8_t> is_candidate;  // (n_particles)
         std::vector<SkinBinding::Influence> weights;
     };
 
-    void mark_changed_rings(std::span<const uint8_t> edge_intact);
-    void bind_vertex(const SplitTopology& topology, uint32_t vertex, Scratch& scratch, SkinBinding& io_next,
-                     std::vector<SkinBinding::Influence>& out) const;
+    void list_fans_of_fragments(const SplitTopology& topology);
+    void find_changes(const SplitTopology& topology, std::span<const uint8_t> edge_intact);
+    void bind_chunk(const SplitTopology& topology, size_t chunk, Scratch& io_scratch, SkinBinding& io_next) const;
     void find_candidates(Scratch& io_scratch) const;
     void weigh(const Vec3& x, Scratch& io_scratch) const;
 
-    std::vector<Vec3> rest_particle_;  // (n_particles x 3), m
-    std::vector<double> support_;      // r_j, m                         (n_particles)
+    std::vector<Vec3> rest_particle_;         // (n_particles x 3), m
+    std::vector<double> inv_square_support_;  // 1 / r_j^2, 1/m2                (n_particles)
     std::vector<Edge> edges_;
     std::vector<uint32_t> group_offset_, group_member_, member_edge_;
     SkinKernel kernel_;
 
-    std::vector<uint8_t> edge_intact_;   // of the last bind
-    std::vector<uint8_t> ring_changed_;  // since the last bind            (n_particles)
+    std::vector<uint32_t> fragment_fan_, fragment_fan_offset_;  // fans of a fragment            (n_fragments + 1)
+    std::vector<uint8_t> edge_intact_;                          // of the last bind
+    std::vector<uint8_t> class_changed_;                        // since the last bind           (n_fans)
+    std::vector<uint8_t> chunk_changed_;                        // (n_chunks of the topology)
     std::shared_ptr<const SkinBinding> binding_;
-    Recycler<SkinBinding> recycler_;
-    std::vector<std::vector<SkinBinding::Influence>> chunk_;  // scratch of bind: influences of a chunk of vertices
 };
 
 }  // namespace sunder

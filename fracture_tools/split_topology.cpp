@@ -68,6 +68,12 @@ Status SplitTopology::make_fans() {
     }
     for (uint32_t c = 0; c < n_corners; ++c) corner_fan_[c] = corner_fan_[lowest(parent, c)];
     std::partial_sum(fan_offset_.begin(), fan_offset_.end(), fan_offset_.begin());
+
+    corner_offset_.assign(fan_vertex_.size() + 1, 0), fan_corner_.resize(n_corners);
+    for (uint32_t fan : corner_fan_) ++corner_offset_[fan + 1];
+    std::partial_sum(corner_offset_.begin(), corner_offset_.end(), corner_offset_.begin());
+    std::vector<uint32_t> next(corner_offset_.begin(), corner_offset_.end() - 1);
+    for (uint32_t c = 0; c < n_corners; ++c) fan_corner_[next[corner_fan_[c]]++] = c;
     return {};
 }
 
@@ -101,90 +107,163 @@ void SplitTopology::make_joins() {
         interface_face_[next[faces_.interface[f]]++] = f;
 }
 
-bool SplitTopology::update(std::span<const uint8_t> interface_intact) {
+bool SplitTopology::update(std::span<const uint8_t> interface_intact, const RangeRunner& run) {
     const bool first = fan_class_.empty();
     if (!first && std::equal(interface_intact.begin(), interface_intact.end(), interface_intact_.begin(),
-                             interface_intact_.end())) {
-        std::iota(previous_vertex_.begin(), previous_vertex_.end(), 0u);
+                             interface_intact_.end()))
         return false;
-    }
-
-    std::vector<uint8_t> vertex_changed(faces_.n_vertices, first);
-    changed_vertices_.clear();
     if (first) {
         changed_vertices_.resize(faces_.n_vertices);
         std::iota(changed_vertices_.begin(), changed_vertices_.end(), 0u);
-        fan_class_.resize(fan_vertex_.size());
-        class_vertex_.assign(fan_vertex_.size(), kNone);
-        for (uint32_t v = 0; v < faces_.n_vertices; ++v) unite_fans_around(v, interface_intact);
+        vertex_changed_.assign(faces_.n_vertices, 1);
+        fan_class_.resize(n_fans()), fan_visual_.resize(n_fans()), class_seen_.resize(n_fans());
+        face_hidden_.assign(faces_.n_faces(), 0);
+        triangle_face_.reserve(faces_.n_faces()), vertex_class_.reserve(n_fans());
     } else {
-        assert(interface_intact.size() == interface_intact_.size());
-        for (size_t i = 0; i + 1 < interface_offset_.size(); ++i) {
-            if (bool(interface_intact[i]) == bool(interface_intact_[i])) continue;
-            for (uint32_t s = interface_offset_[i]; s < interface_offset_[i + 1]; ++s)
-                for (uint32_t v : faces_.triangles[interface_face_[s]])
-                    if (!vertex_changed[v]) {
-                        vertex_changed[v] = 1, changed_vertices_.push_back(v);
-                        unite_fans_around(v, interface_intact);
-                    }
-        }
+        find_changed_vertices(interface_intact);
     }
     interface_intact_.assign(interface_intact.begin(), interface_intact.end());
-    list_triangles(interface_intact);
-    number_vertices(vertex_changed);
+
+    constexpr size_t kGrain = 128;  // vertices
+    run(changed_vertices_.size(), kGrain, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) unite_fans_around(changed_vertices_[i]);
+    });
+    hide_faces(run);
+    run(changed_vertices_.size(), kGrain, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) find_seen_classes(changed_vertices_[i]);
+    });
+    number_vertices(run);
+    list_triangles(run);
     return true;
 }
 
-void SplitTopology::unite_fans_around(uint32_t v, std::span<const uint8_t> interface_intact) {
+void SplitTopology::find_changed_vertices(std::span<const uint8_t> interface_intact) {
+    assert(interface_intact.size() == interface_intact_.size());
+    for (uint32_t v : changed_vertices_) vertex_changed_[v] = 0;
+    changed_vertices_.clear();
+    for (size_t i = 0; i + 1 < interface_offset_.size(); ++i) {
+        if (bool(interface_intact[i]) == bool(interface_intact_[i])) continue;
+        for (uint32_t s = interface_offset_[i]; s < interface_offset_[i + 1]; ++s)
+            for (uint32_t v : faces_.triangles[interface_face_[s]])
+                if (!vertex_changed_[v]) vertex_changed_[v] = 1, changed_vertices_.push_back(v);
+    }
+}
+
+void SplitTopology::unite_fans_around(uint32_t v) {
     for (uint32_t fan = fan_offset_[v]; fan < fan_offset_[v + 1]; ++fan) fan_class_[fan] = fan;
     for (uint32_t j = join_offset_[v]; j < join_offset_[v + 1]; ++j)
-        if (interface_intact[joins_[j].interface]) unite(fan_class_, joins_[j].fan_a, joins_[j].fan_b);
+        if (interface_intact_[joins_[j].interface]) unite(fan_class_, joins_[j].fan_a, joins_[j].fan_b);
     for (uint32_t fan = fan_offset_[v]; fan < fan_offset_[v + 1]; ++fan) fan_class_[fan] = lowest(fan_class_, fan);
 }
 
-// Triangles of classes here; number_vertices turns them into visual vertices.
-void SplitTopology::list_triangles(std::span<const uint8_t> interface_intact) {
-    triangle_face_.clear(), triangles_.clear(), triangle_hidden_.clear();
-    auto class_of = [&](uint32_t corner) { return fan_class_[corner_fan_[corner]]; };
-    for (uint32_t f = 0; f < faces_.n_faces(); ++f) {
-        const Triangle t = {class_of(3 * f), class_of(3 * f + 1), class_of(3 * f + 2)};
-        bool hidden = false;
-        if (!faces_.is_outer(f)) {
-            // Both sides on the same three vertices enclose nothing: a blister inside of a body that still holds
-            // together all around. It would be a component of its own, with no volume.
-            const uint32_t twin = 3 * faces_.twin(f);
-            hidden = interface_intact[faces_.interface[f]] ||
-                     (t[0] == class_of(twin) && t[1] == class_of(twin + 2) && t[2] == class_of(twin + 1));
+bool SplitTopology::is_hidden(uint32_t f) const {
+    if (faces_.is_outer(f)) return false;
+    if (interface_intact_[faces_.interface[f]]) return true;
+    // Both sides on the same three vertices enclose nothing: a blister inside of a body that still holds together all
+    // around. It would be a component of its own, with no volume.
+    const auto class_of = [&](uint32_t face, int c) { return fan_class_[corner_fan_[3 * face + c]]; };
+    const uint32_t twin = faces_.twin(f);
+    return class_of(f, 0) == class_of(twin, 0) && class_of(f, 1) == class_of(twin, 2) &&
+           class_of(f, 2) == class_of(twin, 1);
+}
+
+// Looks at the faces around changed vertices. Vertices of those that come or go have changed, too: a class may be seen
+// for the first time where no fan was joined anew.
+void SplitTopology::hide_faces(const RangeRunner& run) {
+    constexpr size_t kChunk = 256;  // vertices
+    const size_t n = changed_vertices_.size(), n_chunks = (n + kChunk - 1) / kChunk;
+    if (chunk_flips_.size() < n_chunks) chunk_flips_.resize(n_chunks);
+    run(n_chunks, 1, [&](size_t begin, size_t end) {
+        for (size_t chunk = begin; chunk < end; ++chunk) {
+            std::vector<uint32_t>& flips = chunk_flips_[chunk];
+            flips.clear();
+            for (size_t i = chunk * kChunk; i < std::min(n, (chunk + 1) * kChunk); ++i) {
+                const uint32_t v = changed_vertices_[i];
+                const uint32_t last = corner_offset_[fan_offset_[v + 1]];
+                for (uint32_t k = corner_offset_[fan_offset_[v]]; k < last; ++k) {
+                    const uint32_t f = fan_corner_[k] / 3;
+                    if (faces_.is_outer(f)) continue;
+                    const Triangle& t = faces_.triangles[f];  // its first changed vertex looks after it
+                    if ((vertex_changed_[t[0]] ? t[0] : vertex_changed_[t[1]] ? t[1] : t[2]) != v) continue;
+                    if (is_hidden(f) != bool(face_hidden_[f])) flips.push_back(f);
+                }
+            }
         }
-        if (hidden && listed_ == ListedFaces::visible) continue;
-        triangle_face_.push_back(f);
-        triangles_.push_back(t);
-        triangle_hidden_.push_back(hidden);
-    }
+    });
+    flipped_faces_.clear();
+    for (size_t chunk = 0; chunk < n_chunks; ++chunk)
+        for (uint32_t f : chunk_flips_[chunk]) {
+            face_hidden_[f] = !face_hidden_[f];
+            flipped_faces_.push_back(f);
+            for (uint32_t v : faces_.triangles[f])
+                if (!vertex_changed_[v]) vertex_changed_[v] = 1, changed_vertices_.push_back(v);
+        }
 }
 
-void SplitTopology::number_vertices(const std::vector<uint8_t>& vertex_changed) {
-    std::vector<uint8_t> seen(fan_vertex_.size(), 0);
-    for (const Triangle& t : triangles_)
-        for (uint32_t c : t) seen[c] = 1;
-    vertex_class_.clear();
-    previous_vertex_.clear();
-    for (uint32_t c = 0; c < seen.size(); ++c) {
-        const uint32_t before = class_vertex_[c];
-        class_vertex_[c] = kNone;
-        if (!seen[c]) continue;
-        class_vertex_[c] = static_cast<uint32_t>(vertex_class_.size());
-        vertex_class_.push_back(c);
-        previous_vertex_.push_back(vertex_changed[fan_vertex_[c]] ? kNone : before);
-    }
-    for (Triangle& t : triangles_)
-        for (uint32_t& corner : t) corner = class_vertex_[corner];
-}
-
-void SplitTopology::connected_fragments(uint32_t vertex, std::vector<uint32_t>& out) const {
-    out.clear();
-    const uint32_t joined = vertex_class_[vertex], v = fan_vertex_[joined];
+void SplitTopology::find_seen_classes(uint32_t v) {
+    std::fill(class_seen_.begin() + fan_offset_[v], class_seen_.begin() + fan_offset_[v + 1], 0);
     for (uint32_t fan = fan_offset_[v]; fan < fan_offset_[v + 1]; ++fan)
+        for (uint32_t k = corner_offset_[fan]; k < corner_offset_[fan + 1] && !class_seen_[fan_class_[fan]]; ++k)
+            class_seen_[fan_class_[fan]] = is_listed(fan_corner_[k] / 3);
+}
+
+void SplitTopology::number_vertices(const RangeRunner& run) {
+    const size_t n = n_fans();
+    chunk_vertex_.assign(n_chunks() + 1, 0);
+    for (size_t chunk = 0; chunk < n_chunks(); ++chunk)
+        chunk_vertex_[chunk + 1] =
+            chunk_vertex_[chunk] + std::accumulate(class_seen_.begin() + chunk * kFanChunk,
+                                                   class_seen_.begin() + std::min(n, (chunk + 1) * kFanChunk), 0u);
+    vertex_class_.resize(chunk_vertex_.back());
+    run(n_chunks(), 4, [&](size_t begin, size_t end) {
+        for (size_t chunk = begin; chunk < end; ++chunk) {
+            uint32_t vertex = chunk_vertex_[chunk];
+            for (size_t fan = chunk * kFanChunk; fan < std::min(n, (chunk + 1) * kFanChunk); ++fan) {
+                fan_visual_[fan] = class_seen_[fan] ? vertex : kNone;
+                if (class_seen_[fan]) vertex_class_[vertex++] = static_cast<uint32_t>(fan);
+            }
+        }
+    });
+    // The others have the number of their class. All fans of a pool vertex are worked on together: none is read that
+    // another thread writes.
+    run(faces_.n_vertices, 1024, [&](size_t begin, size_t end) {
+        for (size_t fan = fan_offset_[begin]; fan < fan_offset_[end]; ++fan)
+            if (fan_class_[fan] != fan) fan_visual_[fan] = fan_visual_[fan_class_[fan]];
+    });
+}
+
+void SplitTopology::list_triangles(const RangeRunner& run) {
+    constexpr uint32_t kChunk = 1024;  // faces
+    const uint32_t n_faces = faces_.n_faces(), n_chunks = (n_faces + kChunk - 1) / kChunk;
+    std::vector<uint32_t> first(n_chunks + 1, 0);
+    for (uint32_t chunk = 0; chunk < n_chunks; ++chunk) {
+        const uint32_t begin = chunk * kChunk, end = std::min(n_faces, begin + kChunk);
+        first[chunk + 1] = first[chunk] + end - begin;
+        if (listed_ == ListedFaces::visible)
+            first[chunk + 1] -= std::accumulate(face_hidden_.begin() + begin, face_hidden_.begin() + end, 0u);
+    }
+    triangle_face_.resize(first.back());
+    triangles_ = {};
+    auto& slot = recycler_.take(first.back(), n_faces);
+    Triangle* out = slot.object->data();
+    run(n_chunks, 2, [&](size_t begin, size_t end) {
+        for (uint32_t chunk = static_cast<uint32_t>(begin); chunk < end; ++chunk) {
+            uint32_t t = first[chunk];
+            for (uint32_t f = chunk * kChunk; f < std::min(n_faces, (chunk + 1) * kChunk); ++f) {
+                if (!is_listed(f)) continue;
+                const uint32_t* fan = &corner_fan_[3 * f];
+                out[t] = {fan_visual_[fan[0]], fan_visual_[fan[1]], fan_visual_[fan[2]]};
+                triangle_face_[t++] = f;
+            }
+        }
+    });
+    triangles_ = ArrayRecycler<Triangle>::share(slot);
+}
+
+void SplitTopology::fragments_of_class(uint32_t joined, std::vector<uint32_t>& out) const {
+    out.clear();
+    const uint32_t v = fan_vertex_[joined];
+    for (uint32_t fan = joined; fan < fan_offset_[v + 1]; ++fan)
         if (fan_class_[fan] == joined && (out.empty() || out.back() != fan_fragment_[fan]))
             out.push_back(fan_fragment_[fan]);
 }

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "fracture_tools/fragment_faces.h"
+#include "fracture_tools/range_runner.h"
+#include "fracture_tools/shared_array.h"
 #include "solver/data/result.h"
 
 namespace sunder {
@@ -34,35 +36,51 @@ public:
     static Result<SplitTopology> make(FragmentFaces faces, ListedFaces listed = ListedFaces::visible);
 
     /// Makes vertices and triangles for a state of the interfaces; true when something changed. The result depends on
-    /// `interface_intact` (n_interfaces) alone. Fans are joined anew only around vertices of interfaces that changed;
-    /// numbering and listing are one linear pass over all faces (about 10 ns a face).
-    bool update(std::span<const uint8_t> interface_intact);
+    /// `interface_intact` (n_interfaces) alone: faces are listed in their own order, vertices numbered in the order of
+    /// the lowest fan of each class. What hangs together where, and what is seen, is worked out anew only around
+    /// vertices of interfaces that changed; numbers are given in linear passes. `run` changes no bit.
+    bool update(std::span<const uint8_t> interface_intact, const RangeRunner& run = run_serially);
 
     const FragmentFaces& faces() const { return faces_; }
 
     std::span<const uint32_t> triangle_face() const { return triangle_face_; }  // listed faces, ascending
-    std::span<const Triangle> triangles() const { return triangles_; }          // of visual vertices
+    const SharedArray<Triangle>& triangles() const { return triangles_; }       // of visual vertices
     /// 1: at an interface that holds, or both sides of a broken one on the same three vertices. ListedFaces::visible
-    /// lists none of them. (n_triangles)
-    std::span<const uint8_t> triangle_hidden() const { return triangle_hidden_; }
+    /// lists none of them. (n_faces)
+    std::span<const uint8_t> face_hidden() const { return face_hidden_; }
+    bool is_listed(uint32_t face) const { return listed_ == ListedFaces::all || !face_hidden_[face]; }
+    /// Faces whose entry there the last update that changed something changed (at the first one: that are hidden).
+    std::span<const uint32_t> flipped_faces() const { return flipped_faces_; }
+
     size_t n_vertices() const { return vertex_class_.size(); }
+    /// Fan that a visual vertex is numbered by, the lowest of those that hang together in it; ascending.
+    uint32_t vertex_class(uint32_t vertex) const { return vertex_class_[vertex]; }
     /// Pool vertex of a visual vertex; visual vertices are ascending by it.
     uint32_t pool_vertex(uint32_t vertex) const { return fan_vertex_[vertex_class_[vertex]]; }
-    /// Number that the vertex had before the last update if the fragments around it are the same ones, else kNone.
-    uint32_t previous_vertex(uint32_t vertex) const { return previous_vertex_[vertex]; }
     /// Fans, the instances of vertices of section 4.2: their number and order do not change while fracture goes on.
     size_t n_fans() const { return fan_vertex_.size(); }
     uint32_t fan_pool_vertex(uint32_t fan) const { return fan_vertex_[fan]; }
+    uint32_t fan_fragment(uint32_t fan) const { return fan_fragment_[fan]; }
+    /// Fans of a pool vertex are those from its own to the next one's. (n_vertices of the pool + 1)
+    uint32_t first_fan(uint32_t pool_vertex) const { return fan_offset_[pool_vertex]; }
     /// Fans of one pool vertex with the same class hang together there.
     uint32_t fan_class(uint32_t fan) const { return fan_class_[fan]; }
-    /// Pool vertices around which fans were joined anew by the last update that changed something.
+    /// Pool vertices around which the last update that changed something joined fans anew, listed a face or hid one.
     std::span<const uint32_t> changed_vertices() const { return changed_vertices_; }
     uint32_t corner_fan(uint32_t corner) const { return corner_fan_[corner]; }  // corner: of FragmentFaces
     /// The visual vertex that a fan is an instance of; kNone: it is not seen.
-    uint32_t vertex_of_fan(uint32_t fan) const { return class_vertex_[fan_class_[fan]]; }
-    /// Fragments connected at the vertex, ascending.
-    void connected_fragments(uint32_t vertex, std::vector<uint32_t>& out) const;
+    uint32_t vertex_of_fan(uint32_t fan) const { return fan_visual_[fan]; }
+    /// Visual vertices that are numbered by the fans [chunk kFanChunk, (chunk + 1) kFanChunk) are those from this one
+    /// to the next chunk's.
+    uint32_t chunk_vertex(size_t chunk) const { return chunk_vertex_[chunk]; }
+    size_t n_chunks() const { return (n_fans() + kFanChunk - 1) / kFanChunk; }
+    /// Fragments connected at the vertex that is numbered by a fan, ascending.
+    void fragments_of_class(uint32_t fan, std::vector<uint32_t>& out) const;
+    void connected_fragments(uint32_t vertex, std::vector<uint32_t>& out) const {
+        fragments_of_class(vertex_class_[vertex], out);
+    }
 
+    static constexpr uint32_t kFanChunk = 512;
     static constexpr uint32_t kNone = 0xffffffffu;
 
 private:
@@ -72,29 +90,38 @@ private:
 
     Status make_fans();
     void make_joins();
-    void unite_fans_around(uint32_t pool_vertex, std::span<const uint8_t> interface_intact);
-    void list_triangles(std::span<const uint8_t> interface_intact);
-    void number_vertices(const std::vector<uint8_t>& vertex_changed);
+    void find_changed_vertices(std::span<const uint8_t> interface_intact);
+    void unite_fans_around(uint32_t pool_vertex);
+    bool is_hidden(uint32_t face) const;
+    void hide_faces(const RangeRunner& run);
+    void find_seen_classes(uint32_t pool_vertex);
+    void number_vertices(const RangeRunner& run);
+    void list_triangles(const RangeRunner& run);
 
     FragmentFaces faces_;
     ListedFaces listed_ = ListedFaces::visible;
-    std::vector<uint32_t> corner_fan_;    // fan of each face corner                 (3 n_faces)
-    std::vector<uint32_t> fan_vertex_;    // fans ascending by (pool vertex, fragment)   (n_fans)
-    std::vector<uint32_t> fan_fragment_;  // (n_fans)
-    std::vector<uint32_t> fan_offset_;    // fans of a pool vertex                   (n_vertices + 1)
+    std::vector<uint32_t> corner_fan_;     // fan of each face corner                 (3 n_faces)
+    std::vector<uint32_t> fan_corner_;     // corners, fan after fan                  (3 n_faces)
+    std::vector<uint32_t> corner_offset_;  // corners of a fan in it                  (n_fans + 1)
+    std::vector<uint32_t> fan_vertex_;     // fans ascending by (pool vertex, fragment)   (n_fans)
+    std::vector<uint32_t> fan_fragment_;   // (n_fans)
+    std::vector<uint32_t> fan_offset_;     // fans of a pool vertex                   (n_vertices + 1)
     std::vector<Join> joins_;
     std::vector<uint32_t> join_offset_;       // joins at a pool vertex                  (n_vertices + 1)
     std::vector<uint32_t> interface_offset_;  // side-a faces of an interface            (n_interfaces + 1)
     std::vector<uint32_t> interface_face_;
 
     std::vector<uint8_t> interface_intact_;  // of the last update
-    std::vector<uint32_t> changed_vertices_;
-    std::vector<uint32_t> fan_class_;     // lowest fan that a fan hangs together with   (n_fans)
-    std::vector<uint32_t> class_vertex_;  // visual vertex of a class, kNone: unseen     (n_fans)
-    std::vector<uint32_t> vertex_class_, previous_vertex_;
+    std::vector<uint8_t> vertex_changed_;    // by it                                   (n_vertices)
+    std::vector<uint32_t> changed_vertices_, flipped_faces_;
+    std::vector<std::vector<uint32_t>> chunk_flips_;  // scratch of hide_faces
+    std::vector<uint32_t> fan_class_;                 // lowest fan that a fan hangs together with     (n_fans)
+    std::vector<uint8_t> class_seen_;                 // 1: a listed face has it                       (n_fans)
+    std::vector<uint8_t> face_hidden_;                // (n_faces)
+    std::vector<uint32_t> vertex_class_, chunk_vertex_, fan_visual_;
     std::vector<uint32_t> triangle_face_;
-    std::vector<Triangle> triangles_;
-    std::vector<uint8_t> triangle_hidden_;
+    ArrayRecycler<Triangle> recycler_;
+    SharedArray<Triangle> triangles_;
 };
 
 }  // namespace sunder

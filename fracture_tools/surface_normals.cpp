@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
 #include <numbers>
 #include <numeric>
 #include <tuple>
@@ -12,6 +14,12 @@ namespace sunder {
 namespace {
 
 constexpr double kOuterCreaseCosine = 0.5;  // 60 degrees
+
+// CornerWeights as floats.
+typedef float FourFloats __attribute__((vector_size(16), may_alias));
+constexpr uint32_t kFloats = sizeof(CornerWeights) / sizeof(float);
+constexpr uint32_t kAngle = offsetof(CornerWeights, angle) / sizeof(float);
+static_assert(offsetof(CornerWeights, normal) == 0);
 
 struct FaceNormal {
     Vec3 normal;  // of length twice the area
@@ -25,23 +33,18 @@ FaceNormal face_normal(const Vec3& a, const Vec3& b, const Vec3& c) {
     return {n, !(n.norm() > kSliver * longest)};
 }
 
-// n turned the way normals go; n itself where its image vanishes (a flattened blend).
-template <class Vector>
-Vector unit_or(const Vector& turned, const Vector& n) {
-    const auto length = turned.norm();
-    return length > 1e-12f ? Vector(turned / length) : n;
-}
+float length_of(const FourFloats& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
-Vec3f turned(const NormalMap& map, const Vec3f& n) {
-    Vec3f t;
-    for (int i = 0; i < 3; ++i) t[i] = map.column[0][i] * n.x() + map.column[1][i] * n.y() + map.column[2][i] * n.z();
-    return unit_or(t, n);
-}
+// Shorter ones have vanished (a flattened blend).
+constexpr float kShortest = 1e-12f;
 
+// n turned the way normals go; n itself where its image vanishes.
 Vec3 turned(const Mat3& linear, const Vec3& n) {
     Mat3 cofactor;
     for (int k = 0; k < 3; ++k) cofactor.col(k) = linear.col((k + 1) % 3).cross(linear.col((k + 2) % 3));
-    return unit_or(Vec3(cofactor * n), n);
+    const Vec3 image = cofactor * n;
+    const double length = image.norm();
+    return length > kShortest ? Vec3(image / length) : n;
 }
 
 }  // namespace
@@ -51,17 +54,27 @@ SurfaceNormals::SurfaceNormals(const SplitTopology& topology, std::span<const Ve
                                double interior_smooth_angle) {
     const FragmentFaces& faces = topology.faces();
     find_rest_normals(faces, rest_vertex, interface_normals);
-    find_smooth_corners(faces, std::cos(interior_smooth_angle * std::numbers::pi / 180));
+    std::vector<uint32_t> smooth = find_smooth_corners(faces, std::cos(interior_smooth_angle * std::numbers::pi / 180));
     for (size_t c = 0; c < rest_normals.size(); ++c) {
         const double length = rest_normals[c].norm();
         artist_normal_.push_back((length > 0.1 ? Vec3(rest_normals[c] / length) : rest_normal_[c / 3]).cast<float>());
     }
-    if (!artist_normal_.empty()) find_equal_corners(faces);
-    number_parts(topology);
+    if (!artist_normal_.empty()) first_teller_ = faces.n_outer, find_equal_corners(faces, smooth);
+    silent_ = sliver_;
+
+    parts_.emplace(topology, smooth);
+    for (uint32_t part = 0; part < parts_->n_parts(); ++part)
+        part_artist_.push_back(parts_->smooth(part) < artist_normal_.size() ? artist_normal_[parts_->smooth(part)]
+                                                                            : Vec3f::Zero());
+    for (const uint32_t c : parts_->corners())
+        part_angle_.push_back(c < 3 * first_teller_ ? 0 : kFloats * (c / 3 - first_teller_) + kAngle + c % 3);
+    weights_.assign(faces.n_faces() - first_teller_, {}), teller_moved_.resize(weights_.size());
+    slot_.reserve(3 * size_t{faces.n_faces()}), normal_.reserve(parts_->n_parts());
+    normal_moved_.reserve(parts_->n_parts());
 }
 
 // Outer corners of one vertex with the same normal share it, whatever lies between them.
-void SurfaceNormals::find_equal_corners(const FragmentFaces& faces) {
+void SurfaceNormals::find_equal_corners(const FragmentFaces& faces, std::vector<uint32_t>& io_smooth) const {
     std::vector<uint32_t> offset(faces.n_vertices + 1, 0), corner(3 * size_t{faces.n_outer});
     for (uint32_t c = 0; c < corner.size(); ++c) ++offset[faces.triangles[c / 3][c % 3] + 1];
     std::partial_sum(offset.begin(), offset.end(), offset.begin());
@@ -71,7 +84,7 @@ void SurfaceNormals::find_equal_corners(const FragmentFaces& faces) {
         for (uint32_t i = offset[v]; i < offset[v + 1]; ++i) {
             uint32_t first = offset[v];
             while (artist_normal_[corner[first]] != artist_normal_[corner[i]]) ++first;
-            smooth_[corner[i]] = corner[first];
+            io_smooth[corner[i]] = corner[first];
         }
 }
 
@@ -92,7 +105,7 @@ void SurfaceNormals::find_rest_normals(const FragmentFaces& faces, std::span<con
     }
 }
 
-void SurfaceNormals::find_smooth_corners(const FragmentFaces& faces, double interior_cosine) {
+std::vector<uint32_t> SurfaceNormals::find_smooth_corners(const FragmentFaces& faces, double interior_cosine) const {
     struct Side {  // a face at one of its edges
         uint32_t low, high;
         uint32_t kind;  // 0 outer, else the break surface of which fragment
@@ -111,12 +124,12 @@ void SurfaceNormals::find_smooth_corners(const FragmentFaces& faces, double inte
         return std::tuple_cat(key(x), std::tuple(x.face)) < std::tuple_cat(key(y), std::tuple(y.face));
     });
 
-    smooth_ = disjoint_sets(3 * size_t{faces.n_faces()});
+    std::vector<uint32_t> smooth = disjoint_sets(3 * size_t{faces.n_faces()});
     auto corner_at = [&](uint32_t f, uint32_t v) {
         const Triangle& t = faces.triangles[f];
         return 3 * f + (t[0] == v ? 0 : t[1] == v ? 1 : 2);
     };
-    auto join = [&](uint32_t f, uint32_t g, uint32_t v) { unite(smooth_, corner_at(f, v), corner_at(g, v)); };
+    auto join = [&](uint32_t f, uint32_t g, uint32_t v) { unite(smooth, corner_at(f, v), corner_at(g, v)); };
     for (size_t i = 0; i < sides.size(); ++i)
         for (size_t j = i + 1; j < sides.size() && key(sides[j]) == key(sides[i]); ++j) {
             const uint32_t f = sides[i].face, g = sides[j].face;
@@ -127,108 +140,38 @@ void SurfaceNormals::find_smooth_corners(const FragmentFaces& faces, double inte
                 continue;
             join(f, g, sides[i].low), join(f, g, sides[i].high);
         }
-    for (uint32_t c = 0; c < smooth_.size(); ++c) smooth_[c] = lowest(smooth_, c);
-}
-
-void SurfaceNormals::number_parts(const SplitTopology& topology) {
-    const uint32_t n_corners = static_cast<uint32_t>(smooth_.size());
-    const auto key = [&](uint32_t c) { return std::pair(topology.corner_fan(c), smooth_[c]); };
-    part_corner_.resize(n_corners);  // by fan with a counting sort, then among the few corners of one fan
-    std::vector<uint32_t> fan_offset(topology.n_fans() + 1, 0);
-    for (uint32_t c = 0; c < n_corners; ++c) ++fan_offset[topology.corner_fan(c) + 1];
-    std::partial_sum(fan_offset.begin(), fan_offset.end(), fan_offset.begin());
-    std::vector<uint32_t> next(fan_offset.begin(), fan_offset.end() - 1);
-    for (uint32_t c = 0; c < n_corners; ++c) part_corner_[next[topology.corner_fan(c)]++] = c;
-    for (size_t f = 0; f + 1 < fan_offset.size(); ++f)
-        std::sort(part_corner_.begin() + fan_offset[f], part_corner_.begin() + fan_offset[f + 1],
-                  [&](uint32_t x, uint32_t y) { return std::pair(smooth_[x], x) < std::pair(smooth_[y], y); });
-    corner_part_.resize(n_corners);
-    vertex_part_.assign(topology.faces().n_vertices + 1, 0);
-    for (uint32_t i = 0; i < n_corners; ++i) {
-        const uint32_t c = part_corner_[i], fan = topology.corner_fan(c);
-        if (i == 0 || key(c) != key(part_corner_[i - 1])) {
-            part_fan_.push_back(fan), part_offset_.push_back(i);
-            part_artist_.push_back(c < artist_normal_.size() ? artist_normal_[smooth_[c]] : Vec3f::Zero());
-            ++vertex_part_[topology.fan_pool_vertex(fan) + 1];
-        }
-        corner_part_[c] = static_cast<uint32_t>(part_fan_.size() - 1);
-    }
-    part_offset_.push_back(n_corners);
-    std::partial_sum(vertex_part_.begin(), vertex_part_.end(), vertex_part_.begin());
-    const size_t n_parts = part_fan_.size();
-    leader_.resize(n_parts), next_.resize(n_parts), part_vertex_.resize(n_parts);
-    part_normal_.assign(n_parts, Vec3f::Zero()), part_moved_.assign(n_parts, 0);
-}
-
-void SurfaceNormals::join_parts_around(uint32_t pool_vertex, const SplitTopology& topology) {
-    const auto smooth = [&](uint32_t part) { return smooth_[part_corner_[part_offset_[part]]]; };
-    const uint32_t begin = vertex_part_[pool_vertex], end = vertex_part_[pool_vertex + 1];
-    for (uint32_t part = begin; part < end; ++part) {
-        leader_[part] = part, next_[part] = SplitTopology::kNone;
-        for (uint32_t before = part; before-- > begin;)
-            if (smooth(before) == smooth(part) &&
-                topology.fan_class(part_fan_[before]) == topology.fan_class(part_fan_[part])) {
-                leader_[part] = leader_[before], next_[before] = part;
-                break;
-            }
-    }
+    for (uint32_t c = 0; c < smooth.size(); ++c) smooth[c] = lowest(smooth, c);
+    return smooth;
 }
 
 void SurfaceNormals::bind(const SplitTopology& topology, const RangeRunner& run) {
-    for (const uint32_t v : topology.changed_vertices()) join_parts_around(v, topology);
-    const auto face = topology.triangle_face();
-    const auto hidden = topology.triangle_hidden();
-    // What is hidden has no say in how its neighbours at a rim are shaded.
-    face_teller_.assign(topology.faces().n_faces(), SplitTopology::kNone);
-    teller_.clear();
-    for (uint32_t t = 0; t < face.size(); ++t) {
-        if (sliver_[face[t]] || hidden[t] || (!artist_normal_.empty() && topology.faces().is_outer(face[t]))) continue;
-        face_teller_[face[t]] = static_cast<uint32_t>(teller_.size());
-        teller_.push_back(t);
+    parts_->update(topology, run);
+    for (const uint32_t f : topology.flipped_faces()) {
+        silent_[f] = sliver_[f] | topology.face_hidden()[f];
+        if (f >= first_teller_) weights_[f - first_teller_] = {};
     }
-    weights_.resize(teller_.size()), teller_moved_.resize(teller_.size());
-
-    slot_.resize(3 * face.size());
+    const auto face = topology.triangle_face();
+    slot_.resize(3 * face.size()), normal_.resize(parts_->n_normals()), normal_moved_.resize(parts_->n_normals());
     run(face.size(), kGrain, [&](size_t begin, size_t end) {
         for (size_t t = begin; t < end; ++t)
-            for (uint32_t c = 0; c < 3; ++c) slot_[3 * t + c] = leader_[corner_part_[3 * face[t] + c]];
-    });
-    run(part_fan_.size(), kGrain, [&](size_t begin, size_t end) {
-        for (size_t p = begin; p < end; ++p)
-            part_vertex_[p] = leader_[p] == p ? topology.vertex_of_fan(part_fan_[p]) : SplitTopology::kNone;
+            for (uint32_t c = 0; c < 3; ++c) slot_[3 * t + c] = parts_->normal_of(3 * face[t] + c);
     });
     chunk_changed_.assign((slot_.size() + kChunk - 1) / kChunk, 0);
 }
 
 SharedArray<Vec3f> SurfaceNormals::evaluate(const SplitTopology& topology, const SkinBinding& binding,
                                             const SkinMotion& motion, const RangeRunner& run) {
-    const auto triangles = topology.triangles();
-    const std::span<const uint8_t> moved = motion.moved();
-    run(teller_.size(), kGrain, [&](size_t begin, size_t end) {
-        if (motion.all_moved()) {
-            std::fill(teller_moved_.begin() + begin, teller_moved_.begin() + end, 1);
-            weigh_corners(triangles, teller_, motion.positions(), begin, end, weights_.data());
-            return;
-        }
-        for (size_t k = begin; k < end; ++k) {
-            const auto& [i, j, l] = triangles[teller_[k]];
-            teller_moved_[k] = moved[i] | moved[j] | moved[l];
-        }
-        for (size_t k = begin; k < end;) {  // runs of moved ones
-            size_t stop = k;
-            while (stop < end && teller_moved_[stop]) ++stop;
-            if (stop > k) weigh_corners(triangles, teller_, motion.positions(), k, stop, weights_.data());
-            k = stop + 1;
+    const size_t n_triangles = topology.triangles().size();
+    const size_t first = first_teller_;  // faces below it are all listed
+    run(n_triangles - first, kGrain,
+        [&](size_t begin, size_t end) { weigh_moved(topology, motion, first + begin, first + end); });
+    run(normal_.size(), kGrain, [&](size_t begin, size_t end) {
+        for (size_t n = begin; n < end; ++n) {
+            normal_moved_[n] = motion.all_moved() || touches_moved(n, motion);
+            if (normal_moved_[n]) find_normal(n, motion);
         }
     });
-    run(part_fan_.size(), kGrain, [&](size_t begin, size_t end) {
-        for (uint32_t p = static_cast<uint32_t>(begin); p < end; ++p) {
-            if (part_vertex_[p] == SplitTopology::kNone) continue;
-            part_moved_[p] = motion.all_moved() || touches_moved(p, motion);
-            if (part_moved_[p]) find_normal(p, motion);
-        }
-    });
-    auto& slot = recycler_.take(slot_.size());
+    auto& slot = recycler_.take(slot_.size(), slot_.capacity());
     run(chunk_changed_.size(), 4, [&](size_t begin, size_t end) {
         for (size_t chunk = begin; chunk < end; ++chunk) {
             if (motion.all_moved() || any_moved(chunk)) chunk_changed_[chunk] = motion.frame();
@@ -239,46 +182,82 @@ SharedArray<Vec3f> SurfaceNormals::evaluate(const SplitTopology& topology, const
     return recycler_.share(slot);
 }
 
-bool SurfaceNormals::touches_moved(uint32_t leader, const SkinMotion& motion) const {
-    if (motion.moved()[part_vertex_[leader]]) return true;
+void SurfaceNormals::weigh_moved(const SplitTopology& topology, const SkinMotion& motion, size_t begin, size_t end) {
+    const std::span<const Triangle> triangles = topology.triangles();
+    const auto face = topology.triangle_face();
+    const auto weigh = [&](size_t from, size_t to) {
+        if (from < to)
+            weigh_corners(triangles, face, silent_, motion.positions(), from, to, first_teller_, weights_.data());
+    };
+    if (motion.all_moved()) return weigh(begin, end);
+    const auto moved = motion.moved();
+    size_t still = begin;  // those before it are done
+    for (size_t t = begin; t < end; ++t) {
+        const auto& [i, j, l] = triangles[t];
+        uint8_t& is_moved = teller_moved_[face[t] - first_teller_];
+        is_moved = moved[i] | moved[j] | moved[l];
+        if (is_moved) continue;
+        weigh(still, t);
+        still = t + 1;
+    }
+    weigh(still, end);
+}
+
+bool SurfaceNormals::touches_moved(size_t normal, const SkinMotion& motion) const {
+    const uint32_t leader = parts_->leader(normal);
+    if (motion.moved()[parts_->visual_vertex(normal)]) return true;
     if (!part_artist_[leader].isZero(0)) return false;
-    for (uint32_t p = leader; p != SplitTopology::kNone; p = next_[p])
-        for (uint32_t i = part_offset_[p]; i < part_offset_[p + 1]; ++i) {
-            const uint32_t teller = face_teller_[part_corner_[i] / 3];
-            if (teller != SplitTopology::kNone && teller_moved_[teller]) return true;
-        }
+    for (uint32_t p = leader; p != NormalParts::kNone; p = parts_->next(p))
+        for (const uint32_t angle : angles_of(p))
+            if (teller_moved_[angle / kFloats]) return true;
     return false;
 }
 
-void SurfaceNormals::find_normal(uint32_t leader, const SkinMotion& motion) {
-    if (const Vec3f& artist = part_artist_[leader]; !artist.isZero(0)) {
-        part_normal_[leader] = turned(motion.normal_maps()[part_vertex_[leader]], artist);
+void SurfaceNormals::find_normal(size_t normal, const SkinMotion& motion) {
+    const uint32_t leader = parts_->leader(normal);
+    const Vec3f& artist = part_artist_[leader];
+    FourFloats& out = reinterpret_cast<FourFloats&>(normal_[normal]);
+    if (!artist.isZero(0)) {
+        const NormalMap& map = motion.normal_maps()[parts_->visual_vertex(normal)];
+        const auto column = [&](int k) { return *reinterpret_cast<const FourFloats*>(map.column[k]); };
+        const FourFloats n = column(0) * artist.x() + column(1) * artist.y() + column(2) * artist.z();
+        const float length = length_of(n);
+        out = length > kShortest ? n / length : FourFloats{artist.x(), artist.y(), artist.z(), 0};
+        out[3] = 0;
         return;
     }
-    Vec3f sum = Vec3f::Zero();
-    for (uint32_t p = leader; p != SplitTopology::kNone; p = next_[p])
-        for (uint32_t i = part_offset_[p]; i < part_offset_[p + 1]; ++i) {
-            const uint32_t c = part_corner_[i], teller = face_teller_[c / 3];
-            if (teller != SplitTopology::kNone) sum += weights_[teller].angle[c % 3] * weights_[teller].normal;
+    const float* weights = reinterpret_cast<const float*>(weights_.data());
+    FourFloats sum = {};
+    for (uint32_t p = leader; p != NormalParts::kNone; p = parts_->next(p))
+        for (const uint32_t angle : angles_of(p)) {
+            const float* of_face = weights + angle / kFloats * kFloats;
+            sum += weights[angle] * *reinterpret_cast<const FourFloats*>(of_face);
         }
-    const float length = sum.norm();
-    part_normal_[leader] = length > 1e-6f ? Vec3f(sum / length) : Vec3f::Zero();
+    const float length = length_of(sum);
+    out = length > 1e-6f ? sum / length : FourFloats{0, 0, 0, 1};
 }
 
 bool SurfaceNormals::any_moved(size_t chunk) const {
     const size_t end = std::min(slot_.size(), (chunk + 1) * kChunk);
     for (size_t c = chunk * kChunk; c < end; ++c)
-        if (part_moved_[slot_[c]]) return true;
+        if (normal_moved_[slot_[c]]) return true;
     return false;
 }
 
 void SurfaceNormals::list(size_t chunk, const SplitTopology& topology, const SkinBinding& binding,
                           const SkinMotion& motion, Vec3f* out) const {
-    const size_t end = std::min(slot_.size(), (chunk + 1) * kChunk);
-    for (size_t c = chunk * kChunk; c < end; ++c) {
-        const Vec3f& shared = part_normal_[slot_[c]];
-        out[c] = shared;
-        if (!shared.isZero(0)) continue;
+    const size_t begin = chunk * kChunk, end = std::min(slot_.size(), begin + kChunk);
+    FourFloats sum = {};
+    for (size_t c = begin; c + 1 < end; ++c) {  // the fourth number is written over by the next corner
+        const FourFloats n = reinterpret_cast<const FourFloats&>(normal_[slot_[c]]);
+        std::memcpy(out[c].data(), &n, sizeof(n));
+        sum += n;
+    }
+    const Normal& last = normal_[slot_[end - 1]];
+    out[end - 1] = last.unit;
+    if (sum[3] + last.unsaid == 0) return;
+    for (size_t c = begin; c < end; ++c) {
+        if (normal_[slot_[c]].unsaid == 0) continue;
         const Mat3 linear = motion.linear_at(binding, topology.triangles()[c / 3][c % 3]);
         out[c] = turned(linear, rest_normal_[topology.triangle_face()[c / 3]]).cast<float>();
     }

@@ -1,10 +1,12 @@
 // Corner normals of the visual mesh: smooth on the artist's surface, sharp where it broke.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "fracture_tools/corner_weights.h"
+#include "fracture_tools/normal_parts.h"
 #include "fracture_tools/range_runner.h"
 #include "fracture_tools/shared_array.h"
 #include "fracture_tools/skin_motion.h"
@@ -32,7 +34,7 @@ public:
     SkinExtras needs() const { return artist_normal_.empty() ? SkinExtras::none : SkinExtras::normal_maps; }
 
     /// Finds which corners share a normal: anew around the pool vertices that changed, then one pass over all listed
-    /// corners. Call after each update of `topology` that changed something.
+    /// corners. Call after each update of `topology` that changed something; the next `evaluate` takes all as moved.
     void bind(const SplitTopology& topology, const RangeRunner& run);
 
     /// Of the vertices as `motion` has just moved them. Gives a unit vector for each corner, degenerate triangles
@@ -45,39 +47,40 @@ private:
     static constexpr size_t kChunk = 1536;  // corners that are written together: of 512 triangles
     static constexpr size_t kGrain = 1024;  // triangles or normals that are worth a thread
 
+    struct alignas(16) Normal {
+        Vec3f unit;
+        float unsaid = 0;  // 1 where no triangle tells a normal
+    };
+
     void find_rest_normals(const FragmentFaces& faces, std::span<const Vec3> rest_vertex,
                            std::span<const Vec3> interface_normals);
-    void find_smooth_corners(const FragmentFaces& faces, double interior_cosine);
-    void find_equal_corners(const FragmentFaces& faces);
-    void number_parts(const SplitTopology& topology);
-    void join_parts_around(uint32_t pool_vertex, const SplitTopology& topology);
-    bool touches_moved(uint32_t leader, const SkinMotion& motion) const;
-    void find_normal(uint32_t leader, const SkinMotion& motion);
+    std::vector<uint32_t> find_smooth_corners(const FragmentFaces& faces, double interior_cosine) const;
+    void find_equal_corners(const FragmentFaces& faces, std::vector<uint32_t>& io_smooth) const;
+    void weigh_moved(const SplitTopology& topology, const SkinMotion& motion, size_t begin, size_t end);
+    bool touches_moved(size_t normal, const SkinMotion& motion) const;
+    void find_normal(size_t normal, const SkinMotion& motion);
+    std::span<const uint32_t> angles_of(uint32_t part) const {
+        return std::span(part_angle_).subspan(parts_->offset(part), parts_->offset(part + 1) - parts_->offset(part));
+    }
     bool any_moved(size_t chunk) const;
     void list(size_t chunk, const SplitTopology& topology, const SkinBinding& binding, const SkinMotion& motion,
               Vec3f* out) const;
 
     std::vector<Vec3f> artist_normal_;  // unit                           (3 n_outer x 3), or empty
+    uint32_t first_teller_ = 0;         // faces from here on have a say in normals: with the artist's, inner ones alone
     std::vector<Vec3> rest_normal_;     // unit                           (n_faces x 3)
     std::vector<uint8_t> sliver_;       // face too thin to tell a normal (n_faces)
-    std::vector<uint32_t> smooth_;      // lowest corner that a corner shares its normal with   (3 n_faces)
+    std::vector<uint8_t> silent_;       // sliver, or hidden: has no say in how its neighbours are shaded   (n_faces)
 
-    // Corners of one fan that share a normal are a part; parts of one vertex that hang together are led by the lowest.
-    std::vector<uint32_t> corner_part_;                // (3 n_faces)
-    std::vector<uint32_t> part_fan_;                   // ascending            (n_parts)
-    std::vector<Vec3f> part_artist_;                   // the artist's normal; zero: what triangles say   (n_parts)
-    std::vector<uint32_t> part_offset_, part_corner_;  // corners of a part, ascending      (n_parts + 1)
-    std::vector<uint32_t> vertex_part_;                // first part of a pool vertex        (n_vertices + 1)
-    std::vector<uint32_t> leader_, next_;              // (n_parts); next_ of the last: kNone
+    std::optional<NormalParts> parts_;
+    std::vector<Vec3f> part_artist_;    // the artist's normal; zero: what triangles say      (n_parts)
+    std::vector<uint32_t> part_angle_;  // of NormalParts::corners(): where weights_ has the angle, in floats
 
-    std::vector<uint32_t> slot_;         // leader of a listed corner            (3 n_triangles)
-    std::vector<uint32_t> part_vertex_;  // visual vertex of a leader that is listed, else kNone   (n_parts)
-    std::vector<uint32_t> teller_;       // triangles that have a say, ascending
-    std::vector<uint32_t> face_teller_;  // entry of teller_, kNone              (n_faces)
-
-    std::vector<CornerWeights> weights_;  // (n_tellers)
-    std::vector<Vec3f> part_normal_;      // of leaders: unit, or zero where nothing is said   (n_parts x 3)
-    std::vector<uint8_t> teller_moved_, part_moved_;
+    std::vector<uint32_t> slot_;          // normal of a listed corner          (3 n_triangles)
+    std::vector<CornerWeights> weights_;  // of faces from first_teller_ on; zero where one is not listed or is silent
+    std::vector<uint8_t> teller_moved_;   // as weights_
+    std::vector<Normal> normal_;          // (n_normals)
+    std::vector<uint8_t> normal_moved_;
     std::vector<uint64_t> chunk_changed_;  // SkinMotion::frame in which a chunk changed last
     ArrayRecycler<Vec3f> recycler_;
 };

@@ -11,6 +11,7 @@
 #include "fracture_tools/skinning.h"
 #include "fracture_tools/split_topology.h"
 #include "fracture_tools/surface_normals.h"
+#include "fracture_tools/visual_attributes.h"
 
 namespace sunder {
 namespace {
@@ -119,6 +120,7 @@ struct VisualMeshBuilder::Impl {
         normals.emplace(*topology, rest_vertex, artist_normals, interface_normals, set->interior_smooth_angle);
         motion.emplace(normals->needs());
         skin.emplace(std::move(rest_vertex), rest);
+        attributes.emplace(set);
 
         transforms.emplace(rest);
         n_particles = rest.n_particles(), edges = rest.edges;
@@ -176,79 +178,62 @@ struct VisualMeshBuilder::Impl {
         if (bound && std::equal(edge_intact.begin(), edge_intact.end(), bound_edges.begin(), bound_edges.end(),
                                 [](uint8_t x, uint8_t y) { return bool(x) == bool(y); }))
             return false;
-        const bool split = topology->update(interface_intact(edge_intact));
-        mesh.skin = nullptr;
+        mesh.triangles = {}, mesh.skin = nullptr;
+        const bool split = topology->update(interface_intact(edge_intact), run);
         skin->bind(*topology, edge_intact, run);
-        if (split) normals->bind(*topology, run), list_triangles(run), list_attributes(run);
+        if (split) normals->bind(*topology, run), attributes->list(*topology, run, mesh);
+        list_triangles(split, run);
         mesh.skin = is_constant ? instances(*skin->binding()) : skin->binding();
-        lists.nearest.fill(mesh.vertex_fragment, mesh.skin->n_vertices(), run,
-                           [&](size_t v) { return mesh.skin->nearest[v]; });
+        list_nearest(run);
         bound_edges.assign(edge_intact.begin(), edge_intact.end());
         bound = true;
         return true;
     }
 
-    void list_triangles(const RangeRunner& run) {
-        const std::span<const Triangle> of_split = topology->triangles();
+    void list_triangles(bool split, const RangeRunner& run) {
         if (!is_constant) {
-            lists.triangles.fill(mesh.triangles, of_split.size(), run, [&](size_t t) { return of_split[t]; });
+            mesh.triangles = topology->triangles();
             return;
         }
-        const auto fan = [&](size_t corner) { return topology->corner_fan(static_cast<uint32_t>(corner)); };
-        lists.triangles.fill(mesh.triangles, of_split.size(), run, [&](size_t f) {  // all faces are listed
-            return Triangle{fan(3 * f), fan(3 * f + 1), fan(3 * f + 2)};
+        const size_t n = topology->faces().n_faces();  // all faces are listed
+        if (instance_triangles.empty()) {
+            std::vector<Triangle> fans(n);
+            for (uint32_t f = 0; f < n; ++f)
+                for (uint32_t c = 0; c < 3; ++c) fans[f][c] = topology->corner_fan(3 * f + c);
+            instance_triangles = std::move(fans);
+        }
+        mesh.triangles = instance_triangles;
+        if (!split) return;
+        const auto is_hidden = topology->face_hidden();
+        auto& slot = hidden.take(n);
+        run(n, 65536, [&](size_t begin, size_t end) {
+            std::copy(is_hidden.begin() + begin, is_hidden.begin() + end, slot.object->begin() + begin);
         });
-        lists.hidden.fill(mesh.triangle_hidden, of_split.size(), run,
-                          [&](size_t f) { return topology->triangle_hidden()[f]; });
+        mesh.triangle_hidden = ArrayRecycler<uint8_t>::share(slot);
     }
 
-    // What triangles and their corners are: the artist's outside, where they are on the cut within.
-    void list_attributes(const RangeRunner& run) {
-        const FragmentFaces& faces = topology->faces();
-        const std::span<const uint32_t> face = topology->triangle_face();
-        const size_t n = face.size();
-        lists.material.fill(mesh.triangle_material, n, run, [&](size_t t) {
-            return faces.is_outer(face[t]) ? set->outer_material[face[t]] : set->interior_material;
+    void list_nearest(const RangeRunner& run) {
+        const SkinBinding& binding = *mesh.skin;
+        mesh.vertex_fragment = {};
+        auto& slot = nearest.take(binding.n_vertices(), topology->n_fans());
+        run(binding.chunks.size(), 16, [&](size_t begin, size_t end) {
+            for (size_t c = begin; c < end; ++c)
+                std::copy(binding.chunks[c]->nearest.begin(), binding.chunks[c]->nearest.end(),
+                          slot.object->begin() + binding.first_vertex[c]);
         });
-        lists.fragment.fill(mesh.triangle_fragment, n, run, [&](size_t t) { return faces.fragment[face[t]]; });
-        lists.interface.fill(mesh.triangle_interface, n, run, [&](size_t t) {
-            return faces.is_outer(face[t]) ? -1 : static_cast<int32_t>(faces.interface[face[t]]);
-        });
-        if (!set->outer_corner_uvs.empty() || !set->interface_corner_uvs.empty())
-            lists.uvs.fill(mesh.corner_uvs, 3 * n, run,
-                           [&](size_t c) { return corner_uv(face[c / 3], static_cast<int>(c % 3)); });
-        const auto source = [&](size_t c) { return faces.source_corner(face[c / 3], static_cast<int>(c % 3)); };
-        if (!set->outer_corner_colors.empty())
-            lists.colors.fill(mesh.corner_colors, 3 * n, run, [&](size_t c) {
-                return faces.is_outer(face[c / 3]) ? set->outer_corner_colors[source(c)] : Color{1, 1, 1, 1};
-            });
-        if (!set->interface_corner_rim.empty())
-            lists.rim.fill(mesh.corner_rim, 3 * n, run, [&](size_t c) {
-                return faces.is_outer(face[c / 3]) ? 0.0f : set->interface_corner_rim[source(c)];
-            });
-    }
-
-    // Side b sees the cut from behind: u changes sign, so that a texture reads the right way round on both sides and
-    // what meets at one point of the cut has the same |u|, v.
-    Vec2f corner_uv(uint32_t face, int c) const {
-        const FragmentFaces& faces = topology->faces();
-        const std::vector<Vec2f>& uvs = faces.is_outer(face) ? set->outer_corner_uvs : set->interface_corner_uvs;
-        if (uvs.empty()) return Vec2f::Zero();
-        const Vec2f uv = uvs[faces.source_corner(face, c)];
-        return faces.is_side_b(face) ? Vec2f(-uv.x(), uv.y()) : uv;
+        mesh.vertex_fragment = ArrayRecycler<uint32_t>::share(slot);
     }
 
     // What visual vertices of the split topology have, as vertices of the mesh have it.
     SharedArray<Vec3f> list_vertices(std::span<const Vec3> of_split, ArrayRecycler<Vec3f>& io_recycler,
                                      const RangeRunner& run) const {
-        auto& slot = io_recycler.take(is_constant ? topology->n_fans() : of_split.size());
+        const SkinBinding& binding = *mesh.skin;
+        auto& slot = io_recycler.take(binding.n_vertices(), topology->n_fans());
         std::vector<Vec3f>& out = *slot.object;
-        constexpr size_t kChunk = SkinMotion::kChunk;
-        run((out.size() + kChunk - 1) / kChunk, 4, [&](size_t begin, size_t end) {
+        run(binding.chunks.size(), 4, [&](size_t begin, size_t end) {
             for (size_t chunk = begin; chunk < end; ++chunk) {
                 if (!is_constant && motion->changed(chunk) <= slot.written) continue;
-                const uint32_t last = static_cast<uint32_t>(std::min(out.size(), (chunk + 1) * kChunk));
-                for (uint32_t v = static_cast<uint32_t>(chunk * kChunk); v < last; ++v)
+                for (uint32_t v = binding.first_vertex[chunk]; v < binding.first_vertex[chunk + 1]; ++v)
                     out[v] = of_split[is_constant ? topology->vertex_of_fan(v) : v].cast<float>();
             }
         });
@@ -259,21 +244,25 @@ struct VisualMeshBuilder::Impl {
     std::shared_ptr<const SkinBinding> instances(const SkinBinding& of_split) const {
         auto out = std::make_shared<SkinBinding>();
         out->rest_vertex = of_split.rest_vertex;
-        for (uint32_t fan = 0; fan < topology->n_fans(); ++fan) {
-            const uint32_t v = topology->vertex_of_fan(fan);
-            const auto influences = of_split.influences(v);
-            out->pool_vertex.push_back(of_split.pool_vertex[v]), out->nearest.push_back(of_split.nearest[v]);
-            out->influence.insert(out->influence.end(), influences.begin(), influences.end());
-            out->influence_offset.push_back(static_cast<uint32_t>(out->influence.size()));
+        for (uint32_t first = 0; first < topology->n_fans(); first = out->first_vertex.back()) {
+            const uint32_t last = std::min<uint32_t>(first + SplitTopology::kFanChunk, topology->n_fans());
+            SkinChunk chunk;
+            for (uint32_t fan = first; fan < last; ++fan) {
+                const uint32_t v = topology->vertex_of_fan(fan);
+                chunk.add(fan, of_split.pool_vertex(v), of_split.nearest(v), of_split.influences(v));
+            }
+            out->chunks.push_back(std::make_shared<const SkinChunk>(std::move(chunk)));
+            out->first_vertex.push_back(last);
         }
         return out;
     }
 
     void follow_particles(const BodyFrame& frame, bool is_rebound, const RangeRunner& run) {
-        transforms->evaluate(frame.position, frame.orientation, frame.plastic_deformation, frame.edge_intact, particle);
+        transforms->evaluate(frame.position, frame.orientation, frame.plastic_deformation, frame.edge_intact, particle,
+                             run);
         rate.clear();
         if (!frame.velocity.empty())
-            transforms->rates(frame.position, frame.velocity, frame.angular_velocity, frame.edge_intact, rate);
+            transforms->rates(frame.position, frame.velocity, frame.angular_velocity, frame.edge_intact, rate, run);
         const SkinBinding& binding = *skin->binding();
         if (!motion->move(binding, is_rebound, particle, rate, run)) return;
         mesh.positions = {}, mesh.velocities = {}, mesh.corner_normals = {};  // free for the next lines to write over
@@ -288,6 +277,7 @@ struct VisualMeshBuilder::Impl {
     std::optional<SplitTopology> topology;
     std::optional<Skin> skin;
     std::optional<SurfaceNormals> normals;
+    std::optional<VisualAttributes> attributes;
     std::optional<ParticleTransforms> transforms;
     size_t n_particles = 0;
     std::vector<Edge> edges;
@@ -295,16 +285,10 @@ struct VisualMeshBuilder::Impl {
     std::vector<Detour> detours;
 
     bool bound = false;
-    std::vector<uint8_t> bound_edges;  // what topology, skin and normals stand for
-    struct {
-        ArrayRecycler<Triangle> triangles;
-        ArrayRecycler<int32_t> material, interface;
-        ArrayRecycler<uint32_t> fragment, nearest;
-        ArrayRecycler<uint8_t> hidden;
-        ArrayRecycler<Vec2f> uvs;
-        ArrayRecycler<Color> colors;
-        ArrayRecycler<float> rim;
-    } lists;
+    std::vector<uint8_t> bound_edges;          // what topology, skin and normals stand for
+    SharedArray<Triangle> instance_triangles;  // of a constant topology
+    ArrayRecycler<uint8_t> hidden;
+    ArrayRecycler<uint32_t> nearest;
     std::optional<SkinMotion> motion;
     std::vector<Affine> particle, rate;
     ArrayRecycler<Vec3f> positions, velocities;

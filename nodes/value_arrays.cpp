@@ -54,6 +54,20 @@ ArrayView made(const Elements& elements, Put&& put, std::vector<uint64_t> row_sh
     return view;
 }
 
+// The same of an array that each chunk of a skin has, one after the other.
+template <class N, size_t Width, class Array, class Put>
+ArrayView made_of_chunks(const SkinBinding& skin, Array&& array, Put&& put) {
+    auto numbers = std::make_shared<std::vector<N>>();
+    for (const auto& chunk : skin.chunks)
+        for (const auto& e : array(*chunk)) {
+            const std::array<N, Width> row = put(e);
+            numbers->insert(numbers->end(), row.begin(), row.end());
+        }
+    ArrayView view{type_code<N>(), {numbers->size() / Width}, numbers->data(), numbers};
+    if (Width > 1) view.shape.push_back(Width);
+    return view;
+}
+
 std::array<double, 3> row_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 std::array<double, 4> row_of(const Quat& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
@@ -260,16 +274,24 @@ const std::vector<Entry<BodyMesh>>& entries_of(const BodyMesh*) {
         {"vertex_fragment", [](const M& m) { return as_is<uint32_t>(m.mesh.vertex_fragment); }},
         {"rest_positions",
          [](const M& m) {
-             return made<double, 3>(m.mesh.skin->pool_vertex,
-                                    [&](uint32_t v) { return row_of((*m.mesh.skin->rest_vertex)[v]); });
+             return made_of_chunks<double, 3>(
+                 *m.mesh.skin, [](const SkinChunk& c) -> auto& { return c.pool_vertex; },
+                 [&](uint32_t v) { return row_of((*m.mesh.skin->rest_vertex)[v]); });
          }},
-        {"influence_offset", [](const M& m) { return as_is<uint32_t>(m.mesh.skin->influence_offset); }},
+        {"influence_offset",
+         [](const M& m) {
+             return made<uint32_t, 1>(m.mesh.skin->influence_offset(), [](uint32_t o) { return std::array{o}; });
+         }},
         {"influence_particle",
          [](const M& m) {
-             return made<uint32_t, 1>(m.mesh.skin->influence, [](const auto& i) { return std::array{i.particle}; });
+             return made_of_chunks<uint32_t, 1>(
+                 *m.mesh.skin, [](const SkinChunk& c) -> auto& { return c.influence; },
+                 [](const auto& i) { return std::array{i.particle}; });
          }},
         {"influence_weight", [](const M& m) {
-             return made<double, 1>(m.mesh.skin->influence, [](const auto& i) { return std::array{i.weight}; });
+             return made_of_chunks<double, 1>(
+                 *m.mesh.skin, [](const SkinChunk& c) -> auto& { return c.influence; },
+                 [](const auto& i) { return std::array{i.weight}; });
          }}};
     return entries;
 }

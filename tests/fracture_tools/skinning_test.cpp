@@ -114,7 +114,7 @@ TEST(skinning, loose_fragment_follows_its_own_particle_alone) {
         ASSERT_EQ(s.skin.binding()->influences(v).size(), 1u);
         EXPECT_EQ(s.skin.binding()->influences(v)[0].particle, connected[0]);
         EXPECT_EQ(s.skin.binding()->influences(v)[0].weight, 1);
-        EXPECT_EQ(s.skin.binding()->nearest[v], connected[0]);
+        EXPECT_EQ(s.skin.binding()->nearest(v), connected[0]);
     }
 }
 
@@ -127,13 +127,13 @@ TEST(skinning, nearest_particle_still_connected_takes_over) {
     Skinned s(body);
     for (uint32_t v = 0; v < s.positions.size(); ++v)
         if (s.skin.binding()->rest_position(v).x() == 1) {
-            EXPECT_EQ(s.skin.binding()->nearest[v], 0u);
+            EXPECT_EQ(s.skin.binding()->nearest(v), 0u);
         }
     body.intact[0] = 0;
     s.show(body);
     int to_left = 0, to_right = 0;
     for (uint32_t v = 0; v < s.positions.size(); ++v)
-        if (s.skin.binding()->rest_position(v).x() == 1) ++(s.skin.binding()->nearest[v] == 0 ? to_left : to_right);
+        if (s.skin.binding()->rest_position(v).x() == 1) ++(s.skin.binding()->nearest(v) == 0 ? to_left : to_right);
     EXPECT_EQ(to_left, 4);
     EXPECT_EQ(to_right, 4);
 }

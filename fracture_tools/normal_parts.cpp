@@ -1,0 +1,84 @@
+#include "fracture_tools/normal_parts.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace sunder {
+
+NormalParts::NormalParts(const SplitTopology& topology, std::span<const uint32_t> smooth) {
+    const uint32_t n_corners = static_cast<uint32_t>(smooth.size());
+    part_corner_.resize(n_corners);  // by fan with a counting sort, then among the few corners of one fan
+    std::vector<uint32_t> fan_offset(topology.n_fans() + 1, 0);
+    for (uint32_t c = 0; c < n_corners; ++c) ++fan_offset[topology.corner_fan(c) + 1];
+    std::partial_sum(fan_offset.begin(), fan_offset.end(), fan_offset.begin());
+    std::vector<uint32_t> next(fan_offset.begin(), fan_offset.end() - 1);
+    for (uint32_t c = 0; c < n_corners; ++c) part_corner_[next[topology.corner_fan(c)]++] = c;
+    for (size_t f = 0; f + 1 < fan_offset.size(); ++f)
+        std::sort(part_corner_.begin() + fan_offset[f], part_corner_.begin() + fan_offset[f + 1],
+                  [&](uint32_t x, uint32_t y) { return std::pair(smooth[x], x) < std::pair(smooth[y], y); });
+    corner_part_.resize(n_corners);
+    vertex_part_.assign(topology.faces().n_vertices + 1, 0);
+    for (uint32_t i = 0; i < n_corners; ++i) {
+        const uint32_t c = part_corner_[i], fan = topology.corner_fan(c);
+        if (part_fan_.empty() || part_fan_.back() != fan || part_smooth_.back() != smooth[c]) {
+            part_fan_.push_back(fan), part_smooth_.push_back(smooth[c]), part_offset_.push_back(i);
+            ++vertex_part_[topology.fan_pool_vertex(fan) + 1];
+        }
+        corner_part_[c] = static_cast<uint32_t>(part_fan_.size() - 1);
+    }
+    part_offset_.push_back(n_corners);
+    std::partial_sum(vertex_part_.begin(), vertex_part_.end(), vertex_part_.begin());
+    led_by_.resize(n_parts()), leads_.resize(n_parts());
+    next_.resize(n_parts()), number_.resize(n_parts());
+    leader_.reserve(n_parts()), vertex_.reserve(n_parts());  // what is not written to takes no memory
+}
+
+// Parts none of whose corners is listed take part in nothing.
+void NormalParts::join_around(uint32_t pool_vertex, const SplitTopology& topology) {
+    const uint32_t begin = vertex_part_[pool_vertex], end = vertex_part_[pool_vertex + 1];
+    for (uint32_t part = begin; part < end; ++part) {
+        led_by_[part] = next_[part] = kNone, leads_[part] = 0;
+        const auto is_listed = [&](uint32_t corner) { return topology.is_listed(corner / 3); };
+        if (!std::any_of(part_corner_.begin() + part_offset_[part], part_corner_.begin() + part_offset_[part + 1],
+                         is_listed))
+            continue;
+        uint32_t before = part;
+        while (before-- > begin)
+            if (led_by_[before] != kNone && part_smooth_[before] == part_smooth_[part] &&
+                topology.fan_class(part_fan_[before]) == topology.fan_class(part_fan_[part])) {
+                led_by_[part] = led_by_[before], next_[before] = part;
+                break;
+            }
+        if (led_by_[part] == kNone) led_by_[part] = part, leads_[part] = 1;
+    }
+}
+
+void NormalParts::update(const SplitTopology& topology, const RangeRunner& run) {
+    const auto changed = topology.changed_vertices();
+    run(changed.size(), 128, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) join_around(changed[i], topology);
+    });
+    constexpr size_t kChunk = 512;  // pool vertices
+    const size_t n_vertices = vertex_part_.size() - 1, n_chunks = (n_vertices + kChunk - 1) / kChunk;
+    const auto first_part = [&](size_t chunk) { return vertex_part_[std::min(n_vertices, chunk * kChunk)]; };
+    std::vector<uint32_t> first(n_chunks + 1, 0);
+    for (size_t chunk = 0; chunk < n_chunks; ++chunk)
+        first[chunk + 1] =
+            std::accumulate(leads_.begin() + first_part(chunk), leads_.begin() + first_part(chunk + 1), first[chunk]);
+    leader_.resize(first.back()), vertex_.resize(first.back());
+    run(n_chunks, 2, [&](size_t begin, size_t end) {
+        for (size_t chunk = begin; chunk < end; ++chunk) {
+            uint32_t n = first[chunk];
+            for (uint32_t part = first_part(chunk); part < first_part(chunk + 1); ++part) {
+                if (leads_[part]) {
+                    leader_[n] = part, vertex_[n] = topology.vertex_of_fan(part_fan_[part]);
+                    number_[part] = n++;
+                } else if (led_by_[part] != kNone) {
+                    number_[part] = number_[led_by_[part]];
+                }
+            }
+        }
+    });
+}
+
+}  // namespace sunder

@@ -1,0 +1,54 @@
+// Which corners of the visual mesh have one normal, as its vertices split.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "fracture_tools/range_runner.h"
+#include "fracture_tools/split_topology.h"
+
+namespace sunder {
+
+/// Corners of one fan that share a normal at rest are a part. Listed parts of one visual vertex whose corners share it
+/// hang together: they are led by the lowest, and have one normal. Normals are numbered in the order of their leaders.
+class NormalParts {
+public:
+    /// `smooth`: lowest corner that a corner shares its normal with, as long as nothing breaks (3 n_faces).
+    NormalParts(const SplitTopology& topology, std::span<const uint32_t> smooth);
+
+    /// Joins parts anew around the pool vertices that the topology's last update changed, and numbers the normals of
+    /// visual vertices. A function of the topology alone.
+    void update(const SplitTopology& topology, const RangeRunner& run);
+
+    size_t n_normals() const { return leader_.size(); }
+    uint32_t leader(size_t normal) const { return leader_[normal]; }
+    uint32_t visual_vertex(size_t normal) const { return vertex_[normal]; }
+    /// Of a corner that is listed. (corner: of FragmentFaces)
+    uint32_t normal_of(uint32_t corner) const { return number_[corner_part_[corner]]; }
+
+    size_t n_parts() const { return part_fan_.size(); }
+    /// The listed part after this one that hangs together with it, kNone after the last.
+    uint32_t next(uint32_t part) const { return next_[part]; }
+    /// Corners of a part are corners()[offset(part)] and those behind, ascending.
+    uint32_t offset(uint32_t part) const { return part_offset_[part]; }
+    std::span<const uint32_t> corners() const { return part_corner_; }
+    uint32_t smooth(uint32_t part) const { return part_smooth_[part]; }
+
+    static constexpr uint32_t kNone = SplitTopology::kNone;
+
+private:
+    void join_around(uint32_t pool_vertex, const SplitTopology& topology);
+
+    std::vector<uint32_t> corner_part_;                // (3 n_faces)
+    std::vector<uint32_t> part_fan_;                   // ascending                           (n_parts)
+    std::vector<uint32_t> part_smooth_;                // entry of `smooth` of its corners    (n_parts)
+    std::vector<uint32_t> part_offset_, part_corner_;  // corners of a part                   (n_parts + 1)
+    std::vector<uint32_t> vertex_part_;                // first part of a pool vertex         (n_vertices + 1)
+    std::vector<uint32_t> led_by_;           // lowest that it hangs together with, kNone: not listed (n_parts)
+    std::vector<uint32_t> next_;             // kNone: the last                     (n_parts)
+    std::vector<uint8_t> leads_;             // 1: it leads itself                  (n_parts)
+    std::vector<uint32_t> number_;           // of its normal; listed ones          (n_parts)
+    std::vector<uint32_t> leader_, vertex_;  // (n_normals)
+};
+
+}  // namespace sunder
