@@ -88,7 +88,7 @@ Result<Shot> baked_shot(const Manifest& manifest, const fs::path& folder, const 
                                    if (!bytes) return bytes.error();
                                    return decode_mesh_ply(bytes.take(), paths[i].string());
                                },
-                               .surfaces = look.surfaces});
+                               .look = look});
     }
     if (known.empty())
         return bad_input(folder.string(), "holds no mesh frames in PLY, from which exports are made",
@@ -124,10 +124,10 @@ std::vector<Surface> surfaces_of(const ShotMesh& mesh, const MeshFrame& first) {
     for (size_t m = 0; m < first.materials.size(); ++m) {
         const bool is_interior = mesh.poses.empty() && m + 1 == first.materials.size();
         Surface surface;
-        if (m < mesh.surfaces.size())
-            surface = mesh.surfaces[m];
-        else if (is_interior)
-            surface.color = kBreak;
+        if (is_interior)
+            surface = mesh.look.interior.value_or(Surface{.color = kBreak});
+        else if (m < mesh.look.surfaces.size())
+            surface = mesh.look.surfaces[m];
         if (surface.name.empty()) surface.name = first.materials[m];
         if (!first.mesh.corner_colors.empty() && !is_interior) surface.color = kWhite;  // those of vertices count
         surfaces.push_back(std::move(surface));

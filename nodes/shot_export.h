@@ -23,7 +23,7 @@ namespace sunder {
 struct ShotMesh {
     std::string name;                                     // of its body, as artists call it
     std::function<Result<MeshFrame>(size_t frame)> read;  // by index in Shot::frames
-    std::vector<Surface> surfaces = {};                   // by material; may be too few
+    Look look = {};                                       // its materials
     std::vector<Pose> poses = {};  // of a solid, whose mesh is the same in every frame: at each frame, or one for all
 };
 
@@ -54,7 +54,7 @@ Result<Shot> baked_shot(const Manifest& manifest, const std::filesystem::path& f
 /// The same with its solids among the meshes; `out_note` tells what is not.
 Result<Shot> with_solids(const Shot& shot, std::string& out_note);
 
-/// Surfaces of a frame's materials: those of the mesh, filled up with plain ones.
+/// Surfaces of a frame's materials: those of the mesh's look, filled up with plain ones.
 std::vector<Surface> surfaces_of(const ShotMesh& mesh, const MeshFrame& first);
 
 struct ExportSettings {

@@ -45,6 +45,11 @@ Result<Look> look_of(const Json& fields, const std::string& where) {
     if (Status s = read_text(fields, "mesh", look.mesh, where); !s) return s.error();
     if (!look.mesh.empty() && !is_path_inside(look.mesh))
         return bad_input(where, "mesh '" + look.mesh + "' leaves the bake folder");
+    if (fields.contains("interior")) {
+        auto surface = surface_of(fields["interior"], where + ", interior");
+        if (!surface) return surface.error();
+        look.interior = surface.take();
+    }
     if (!fields.contains("materials")) return look;
     if (!fields["materials"].is_array()) return bad_input(where, "'materials' is no list");
     for (const Json& entry : fields["materials"]) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,9 +24,10 @@ struct Surface {
 
 /// Of one node: a body, rigid body or collider.
 struct Look {
-    std::string name;               // what artists call it; empty: as the node
-    std::string mesh;               // file below the bake folder, in the frame of the node's shape; empty: the shape
-    std::vector<Surface> surfaces;  // by material number; of a body the interior last. May be too few
+    std::string name;                 // what artists call it; empty: as the node
+    std::string mesh;                 // file below the bake folder, in the frame of the node's shape; empty: the shape
+    std::vector<Surface> surfaces;    // by material number; may be too few
+    std::optional<Surface> interior;  // of a body's break surfaces
 };
 
 /// By node. Empty if there is no looks.json. Errors: it is no JSON, or a field has another type than docs/files.md

@@ -159,7 +159,7 @@ private:
         frame.materials.assign(static_cast<size_t>(last) + 1, material);
         found_.meshes.push_back({.name = look.name.empty() ? node : look.name,
                                  .read = [frame](size_t) -> Result<MeshFrame> { return frame; },
-                                 .surfaces = look.surfaces,
+                                 .look = look,
                                  .poses = std::move(poses)});
         return {};
     }

@@ -150,8 +150,8 @@ def test_what_cannot_be_there_is_told(sunder, baked, tmp_path):  # noqa: F811
 
 
 LOOKS = {"sunder_looks": 1, "nodes": {
-    "clay": {"name": "Vase 1", "materials": [{"name": "Glaze", "color": [0.1, 0.2, 0.3, 1], "metallic": 0.5, "roughness": 0.25},
-                                             {"name": "Shard", "transmission": 1.0}]},
+    "clay": {"name": "Vase 1", "materials": [{"name": "Glaze", "color": [0.1, 0.2, 0.3, 1], "metallic": 0.5, "roughness": 0.25}],
+             "interior": {"name": "Shard", "transmission": 1.0}},
     "ball": {"name": "Anvil", "mesh": "looks/anvil.obj", "materials": [{"name": "Iron", "metallic": 1.0}]}}}
 
 

@@ -8,7 +8,7 @@ import time
 
 import bpy
 
-from . import cache, compiler, core, mesh_export, runtime, signature, tree as trees
+from . import cache, compiler, core, looks, mesh_export, runtime, signature, tree as trees
 
 _CACHE_LIMIT = 2**30  # bytes of past frames that a solver keeps at least
 _LOOK = 0.1  # s between looks while waiting
@@ -67,6 +67,7 @@ class BakeJob:
         try:
             os.makedirs(folder, exist_ok=True)
             mesh_export.write(folder, compiled.files)
+            looks.write(tree, folder)
             note = {
                 "blend": cache.blend_name(), "tree": tree.name, "signature": signature.signature(tree, scene),
                 "rest_matrices": compiled.rest_matrices, "taken_over": taken_over,

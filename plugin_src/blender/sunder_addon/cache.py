@@ -16,6 +16,7 @@ from . import runtime, tree as trees
 FOLDER = "sunder_cache"
 _NOTE = "blender.json"
 _GRAPH = "graph.json"
+LOOKS, LOOKS_FOLDER = "looks.json", "looks"
 _read_before = {}  # file: (stamp, content)
 
 
@@ -128,7 +129,8 @@ def free(tree):
     inputs = os.path.join(path, "inputs")
     if os.path.isdir(inputs):
         own += ["inputs/" + name for name in os.listdir(inputs) if name.endswith((".ply", ".ply.part"))]
-    for name in [*own, "manifest.json", _GRAPH, _NOTE]:
+    own += [f"{LOOKS_FOLDER}/{name}" for name in looks_meshes(path)]
+    for name in [*own, "manifest.json", _GRAPH, _NOTE, LOOKS]:
         try:
             os.remove(os.path.join(path, name))
             removed += 1
@@ -136,6 +138,12 @@ def free(tree):
             pass
     _remove_empty(path)
     return removed
+
+
+def looks_meshes(path):
+    """What looks.py left in a bake folder beside its looks.json."""
+    meshes = os.path.join(path, LOOKS_FOLDER)
+    return [n for n in os.listdir(meshes) if n.endswith((".ply", ".ply.part"))] if os.path.isdir(meshes) else []
 
 
 def remove_old_inputs(path, kept):

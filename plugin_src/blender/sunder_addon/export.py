@@ -5,7 +5,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
-from . import cache, core, operators, player
+from . import cache, core, looks, operators, player
 
 HOST_FORMATS = {"ABC": ("alembic_export", ".abc"), "USD": ("usd_export", ".usdc")}
 
@@ -39,6 +39,11 @@ class SUNDER_OT_export(operators._OnTree, bpy.types.Operator, ExportHelper):
             return {"CANCELLED"}
         folder = cache.folder(tree)
         manifest = cache.manifest(folder)
+        if manifest:
+            try:
+                looks.write(tree, folder)
+            except OSError as error:
+                self.report({"WARNING"}, f"names and materials may be old: {error.filename or folder}: {error.strerror}")
         known = manifest.graph["nodes"] if manifest else {}
         node = next((n for n in (f"{self.node}:bake", self.node) if n in known), self.node)
         try:
