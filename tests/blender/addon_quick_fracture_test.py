@@ -85,6 +85,34 @@ class QuickFracture(AddonCase):
         self.assertEqual([o.name for o in bpy.data.objects], ["Block"])
         self.assertFalse(bpy.data.objects["Block"].hide_render)
 
+    def test_break_surfaces_suit_the_preset(self):
+        for preset in addon("presets").PRESETS:
+            for has_material in (False, True):
+                thing = self.cube()
+                if has_material:
+                    paint = bpy.data.materials.new("Paint")
+                    paint.use_nodes = True
+                    paint.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (0.1, 0.2, 0.8, 1)
+                    thing.data.materials.append(paint)
+                result, _ = self.quick(thing, preset=preset, pieces=4, bake=False)
+                outer, inner = result.data.materials
+                self.assertEqual(result.sunder.interior_slot, 1)
+                outside, inside = (addon("looks").surface(m) for m in (outer, inner))
+                if has_material:
+                    self.assertEqual(outer, paint)  # the artist's stay
+                if preset == "GLASS":
+                    self.assertEqual(inner, outer)
+                    self.assertEqual(inside["transmission"], 0 if has_material else 1)
+                elif preset in ("STEEL", "LEAD"):
+                    self.assertEqual([inside["metallic"], outside["metallic"]], [1, 0 if has_material else 1])
+                    self.assertGreater(min(inside["color"][:3]), 0.45)  # bright
+                elif preset == "CLAY":
+                    np.testing.assert_allclose(inside["color"][:3], 0.55 * np.array(outside["color"][:3]), rtol=1e-5)
+                    self.assertEqual(outside["color"][:3], addon("looks").surface(outer)["color"][:3])
+                else:
+                    self.assertGreater(inside["color"][0], 0.6)  # pale
+        self.assertNotIn("Sunder Interior", bpy.data.materials)
+
     def test_presets_do_what_they_say(self):
         self.scene.frame_end = 16
         seen = {}

@@ -108,7 +108,7 @@ class SUNDER_OT_quick_fracture(bpy.types.Operator):
         tree = build(thing, self.preset, self.pieces, self.seed, self.fall_speed, self.has_floor)
         if any(n.sunder_type == "prefracture" and n.repair == "wrap" for n in tree.nodes):
             self.report({"INFO"}, f"Sunder: '{thing.name}' has holes and gets a closed skin (Repair in the pre-fracture node)")
-        made = results.add_missing(tree, context.scene)
+        made = results.add_missing(tree, context.scene, self.preset)
         for other in context.selected_objects:
             other.select_set(False)
         made[0].select_set(True)

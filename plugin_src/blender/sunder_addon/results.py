@@ -1,24 +1,11 @@
 """Makes result objects: the mesh of a deformer, the moving twin of a rigid body's object."""
+import types
+
 import bpy
 
-from . import core, player, runtime, scene_input, wiring
+from . import core, interiors, player, runtime, scene_input, wiring
 
-INTERIOR = "Sunder Interior"
-_INTERIOR_COLOR = (0.45, 0.36, 0.28, 1.0)
-
-
-def interior_material():
-    """The material that break surfaces get at first: a raw, rough look that the artist replaces."""
-    material = bpy.data.materials.get(INTERIOR)
-    if material is None:
-        material = bpy.data.materials.new(INTERIOR)
-        material.diffuse_color = _INTERIOR_COLOR
-        material.roughness = 0.9
-        material.use_nodes = True
-        shader = material.node_tree.nodes.get("Principled BSDF")
-        shader.inputs["Base Color"].default_value = _INTERIOR_COLOR
-        shader.inputs["Roughness"].default_value = 0.9
-    return material
+_NO_SLOT = types.SimpleNamespace(material=None)
 
 
 def _sources(deformer):
@@ -41,7 +28,7 @@ def _is_there(tree, graph_name):
     return any(o.sunder.node == graph_name for o in player.result_objects(tree))
 
 
-def add_mesh_result(deformer, scene):
+def add_mesh_result(deformer, scene, preset=""):
     """A mesh object that plays a deformer: outer materials in the slots of its sources, then the interior one."""
     sources = _sources(deformer)
     depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -52,19 +39,14 @@ def add_mesh_result(deformer, scene):
         mesh = bpy.data.meshes.new("result")
     layer = mesh.uv_layers.active
     mesh.materials.clear()
-    for source in sources:
-        for slot in source.material_slots:
-            mesh.materials.append(slot.material)
-        if not source.material_slots:
-            mesh.materials.append(None)
-    if not sources:
-        mesh.materials.append(None)
-    outer = len(mesh.materials)
-    mesh.materials.append(interior_material())
+    outer = [slot.material for source in sources for slot in source.material_slots or (_NO_SLOT,)] or [None]
+    outer, interior = interiors.materials(preset, outer)
+    for material in (*outer, interior):
+        mesh.materials.append(material)
     name = f"{sources[0].name} fractured" if sources else f"{deformer.id_data.name} {deformer.graph_name}"
     mesh.name = name
     thing = bpy.data.objects.new(name, mesh)
-    thing.sunder.interior_slot = outer
+    thing.sunder.interior_slot = len(outer)
     thing.sunder.uv_map = layer.name if layer else "UVMap"
     _link(thing, scene, deformer.id_data, deformer.graph_name)
     return thing
@@ -92,12 +74,12 @@ def stand_back(source):
         source.hide_set(True)
 
 
-def add_missing(tree, scene):
+def add_missing(tree, scene, preset=""):
     """Result objects for all deformers and rigid bodies that have none yet; their sources stand back."""
     made = []
     for node in wiring.needed(tree):
         if node.sunder_type == "deformer" and not _is_there(tree, node.graph_name):
-            made.append(add_mesh_result(node, scene))
+            made.append(add_mesh_result(node, scene, preset))
             for source in _sources(node):
                 stand_back(source)
         if node.sunder_type == "rigid_body":
