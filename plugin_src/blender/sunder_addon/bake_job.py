@@ -60,6 +60,7 @@ class BakeJob:
                 cache.make_own(tree)
                 self.cache_id, folder = tree.cache_id, cache.folder(tree)
                 graph.set_base_folder(folder)
+            graph.set_cut_folder(cache.cuts(folder))
             graph.set_threads(tree.threads)
         except sunder.Error as error:
             self._told(error, tree)

@@ -130,6 +130,8 @@ def free(tree):
     if os.path.isdir(inputs):
         own += ["inputs/" + name for name in os.listdir(inputs) if name.endswith((".ply", ".ply.part"))]
     own += [f"{LOOKS_FOLDER}/{name}" for name in looks_meshes(path)]
+    if os.path.isdir(cuts(path)):
+        own += ["cuts/" + name for name in os.listdir(cuts(path)) if name.endswith(".cut")]
     for name in [*own, "manifest.json", _GRAPH, _NOTE, LOOKS]:
         try:
             os.remove(os.path.join(path, name))
@@ -138,6 +140,11 @@ def free(tree):
             pass
     _remove_empty(path)
     return removed
+
+
+def cuts(path):
+    """Where the library keeps what it has cut for a bake folder, so that it does not cut it again."""
+    return os.path.join(path, "cuts")
 
 
 def looks_meshes(path):
