@@ -5,7 +5,7 @@ import os
 import bpy
 from mathutils import Matrix, Vector
 
-from . import cache, core, mesh_export, player, scene_input, wiring
+from . import cache, core, mesh_export, pickers, player, scene_input, wiring
 
 _TRANSMISSION = ("Transmission Weight", "Transmission")  # Blender 4.0 and later; before
 
@@ -58,7 +58,7 @@ def _of_bodies(tree, looks):
 
 def _mesh(node, thing, depsgraph):
     """An object's mesh in the frame of its node's shape; None if it has none to show."""
-    if thing.type != "MESH" or thing.mode == "EDIT":
+    if thing.type not in pickers.SURFACES or thing.mode == "EDIT":
         return None
     center = Vector() if node.shape == "mesh" else scene_input.shape(node.shape, thing, depsgraph, node)[1]
     own = Matrix.Translation(-center) @ scene_input.placement(thing.matrix_world)[2]
