@@ -239,6 +239,26 @@ class Shown(AddonCase):
         self.scene.frame_set(6)
         self.assertEqual(nodes["deformer"].note, "nothing baked yet")
 
+    def test_a_twin_looks_as_its_object_does_and_takes_over_nothing_that_would_move_it(self):
+        tree, nodes = self.tree()
+        bpy.ops.object.empty_add(location=(1, 2, 3), rotation=(0.5, 0, 0))
+        parent = bpy.context.object
+        ball = self.cube(size=0.3, location=(0, 0, 2), name="Ball")
+        ball.modifiers.new("round", "SUBSURF").levels = 2
+        ball.keyframe_insert("location", frame=1)
+        ball.constraints.new("COPY_ROTATION").target = parent
+        ball.parent = parent
+        bpy.context.view_layer.update()
+        node = self.node(tree, "rigid_body", mass=5)
+        node.source, node.object = "OBJECT", ball
+        self.connect(node, "rigid_body", nodes["solver"], "rigid_bodies")
+        twin = next(o for o in self.results(tree) if o.sunder.node == "rigid_body")
+        self.assertEqual([m.name for m in twin.modifiers], ["round"])
+        self.assertEqual([twin.animation_data, len(twin.constraints), twin.parent, twin.hide_render], [None, 0, None, False])
+        bpy.context.view_layer.update()
+        np.testing.assert_allclose(twin.matrix_world, ball.matrix_world, atol=1e-6)
+        self.assertTrue(twin.visible_get() and not ball.visible_get())
+
     def test_a_rigid_bodys_twin_moves_and_the_object_stays(self):
         tree, nodes = self.tree()
         ball = self.cube(size=0.2, location=(0.1, 0, 2), name="Ball")

@@ -59,7 +59,11 @@ def add_rigid_results(node, scene):
         graph_name = node.graph_name if i == 0 else f"{node.graph_name}:{i + 1}"
         if _is_there(node.id_data, graph_name):
             continue
-        thing = bpy.data.objects.new(f"{source.name} moving", source.data)
+        thing = source.copy()  # with its modifiers, on the same data
+        thing.name = f"{source.name} moving"
+        thing.animation_data_clear()
+        thing.constraints.clear()
+        thing.parent, thing.hide_render = None, False
         _link(thing, scene, node.id_data, graph_name)
         thing.matrix_world = source.matrix_world
         made.append((source, thing))
