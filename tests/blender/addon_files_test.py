@@ -232,6 +232,18 @@ class Copies(FileCase):
         self.reopen("a.blend")
         self.assertIs(self.status(self.only_tree()).is_stale, False)
 
+    def test_a_shot_that_was_saved_once_is_appended_to_a_file_that_never_was(self):
+        tree, _, _ = self.shot()  # baked before there was a file
+        self.save("a.blend")
+        first = self.cached(tree)
+        self.assertEqual(first.parent, self.folder / "sunder_cache")
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        self.scene = bpy.context.scene
+        bpy.ops.wm.append(filepath=str(self.folder / "a.blend/Object/Block fractured"), filename="Block fractured",
+                          directory=str(self.folder / "a.blend/Object") + "/")
+        tree = self.only_tree()
+        self.scene.frame_set(4)
+        self.assertEqual([self.cached(tree), self.note(tree)], [first, "baked 1 to 6"])
 
     def test_a_linked_shot_plays_from_its_own_folder_once_its_mesh_is_local(self):
         self.save("a.blend")

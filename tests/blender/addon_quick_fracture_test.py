@@ -167,6 +167,11 @@ class QuickFracture(AddonCase):
                     self.assertEqual(outside["color"][:3], addon("looks").surface(outer)["color"][:3])
                 else:
                     self.assertGreater(inside["color"][0], 0.6)  # pale
+                tree = result.sunder.tree
+                bpy.data.objects.remove(result)
+                bpy.ops.sunder.add_results(tree=tree.name)  # made again, it looks the same
+                again, = self.results_of(tree)
+                self.assertEqual(list(again.data.materials), [outer, inner])
         self.assertNotIn("Sunder Interior", bpy.data.materials)
 
     def test_presets_do_what_they_say(self):

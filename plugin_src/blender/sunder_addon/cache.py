@@ -51,8 +51,9 @@ def folder(tree):
     if job is not None:  # also while the file is saved somewhere else
         return job.folder
     own = os.path.join(home(tree.library), trees.identity(tree))
-    if bpy.data.filepath and not os.path.isdir(own):  # the file was saved to another folder, the bake was not
-        for former in (tree.former_home, runtime.former_homes.get(tree.cache_id)):
+    if not os.path.isdir(own):  # the file was saved to another folder, or the tree appended: the bake stayed where it was
+        beside = [home(library) for library in bpy.data.libraries]
+        for former in (tree.former_home, runtime.former_homes.get(tree.cache_id), *beside):
             if former and os.path.isdir(os.path.join(former, tree.cache_id)):
                 return os.path.join(former, tree.cache_id)
     return own

@@ -84,6 +84,7 @@ def build(things, preset, pieces=100, seed=0, fall_speed=0.0, has_floor=True):
     things = things if isinstance(things, (list, tuple)) else [things]
     _, _, material, steps = presets.PRESETS[preset]
     tree = bpy.data.node_groups.new(f"{things[0].name} Fracture", trees.SunderTree.bl_idname)
+    tree.preset = preset
     solver = add_node(tree, "solver", (800, 0))
     solver.set_parameters(**steps)
     for i, thing in enumerate(things):
@@ -158,7 +159,7 @@ class SUNDER_OT_quick_fracture(bpy.types.Operator):
             elif thing and node.thickness > 0:
                 self.report({"INFO"}, f"Sunder: '{thing.name}' is a sheet and gets walls {node.thickness:g} m apart (Thickness in "
                             "the pre-fracture node)")
-        made = results.add_missing(tree, context.scene, self.preset)
+        made = results.add_missing(tree, context.scene)
         for other in context.selected_objects:
             other.select_set(False)
         made[0].select_set(True)

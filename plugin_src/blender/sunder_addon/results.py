@@ -28,7 +28,7 @@ def _is_there(tree, graph_name):
     return any(o.sunder.node == graph_name for o in player.result_objects(tree))
 
 
-def add_mesh_result(deformer, scene, preset=""):
+def add_mesh_result(deformer, scene):
     """A mesh object that plays a deformer: outer materials in the slots of its sources, then the interior one."""
     sources = _sources(deformer)
     depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -40,7 +40,7 @@ def add_mesh_result(deformer, scene, preset=""):
     layer = mesh.uv_layers.active
     mesh.materials.clear()
     outer = [slot.material for source in sources for slot in source.material_slots or (_NO_SLOT,)] or [None]
-    outer, interior = interiors.materials(preset, outer)
+    outer, interior = interiors.materials(deformer.id_data.preset, outer)
     for material in (*outer, interior):
         mesh.materials.append(material)
     name = f"{sources[0].name} fractured" if sources else f"{deformer.id_data.name} {deformer.graph_name}"
@@ -78,12 +78,12 @@ def stand_back(source):
         source.hide_set(True)
 
 
-def add_missing(tree, scene, preset=""):
+def add_missing(tree, scene):
     """Result objects for all deformers and rigid bodies that have none yet; their sources stand back."""
     made = []
     for node in wiring.needed(tree):
         if node.sunder_type == "deformer" and not _is_there(tree, node.graph_name):
-            made.append(add_mesh_result(node, scene, preset))
+            made.append(add_mesh_result(node, scene))
             for source in _sources(node):
                 stand_back(source)
         if node.sunder_type == "rigid_body":
