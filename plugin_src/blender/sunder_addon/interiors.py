@@ -21,14 +21,21 @@ LOOKS = {
 }
 
 
+def _principled(material):
+    """By its type: its name is in the language of the window. None if there is none."""
+    nodes = material.node_tree.nodes if getattr(material, "use_nodes", True) else ()
+    return next((n for n in nodes if n.type == "BSDF_PRINCIPLED"), None)
+
+
 def _made(name, look):
     """The material of that name, made if it is not there."""
     material = bpy.data.materials.get(name)
     if material is not None:
         return material
     material = bpy.data.materials.new(name)
-    material.use_nodes = True
-    shader = material.node_tree.nodes.get("Principled BSDF")
+    if not getattr(material, "use_nodes", True):  # always on from Blender 5.0
+        material.use_nodes = True
+    shader = _principled(material)
     for field, value in {**look, "color": (*look["color"], 1.0)}.items():
         socket = next(shader.inputs[n] for n in _SOCKETS[field] if n in shader.inputs)
         socket.default_value = value
@@ -56,7 +63,7 @@ def _darker(outer):
     material = outer.copy()
     material.name = name
     material.diffuse_color = [_DARKER * c for c in outer.diffuse_color[:3]] + [outer.diffuse_color[3]]
-    shader = next((n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED"), None) if material.use_nodes else None
+    shader = _principled(material)
     if shader is not None:
         color = shader.inputs["Base Color"]
         for link in list(color.links):

@@ -16,7 +16,7 @@ def _share(value):
 
 def _principled(material):
     """The shader that the material's output shows, if it is a Principled BSDF."""
-    if not material.use_nodes or material.node_tree is None:
+    if not getattr(material, "use_nodes", True) or material.node_tree is None:
         return None
     output = material.node_tree.get_output_node("ALL")
     links = output.inputs["Surface"].links if output else ()

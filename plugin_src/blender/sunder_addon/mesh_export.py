@@ -147,6 +147,7 @@ def welded_groups(g):
     _, first, inverse = np.unique(g.positions + 0.0, axis=0, return_index=True, return_inverse=True)
     number = np.empty(len(first), np.int64)
     number[np.argsort(first)] = np.arange(len(first))
+    inverse = inverse.ravel()  # numpy 2.0 gives a column
     return {name: sorted({int(number[inverse[m]]) for m in members}) for name, members in g.groups.items()}
 
 

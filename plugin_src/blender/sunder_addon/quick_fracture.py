@@ -129,7 +129,7 @@ class SUNDER_OT_quick_fracture(bpy.types.Operator):
             why = "This is a result already: select the object that it was made from, or change its tree"
         elif context.mode != "OBJECT":
             why = "Go to object mode first"
-        if why and hasattr(cls, "poll_message_set"):
+        if why:
             cls.poll_message_set(why)
         return why is None
 
