@@ -96,8 +96,7 @@ Result<Shot> baked_shot(const Manifest& manifest, const fs::path& folder, const 
     if (shot.meshes.empty())
         return bad_input(folder.string(), "has no bake_mesh node '" + node + "'", permitted_text(node, known));
     if (choice.has_solids)
-        shot.solids = [source = SolidSource{manifest, folder,
-                                            choice.graph_folder.empty() ? folder : choice.graph_folder, looks.take(),
+        shot.solids = [source = SolidSource{manifest, folder, choice.graph_folder.value_or(folder), looks.take(),
                                             shot.frames}](double extent) { return shot_solids(source, extent); };
     return shot;
 }

@@ -42,9 +42,9 @@ struct Shot {
 
 /// Which part of a bake a shot is.
 struct ShotChoice {
-    std::string node = {};                          // the mesh of one bake_mesh node; empty: all
-    std::optional<std::array<int, 2>> frames = {};  // first and last; all that are baked unless given
-    std::filesystem::path graph_folder = {};        // from where paths in the graph are seen; empty: the bake folder
+    std::string node = {};                                   // the mesh of one bake_mesh node; empty: all
+    std::optional<std::array<int, 2>> frames = {};           // first and last; all that are baked unless given
+    std::optional<std::filesystem::path> graph_folder = {};  // where paths of the graph are seen from; else the bake
     bool has_solids = true;
 };
 

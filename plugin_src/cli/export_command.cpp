@@ -17,7 +17,8 @@ struct Options {
 
 int run_export(const Options& options) {
     BakeExport wanted = options.wanted;
-    wanted.bake = options.bake, wanted.settings.file = options.file, wanted.choice.graph_folder = options.graph_folder;
+    wanted.bake = options.bake, wanted.settings.file = options.file;
+    if (!options.graph_folder.empty()) wanted.choice.graph_folder = options.graph_folder;
     if (!options.frames.empty()) {
         const auto frames = to_frames(options.frames);
         if (!frames) return fail(frames.error(), "sunder export");

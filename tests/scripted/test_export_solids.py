@@ -149,6 +149,17 @@ def test_what_cannot_be_there_is_told(sunder, baked, tmp_path):  # noqa: F811
     assert [n for n in readings(tmp_path / "clay.usda")[0][0][0]["shot"].children if n != "Looks"] == ["clay"]
 
 
+def test_a_bake_nodes_own_export_finds_what_the_graph_names(sunder, scene, tmp_path):
+    graph = crowded_scene(tmp_path)
+    graph["nodes"]["out"]["export"] = "usda"
+    scene(graph)
+    assert sunder("bake", "scene.json", "-o", "bake").status == 0
+    made = readings(tmp_path / "bake/mesh/block.usda")[0][0][0]["shot"].children
+    assert [n for n in made if n != "Looks"] == ["clay", "ball", "crate", "floor", "post", "ramp", "wall"]
+    export(sunder, "-o", "shot.usda", "--graph-folder", ".")
+    assert (tmp_path / "shot.usda").read_bytes() == (tmp_path / "bake/mesh/block.usda").read_bytes()
+
+
 LOOKS = {"sunder_looks": 1, "nodes": {
     "clay": {"name": "Vase 1", "materials": [{"name": "Glaze", "color": [0.1, 0.2, 0.3, 1], "metallic": 0.5, "roughness": 0.25}],
              "interior": {"name": "Shard", "transmission": 1.0}},
