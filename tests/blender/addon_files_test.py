@@ -222,6 +222,11 @@ class Copies(FileCase):
         tree = self.only_tree()
         self.scene.frame_set(4)
         self.assertEqual([self.cached(tree), self.note(tree)], [first, "baked 1 to 6"])
+        before = {p: p.stat().st_mtime_ns for p in first.rglob("*")}
+        path = str(self.folder / "appended.usda")
+        self.assertEqual(bpy.ops.sunder.export(tree=tree.name, filepath=path), {"FINISHED"})
+        self.assertIn("Block_fractured", (self.folder / "appended.usda").read_text())
+        self.assertEqual({p: p.stat().st_mtime_ns for p in first.rglob("*")}, before)  # an export writes nothing into another file's bake
         # What the tree was cut from came along as data, but stands in no view layer: link it before baking.
         source = next(n for n in tree.nodes if n.sunder_type == "mesh_file").object
         self.assertIn("not in this view layer", self.refusal(tree))

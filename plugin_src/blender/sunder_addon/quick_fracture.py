@@ -32,6 +32,11 @@ def open_share(thing):
     """How large the holes of a surface are, as a share of its area: 0 if it is closed, 1 if it is a flat sheet."""
     source = thing.evaluated_get(bpy.context.evaluated_depsgraph_get())
     mesh = source.to_mesh()
+    around = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("edge_index", around)
+    if len(around) and np.bincount(around, minlength=len(mesh.edges)).min() > 1:  # closed by index already
+        source.to_mesh_clear()
+        return 0.0
     mesh.calc_loop_triangles()
     positions, corners = np.empty(3 * len(mesh.vertices), np.float32), np.empty(3 * len(mesh.loop_triangles), np.int32)
     mesh.vertices.foreach_get("co", positions)
@@ -42,7 +47,8 @@ def open_share(thing):
     triangles = welded.ravel()[corners].reshape(-1, 3)
     edges = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
     edges = edges[edges[:, 0] != edges[:, 1]]
-    _, which, faces = np.unique(np.sort(edges, 1), axis=0, return_inverse=True, return_counts=True)
+    key = edges.min(1).astype(np.int64) * len(points) + edges.max(1)  # rows as one number each: sorted ten times as quickly
+    _, which, faces = np.unique(key, return_inverse=True, return_counts=True)
     follows = {int(a): int(b) for a, b in edges[faces[which.ravel()] == 1]}
     holes = 0.0
     while follows:
