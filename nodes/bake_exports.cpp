@@ -34,7 +34,8 @@ bool exports_are_whole(const Manifest& manifest, const BakeFolder& folder) {
 }
 
 Result<std::vector<FileStamp>> write_exports(const std::vector<WantedExport>& wanted, const BakeFolder& folder,
-                                             Manifest& io_manifest, const Progress& progress) {
+                                             const std::string& graph_folder, Manifest& io_manifest,
+                                             const Progress& progress) {
     io_manifest.exports.clear();
     for (const WantedExport& w : wanted)
         for (const std::string& path : files_of(w)) io_manifest.exports.push_back({w.node, path, {}});
@@ -42,7 +43,8 @@ Result<std::vector<FileStamp>> write_exports(const std::vector<WantedExport>& wa
 
     std::vector<FileStamp> stamps;
     for (size_t k = 0; k < wanted.size(); ++k) {
-        const auto shot = baked_shot(io_manifest, folder.path(), wanted[k].node);
+        const auto shot =
+            baked_shot(io_manifest, folder.path(), {.node = wanted[k].node, .graph_folder = graph_folder});
         if (!shot) return shot.error();
         const auto file = folder.prepare(wanted[k].path);
         if (!file) return file.error();

@@ -29,8 +29,9 @@ bool exports_are_whole(const Manifest& manifest, const BakeFolder& folder);
 
 /// Makes them from the frames that the manifest lists, so that it does not matter in how many runs those were baked.
 /// While files are being written the manifest on disk lists them without stamps: a run that dies here leaves nothing
-/// that it does not know. Gives the stamps of what was written.
+/// that it does not know. Gives the stamps of what was written. `graph_folder`: where paths of the graph are seen from.
 Result<std::vector<FileStamp>> write_exports(const std::vector<WantedExport>& wanted, const BakeFolder& folder,
-                                             Manifest& io_manifest, const Progress& progress);
+                                             const std::string& graph_folder, Manifest& io_manifest,
+                                             const Progress& progress);
 
 }  // namespace sunder

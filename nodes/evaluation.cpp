@@ -167,7 +167,14 @@ Result<Value> Evaluation::evaluate(GraphNode& node, size_t output, int frame, co
 
     NodeContext context(*this, node, output, frame, progress);
     ++node.cook_count;
-    Result<Value> value = at_edge<Value>(node.name, [&] { return node.type->cook(context); });
+    const CutFolder kept = node.type->is_cut && !by_frame ? graph_.cuts : CutFolder();
+    Result<Value> value = at_edge<Value>(node.name, [&]() -> Result<Value> {
+        if (!kept) return node.type->cook(context);
+        if (auto cut = kept.read(node.name, wanted)) return make_value(std::move(*cut));
+        Result<Value> made = node.type->cook(context);
+        if (made) kept.write(node.name, wanted, *std::get<std::shared_ptr<const FragmentSet>>(*made));
+        return made;
+    });
     if (!value) return value;
     assert(type_of(*value) == node.description().outputs[output].type && "a node gave another type than it describes");
 

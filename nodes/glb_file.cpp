@@ -8,15 +8,17 @@
 #include <cstdio>
 #include <map>
 
-#include "nodes/byte_buffer.h"
+#include "nodes/glb_builder.h"
 #include "nodes/shot_export.h"
 
 namespace sunder {
 namespace {
 
-enum : int { kUnsignedInt = 5125, kFloat = 5126, kArrayBuffer = 34962, kElementBuffer = 34963 };
-
 Vec3f y_up(const Vec3& v) { return Vec3(v.x(), v.z(), -v.y()).cast<float>(); }
+Eigen::Vector4f y_up(const Quat& q) {  // x y z w
+    const Vec3f axis = y_up(q.vec());
+    return {axis.x(), axis.y(), axis.z(), float(q.w())};
+}
 
 /// Where a rigid fragment is: first frame's vertices, seen from their mean, to now.
 struct Motion {
@@ -80,73 +82,6 @@ Result<std::vector<RigidFragment>> fragments_of(const ShotMesh& source, const Vi
     return fragments;
 }
 
-/// Composes the two chunks.
-class Glb {
-public:
-    Glb() {
-        json_["asset"] = {{"version", "2.0"}, {"generator", "sunder shot 1, written by sunder " SUNDER_VERSION}};
-        json_["scene"] = 0;
-        json_["scenes"] = Json::array({{{"nodes", Json::array()}}});
-        for (const char* name : {"nodes", "meshes", "materials", "accessors", "bufferViews"})
-            json_[name] = Json::array();
-    }
-
-    Json& json() { return json_; }
-
-    size_t add(const char* list, Json entry) {
-        json_[list].push_back(std::move(entry));
-        return json_[list].size() - 1;
-    }
-
-    /// Numbers of one attribute; T is uint32_t or a row of floats. `target` 0: no vertex data.
-    template <class T>
-    size_t accessor(const std::vector<T>& values, const char* type, int component, int target, bool has_bounds) {
-        Json view = {{"buffer", 0}, {"byteOffset", binary_.view().size()}, {"byteLength", sizeof(T) * values.size()}};
-        if (target) view["target"] = target;
-        binary_.append(values.data(), sizeof(T) * values.size());
-        Json entry = {{"bufferView", add("bufferViews", view)},
-                      {"componentType", component},
-                      {"count", values.size()},
-                      {"type", type}};
-        if constexpr (!std::is_same_v<T, uint32_t>)
-            if (has_bounds) {
-                std::vector<float> low, high;
-                for (size_t k = 0; k < sizeof(T) / sizeof(float); ++k) {
-                    low.push_back(number(values[0], k)), high.push_back(number(values[0], k));
-                    for (const T& v : values)
-                        low[k] = std::min(low[k], number(v, k)), high[k] = std::max(high[k], number(v, k));
-                }
-                entry["min"] = low, entry["max"] = high;
-            }
-        return add("accessors", entry);
-    }
-
-    ByteBuffer file() {
-        json_["buffers"] = Json::array({{{"byteLength", binary_.view().size()}}});
-        std::string text = json_.dump();
-        text.append((4 - text.size() % 4) % 4, ' ');
-        const uint32_t binary = static_cast<uint32_t>(binary_.view().size());  // whole numbers and floats: 4 divides it
-        ByteBuffer out;
-        out.text("glTF"), out.number(uint32_t{2});
-        out.number(static_cast<uint32_t>(12 + 8 + text.size() + 8 + binary));
-        out.number(static_cast<uint32_t>(text.size())), out.text("JSON"), out.text(text);
-        out.number(binary), out.append("BIN", 4), out.append(binary_.view().data(), binary);
-        return out;
-    }
-    size_t binary_bytes() const { return binary_.view().size(); }
-
-private:
-    template <class T>
-    static float number(const T& row, size_t k) {
-        if constexpr (std::is_same_v<T, float>)
-            return row;
-        else
-            return row[static_cast<Eigen::Index>(k)];
-    }
-    Json json_;
-    ByteBuffer binary_;
-};
-
 // glTF has one normal, UV and colour a vertex: corners that differ become vertices of their own.
 size_t add_mesh(Glb& glb, const VisualMesh& first, const RigidFragment& f, const std::string& name,
                 size_t first_material) {
@@ -205,8 +140,7 @@ void animate(Glb& glb, Json& animation, size_t node, const RigidFragment& f, siz
     std::vector<Eigen::Vector4f> rotation;  // x y z w
     for (const Motion& m : f.motion) {
         translation.push_back(y_up(m.position));
-        const Vec3f axis = y_up(m.rotation.vec());
-        Eigen::Vector4f q(axis.x(), axis.y(), axis.z(), float(m.rotation.w()));
+        Eigen::Vector4f q = y_up(m.rotation);
         if (!rotation.empty() && rotation.back().dot(q) < 0) q = -q;
         rotation.push_back(q);
     }
@@ -248,15 +182,7 @@ Status add_body(Glb& glb, Json& animation, size_t times, const Shot& shot, const
         }
     }
     const size_t first_material = glb.json()["materials"].size();
-    for (const std::string& name : start->materials) {
-        const bool is_interior = &name == &start->materials.back();
-        const double outer = first.corner_colors.empty() ? 0.7 : 1.0;  // colours of vertices are multiplied by it
-        const std::vector<double> color =
-            is_interior ? std::vector<double>{0.5, 0.42, 0.36, 1} : std::vector<double>{outer, outer, outer, 1};
-        glb.add("materials", {{"name", name},
-                              {"pbrMetallicRoughness",
-                               {{"baseColorFactor", color}, {"metallicFactor", 0}, {"roughnessFactor", 0.8}}}});
-    }
+    for (const Surface& surface : surfaces_of(source, *start)) glb.add_material(surface);
     Json children = Json::array();
     for (const RigidFragment& f : *fragments) {
         char number[16];
@@ -273,9 +199,37 @@ Status add_body(Glb& glb, Json& animation, size_t times, const Shot& shot, const
     return {};
 }
 
+// One node that moves as its poses tell.
+Status add_solid(Glb& glb, Json& animation, size_t times, const ShotMesh& source) {
+    const auto frame = source.read(0);
+    if (!frame) return frame.error();
+    RigidFragment whole;
+    for (uint32_t v = 0; v < frame->mesh.positions.size(); ++v) {
+        whole.vertices.push_back(v);
+        whole.local.push_back(frame->mesh.positions[v].cast<double>());
+    }
+    for (uint32_t t = 0; t < frame->mesh.triangles.size(); ++t) whole.triangles.push_back(t);
+    for (const Pose& pose : source.poses) whole.motion.push_back({pose.position, pose.orientation});
+    const size_t first_material = glb.json()["materials"].size();
+    for (const Surface& surface : surfaces_of(source, *frame)) glb.add_material(surface);
+    const Vec3f at = y_up(whole.motion[0].position);
+    const Eigen::Vector4f q = y_up(whole.motion[0].rotation);
+    const size_t node = glb.add("nodes", {{"name", source.name},
+                                          {"mesh", add_mesh(glb, frame->mesh, whole, source.name, first_material)},
+                                          {"translation", {at.x(), at.y(), at.z()}},
+                                          {"rotation", {q[0], q[1], q[2], q[3]}}});
+    if (whole.motion.size() > 1) animate(glb, animation, node, whole, times);
+    glb.json()["scenes"][0]["nodes"].push_back(node);
+    return {};
+}
+
 }  // namespace
 
-Result<ExportReport> export_glb(const Shot& shot, const ExportSettings& settings, const Progress& progress) {
+Result<ExportReport> export_glb(const Shot& bodies, const ExportSettings& settings, const Progress& progress) {
+    std::string notes;
+    const auto whole = with_solids(bodies, notes);
+    if (!whole) return whole.error();
+    const Shot& shot = *whole;
     Glb glb;
     Json animation = {{"name", "shot"}, {"channels", Json::array()}, {"samplers", Json::array()}};
     std::vector<float> seconds;
@@ -284,19 +238,23 @@ Result<ExportReport> export_glb(const Shot& shot, const ExportSettings& settings
     double deviation = 0;
     for (size_t k = 0; k < shot.meshes.size(); ++k) {
         const double n = double(shot.meshes.size());
+        if (!shot.meshes[k].poses.empty()) {
+            if (Status s = add_solid(glb, animation, times, shot.meshes[k]); !s) return s.error();
+            continue;
+        }
         if (Status s = add_body(glb, animation, times, shot, shot.meshes[k], settings,
                                 progress.part(double(k) / n, double(k + 1) / n), deviation);
             !s)
             return s.error();
     }
-    if (shot.frames.size() > 1) glb.json()["animations"] = Json::array({animation});
+    if (!animation["channels"].empty()) glb.json()["animations"] = Json::array({animation});
     if (glb.binary_bytes() > UINT32_MAX / 2)
         return bad_input(settings.file.string(), "would be larger than 2 GB, which .glb cannot be", "export .usda");
     const auto stamp = write_file(settings.file, glb.file().view());
     if (!stamp) return stamp.error();
     char note[120];
     std::snprintf(note, sizeof note, "fragments are rigid in .glb; they deformed by %.2g m at most", deviation);
-    return ExportReport{{}, {{settings.file, *stamp}}, note};
+    return ExportReport{{}, {{settings.file, *stamp}}, notes.empty() ? note : note + ("; " + notes)};
 }
 
 }  // namespace sunder

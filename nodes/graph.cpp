@@ -294,6 +294,7 @@ std::array<int, 2> Graph::frame_range() const { return impl_->frame_range; }
 int Graph::threads() const { return impl_->threads; }
 const std::string& Graph::base_folder() const { return impl_->base_folder; }
 void Graph::set_base_folder(const std::string& folder) { impl_->base_folder = folder; }
+void Graph::set_cut_folder(const std::string& folder) { impl_->cuts = CutFolder(folder); }
 void Graph::set_cache_limit(size_t bytes) { impl_->cache_limit = bytes; }
 
 Status Graph::set_frame_rate(double frames_per_second) {

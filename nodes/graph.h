@@ -73,6 +73,9 @@ public:
     Status set_frame_range(int first, int last);      // within +-1000000, first <= last
     Status set_threads(int threads);                  // 0: all cores; 1 .. 1024. Changes no result
     void set_base_folder(const std::string& folder);
+    /// What prefracture nodes cut is kept there, the last cut of each node, and read from there by whoever asks for the
+    /// same. Changes no result. Empty: nowhere.
+    void set_cut_folder(const std::string& folder);
     void set_cache_limit(size_t bytes);  // that each solver keeps of past frames; 1 GiB unless told
 
     /// All required sockets wired and parameters in agreement, everywhere. `evaluate` checks the same of what it needs.

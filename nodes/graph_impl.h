@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "nodes/cut_file.h"
 #include "nodes/graph.h"
 #include "nodes/parameter.h"
 #include "solver/parallel.h"
@@ -68,6 +69,7 @@ struct GraphImpl {
     int threads = 0;
     std::string base_folder;
     size_t cache_limit = size_t{1} << 30;
+    CutFolder cuts;
     mutable FileKeys file_keys;
 
     /// Made when a node first asks for it.

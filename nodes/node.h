@@ -123,6 +123,8 @@ struct NodeType {
     Status (*check)(const std::string& node, const Parameters& parameters) = nullptr;
     /// Results differ by frame even if no parameter is animated.
     bool depends_on_frame = false;
+    /// Gives fragments that take long to make: kept in the graph's cut folder, if it has one.
+    bool is_cut = false;
     /// Takes a frame that was saved earlier, so that evaluation continues from it. Null for all but solvers.
     Status (*seed)(CookContext& context, int frame, FrameState state) = nullptr;
 };

@@ -336,7 +336,7 @@ NodeType prefracture_node() {
     for (ParameterDescription& p : repair_parameters()) d.parameters.push_back(std::move(p));
     for (ParameterDescription& p : interior_parameters()) d.parameters.push_back(std::move(p));
     for (ParameterDescription& p : factor_parameters()) d.parameters.push_back(std::move(p));
-    return {.description = d, .cook = cook, .check = check};
+    return {.description = d, .cook = cook, .check = check, .is_cut = true};
 }
 
 }  // namespace sunder

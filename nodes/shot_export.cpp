@@ -5,6 +5,7 @@
 #include "nodes/mesh_frame_file.h"
 #include "nodes/nearest_name.h"
 #include "nodes/output_pattern.h"
+#include "nodes/shot_solids.h"
 
 namespace sunder {
 namespace {
@@ -52,14 +53,16 @@ Result<ExportReport> export_sequence(const Shot& shot, const ExportSettings& set
 
 }  // namespace
 
-Result<Shot> baked_shot(const Manifest& manifest, const fs::path& folder, const std::string& node,
-                        std::optional<std::array<int, 2>> frames) {
+Result<Shot> baked_shot(const Manifest& manifest, const fs::path& folder, const ShotChoice& choice) {
+    const std::string& node = choice.node;
+    auto looks = read_looks(folder);
+    if (!looks) return looks.error();
     Shot shot;
     if (const Json& graph = manifest.graph; graph.contains("frame_rate") && graph["frame_rate"].is_number())
         shot.frame_rate = graph["frame_rate"].get<double>();
     if (manifest.frames.empty()) return bad_input(folder.string(), "holds no whole frame yet", "bake it");
     const std::array<int, 2> whole = {manifest.frames.front().frame, manifest.frames.back().frame};
-    const auto [first, last] = frames.value_or(whole);
+    const auto [first, last] = choice.frames.value_or(whole);
     if (first > last || first < whole[0] || last > whole[1])
         return bad_input(folder.string(),
                          "frames " + std::to_string(first) + " to " + std::to_string(last) + " are not all baked",
@@ -77,18 +80,58 @@ Result<Shot> baked_shot(const Manifest& manifest, const fs::path& folder, const 
         std::vector<fs::path> paths;
         for (int f = first; f <= last; ++f)
             paths.push_back(folder / manifest.frames[static_cast<size_t>(f - whole[0])].files[k].path);
-        shot.meshes.push_back({body_name(nodes, file.node), [paths](size_t i) -> Result<MeshFrame> {
+        const std::string body = body_name(nodes, file.node);
+        const Look& look = (*looks)[body];
+        shot.meshes.push_back({.name = look.name.empty() ? body : look.name,
+                               .read = [paths](size_t i) -> Result<MeshFrame> {
                                    auto bytes = read_file(paths[i]);
                                    if (!bytes) return bytes.error();
                                    return decode_mesh_ply(bytes.take(), paths[i].string());
-                               }});
+                               },
+                               .look = look});
     }
     if (known.empty())
         return bad_input(folder.string(), "holds no mesh frames in PLY, from which exports are made",
                          "bake with a bake_mesh node whose path ends in .ply");
     if (shot.meshes.empty())
         return bad_input(folder.string(), "has no bake_mesh node '" + node + "'", permitted_text(node, known));
+    if (choice.has_solids)
+        shot.solids = [source = SolidSource{manifest, folder, choice.graph_folder.value_or(folder), looks.take(),
+                                            shot.frames}](double extent) { return shot_solids(source, extent); };
     return shot;
+}
+
+Result<Shot> with_solids(const Shot& shot, std::string& out_note) {
+    Shot all = shot;
+    if (!shot.solids) return all;
+    Aabb box;
+    for (const ShotMesh& mesh : shot.meshes) {
+        const auto first = mesh.read(0);
+        if (!first) return first.error();
+        for (const Vec3f& p : first->mesh.positions) box.extend(p.cast<double>());
+    }
+    auto solids = shot.solids(box.diagonal());
+    if (!solids) return solids.error();
+    for (ShotMesh& mesh : solids->meshes) all.meshes.push_back(std::move(mesh));
+    for (const std::string& note : solids->notes) out_note += (out_note.empty() ? "" : "; ") + note;
+    return all;
+}
+
+std::vector<Surface> surfaces_of(const ShotMesh& mesh, const MeshFrame& first) {
+    constexpr std::array<double, 4> kBreak = {0.5, 0.42, 0.36, 1}, kWhite = {1, 1, 1, 1};
+    std::vector<Surface> surfaces;
+    for (size_t m = 0; m < first.materials.size(); ++m) {
+        const bool is_interior = mesh.poses.empty() && m + 1 == first.materials.size();
+        Surface surface;
+        if (is_interior)
+            surface = mesh.look.interior.value_or(Surface{.color = kBreak});
+        else if (m < mesh.look.surfaces.size())
+            surface = mesh.look.surfaces[m];
+        if (surface.name.empty()) surface.name = first.materials[m];
+        if (!first.mesh.corner_colors.empty() && !is_interior) surface.color = kWhite;  // those of vertices count
+        surfaces.push_back(std::move(surface));
+    }
+    return surfaces;
 }
 
 bool is_shot_format(const std::string& extension) {
@@ -143,7 +186,9 @@ Result<ExportReport> export_bake(const BakeExport& wanted, const Progress& progr
         return bad_input(wanted.bake.string(), "is no bake folder", "sunder bake GRAPH -o DIR makes one");
     const auto manifest = read_manifest(wanted.bake);
     if (!manifest) return manifest.error();
-    const auto shot = baked_shot(*manifest, wanted.bake, wanted.node, wanted.frames);
+    ShotChoice choice = wanted.choice;
+    choice.has_solids = choice.node.empty();
+    const auto shot = baked_shot(*manifest, wanted.bake, choice);
     if (!shot) return shot.error();
     std::vector<fs::path> files = companions(file);
     files.push_back(file);

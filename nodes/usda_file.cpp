@@ -1,78 +1,26 @@
-// USD in its text form: one time-sampled Mesh a body (openusd.org, UsdGeomMesh, UsdGeomSubset, UsdShadeMaterial).
+// USD in its text form: one time-sampled Mesh a body, one Mesh with a moving Xform a solid (openusd.org, UsdGeomMesh,
+// UsdGeomSubset, UsdShadeMaterial).
 //
 // Attributes stand one after the other, each with all its frames, so frames are read once for each attribute; a shot
 // need not fit into memory. What does not change from frame to frame is written once.
 #include <algorithm>
-#include <cctype>
-#include <charconv>
 #include <map>
-#include <set>
 
 #include "nodes/shot_export.h"
+#include "nodes/usda_text.h"
 
 namespace sunder {
 namespace {
 
 constexpr size_t kFlushBytes = size_t{1} << 20;
 
-void put(std::string& out, float value) {
-    char text[32];
-    out.append(text, std::to_chars(text, text + sizeof text, value).ptr);  // shortest that reads back the same
-}
-void put(std::string& out, double value) {
-    char text[32];
-    out.append(text, std::to_chars(text, text + sizeof text, value).ptr);
-}
-template <class Integer>
-void put_integer(std::string& out, Integer value) {
-    char text[24];
-    out.append(text, std::to_chars(text, text + sizeof text, value).ptr);
-}
-
-template <class Vector>
-void put_tuple(std::string& out, const Vector& v) {
-    for (int k = 0; k < v.size(); ++k) out += k ? ", " : "(", put(out, v[k]);
-    out += ')';
-}
-
-// "[a, b, c]", `put_one(i)` writing entry i of n.
-template <class PutOne>
-void put_array(std::string& out, size_t n, PutOne&& put_one) {
-    out += '[';
-    for (size_t i = 0; i < n; ++i) {
-        if (i) out += ", ";
-        put_one(i);
-    }
-    out += ']';
-}
-
-template <class Vector>
-void put_tuples(std::string& out, const std::vector<Vector>& values) {
-    put_array(out, values.size(), [&](size_t i) { put_tuple(out, values[i]); });
-}
-
-/// Prim names: letters, digits, _; not a digit first; each once.
-class PrimNames {
-public:
-    std::string make(std::string name) {
-        for (char& c : name)
-            if (!std::isalnum(static_cast<unsigned char>(c)) || static_cast<unsigned char>(c) >= 128) c = '_';
-        if (name.empty() || std::isdigit(static_cast<unsigned char>(name[0]))) name.insert(0, "_");
-        std::string unique = name;
-        for (int n = 2; !taken_.insert(unique).second; ++n) unique = name + "_" + std::to_string(n);
-        return unique;
-    }
-
-private:
-    std::set<std::string> taken_;
-};
-
 /// What one look at all frames of a mesh tells.
 struct Survey {
-    std::vector<std::array<Vec3f, 2>> extent;  // of each frame
+    std::vector<size_t> points_change;         // all frames, or the first of a solid
+    std::vector<std::array<Vec3f, 2>> extent;  // of each of those
     std::vector<size_t> faces_change;          // frames at which faces or what belongs to them differ from before
     std::vector<size_t> hidden_change;
-    std::vector<std::string> materials;
+    std::vector<Surface> surfaces;  // by material
     bool has_uvs = false, has_velocities = false, has_hidden = false;
     bool has_colors = false, has_rim = false, has_interfaces = false;
 };
@@ -85,13 +33,15 @@ bool same_faces(const VisualMesh& a, const VisualMesh& b) {
 Result<Survey> survey(const Shot& shot, const ShotMesh& source, const Progress& progress) {
     Survey found;
     VisualMesh before;
-    for (size_t i = 0; i < shot.frames.size(); ++i) {
-        if (!progress.report(double(i) / double(shot.frames.size()), "exporting")) return cancelled();
+    const size_t n = source.poses.empty() ? shot.frames.size() : 1;
+    for (size_t i = 0; i < n; ++i) {
+        if (!progress.report(double(i) / double(n), "exporting")) return cancelled();
         auto frame = source.read(i);
         if (!frame) return frame.error();
+        found.points_change.push_back(i);
         VisualMesh& m = frame->mesh;
         if (i == 0) {
-            found.materials = frame->materials;
+            found.surfaces = surfaces_of(source, *frame);
             found.has_uvs = !m.corner_uvs.empty(), found.has_velocities = !m.velocities.empty();
             found.has_hidden = !m.triangle_hidden.empty(), found.has_interfaces = !m.triangle_interface.empty();
             found.has_colors = !m.corner_colors.empty(), found.has_rim = !m.corner_rim.empty();
@@ -112,9 +62,7 @@ Result<Survey> survey(const Shot& shot, const ShotMesh& source, const Progress& 
 class UsdaWriter {
 public:
     UsdaWriter(const Shot& shot, FileWriter& file, const Progress& progress)
-        : shot_(shot), file_(file), progress_(progress) {
-        for (size_t i = 0; i < shot.frames.size(); ++i) every_frame_.push_back(i);
-    }
+        : shot_(shot), file_(file), progress_(progress) {}
 
     Status write() {
         std::vector<Survey> surveys;
@@ -157,10 +105,9 @@ private:
         text_ += "    def Scope \"Looks\"\n    {\n";
         PrimNames names;
         for (const Survey& s : surveys)
-            for (size_t m = 0; m < s.materials.size(); ++m) {
-                if (looks_.contains(s.materials[m])) continue;
-                const std::string name = looks_[s.materials[m]] = names.make(s.materials[m]);
-                const bool is_interior = m + 1 == s.materials.size();
+            for (const Surface& surface : s.surfaces) {
+                if (looks_.contains(surface.name)) continue;
+                const std::string name = looks_[surface.name] = names.make(surface.name);
                 text_ += "        def Material \"" + name +
                          "\"\n        {\n"
                          "            token outputs:surface.connect = </shot/Looks/" +
@@ -168,10 +115,18 @@ private:
                          "/surface.outputs:surface>\n\n"
                          "            def Shader \"surface\"\n            {\n"
                          "                uniform token info:id = \"UsdPreviewSurface\"\n"
-                         "                color3f inputs:diffuseColor = " +
-                         (is_interior ? "(0.5, 0.42, 0.36)" : "(0.7, 0.7, 0.7)") +
-                         "\n                float inputs:roughness = 0.8\n"
-                         "                token outputs:surface\n            }\n        }\n\n";
+                         "                color3f inputs:diffuseColor = ";
+                put_tuple(text_, Vec3(surface.color[0], surface.color[1], surface.color[2]));
+                // Seen through: USD's preview has no transmission of its own, only opacity.
+                const std::array<std::pair<const char*, double>, 3> numbers = {
+                    {{"opacity", surface.color[3] * (1 - surface.transmission)},
+                     {"metallic", surface.metallic},
+                     {"roughness", surface.roughness}}};
+                for (const auto& [input, value] : numbers) {
+                    text_ += "\n                float inputs:" + std::string(input) + " = ";
+                    put(text_, value);
+                }
+                text_ += "\n                token outputs:surface\n            }\n        }\n\n";
             }
         text_ += "    }\n\n";
     }
@@ -217,6 +172,7 @@ private:
                  "        uniform token subdivisionScheme = \"none\"\n        uniform token orientation = "
                  "\"rightHanded\"\n"
                  "        uniform token subsetFamily:materialBind:familyType = \"partition\"\n";
+        if (!source.poses.empty()) write_poses(source.poses);
         std::string& out = text_;
         struct Attribute {
             bool is_there;
@@ -225,7 +181,7 @@ private:
             std::function<void(const VisualMesh&, size_t)> put;
         };
         const std::vector<Attribute> attributes = {
-            {true, "float3[] extent", "", every_frame_,
+            {true, "float3[] extent", "", found.points_change,
              [&](const VisualMesh&, size_t i) {
                  put_array(out, 2, [&](size_t k) { put_tuple(out, found.extent[i][k]); });
              }},
@@ -235,11 +191,11 @@ private:
              [&](const VisualMesh& m, size_t) {
                  put_array(out, 3 * m.triangles.size(), [&](size_t c) { put_integer(out, m.triangles[c / 3][c % 3]); });
              }},
-            {true, "point3f[] points", "", every_frame_,
+            {true, "point3f[] points", "", found.points_change,
              [&](const VisualMesh& m, size_t) { put_tuples(out, m.positions.vector()); }},
-            {found.has_velocities, "vector3f[] velocities", "", every_frame_,
+            {found.has_velocities, "vector3f[] velocities", "", found.points_change,
              [&](const VisualMesh& m, size_t) { put_tuples(out, m.velocities.vector()); }},
-            {true, "normal3f[] normals", "interpolation = \"faceVarying\"", every_frame_,
+            {true, "normal3f[] normals", "interpolation = \"faceVarying\"", found.points_change,
              [&](const VisualMesh& m, size_t) { put_tuples(out, m.corner_normals.vector()); }},
             {found.has_uvs, "texCoord2f[] primvars:st", "interpolation = \"faceVarying\"", found.faces_change,
              [&](const VisualMesh& m, size_t) { put_tuples(out, m.corner_uvs.vector()); }},
@@ -266,7 +222,7 @@ private:
                  put_array(out, m.triangles.size(), [&](size_t t) { put_integer(out, m.triangle_hidden[t]); });
              }},
         };
-        const double n = double(attributes.size() + found.materials.size());
+        const double n = double(attributes.size() + found.surfaces.size());
         for (size_t a = 0; a < attributes.size(); ++a)
             if (const Attribute& it = attributes[a]; it.is_there)
                 if (Status s = attribute(source, it.declaration, it.metadata, it.frames,
@@ -275,8 +231,8 @@ private:
                     return s;
         depth_ = 3;
         PrimNames names;
-        for (size_t material = 0; material < found.materials.size(); ++material) {
-            const std::string& label = found.materials[material];
+        for (size_t material = 0; material < found.surfaces.size(); ++material) {
+            const std::string& label = found.surfaces[material].name;
             text_ += "\n        def GeomSubset \"" + names.make(label) +
                      "\" (\n            prepend apiSchemas = [\"MaterialBindingAPI\"]\n        )\n        {\n"
                      "            uniform token elementType = \"face\"\n"
@@ -295,6 +251,30 @@ private:
         return {};
     }
 
+    // Where a solid is: a value a frame, or one.
+    void write_poses(const std::vector<Pose>& poses) {
+        const auto write = [&](const char* declaration, auto&& put_value) {
+            text_ += std::string("        ") + declaration;
+            if (poses.size() > 1) text_ += ".timeSamples = {\n";
+            for (size_t i = 0; i < poses.size(); ++i) {
+                if (poses.size() > 1) text_ += "            ", put_integer(text_, shot_.frames[i]);
+                text_ += poses.size() > 1 ? ": " : " = ";
+                put_value(poses[i]);
+                text_ += poses.size() > 1 ? ",\n" : "\n";
+            }
+            if (poses.size() > 1) text_ += "        }\n";
+        };
+        write("double3 xformOp:translate", [&](const Pose& p) { put_tuple(text_, p.position); });
+        Eigen::Vector4f before = Eigen::Vector4f::Zero();  // neighbours on one side, to blend the short way round
+        write("quatf xformOp:orient", [&](const Pose& p) {
+            const Quat& o = p.orientation;
+            Eigen::Vector4f q = Eigen::Vector4d(o.w(), o.x(), o.y(), o.z()).cast<float>();
+            if (before.dot(q) < 0) q = -q;
+            put_tuple(text_, before = q);
+        });
+        text_ += "        uniform token[] xformOpOrder = [\"xformOp:translate\", \"xformOp:orient\"]\n";
+    }
+
     void put_faces_of(const VisualMesh& m, int32_t material) {
         std::vector<size_t> faces;
         for (size_t t = 0; t < m.triangles.size(); ++t)
@@ -305,7 +285,6 @@ private:
     const Shot& shot_;
     FileWriter& file_;
     const Progress& progress_;
-    std::vector<size_t> every_frame_;
     std::map<std::string, std::string> looks_;  // material -> its prim
     std::string text_;                          // not yet in the file
     int depth_ = 2;                             // prims around the attributes that are being written
@@ -314,12 +293,15 @@ private:
 }  // namespace
 
 Result<ExportReport> export_usda(const Shot& shot, const ExportSettings& settings, const Progress& progress) {
+    std::string notes;
+    const auto whole = with_solids(shot, notes);
+    if (!whole) return whole.error();
     auto file = FileWriter::open(settings.file);
     if (!file) return file.error();
-    if (Status s = UsdaWriter(shot, *file, progress).write(); !s) return s.error();
+    if (Status s = UsdaWriter(*whole, *file, progress).write(); !s) return s.error();
     const auto stamp = file->commit();
     if (!stamp) return stamp.error();
-    return ExportReport{{}, {{settings.file, *stamp}}, {}};
+    return ExportReport{{}, {{settings.file, *stamp}}, notes};
 }
 
 }  // namespace sunder

@@ -31,7 +31,8 @@ def arguments():
 def material(name, color):
     made = bpy.data.materials.new(name)
     made.diffuse_color = (*color, 1)
-    made.use_nodes = True
+    if not getattr(made, "use_nodes", True):  # always on from Blender 5.0
+        made.use_nodes = True
     made.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (*color, 1)
     return made
 

@@ -73,7 +73,8 @@ def chosen_frames(text, bake):
 
 def material(name, color, roughness=0.6, metallic=0.0):
     made = bpy.data.materials.new(name)
-    made.use_nodes = True
+    if not getattr(made, "use_nodes", True):  # always on from Blender 5.0
+        made.use_nodes = True
     made.diffuse_color = (*color, 1)  # what Workbench shows
     made.roughness, made.metallic = roughness, metallic
     shader = made.node_tree.nodes["Principled BSDF"]
@@ -240,7 +241,8 @@ def add_light(low, high, distance):
         light.rotation_euler = (center - light.location).to_track_quat("-Z", "Y").to_euler()
         bpy.context.scene.collection.objects.link(light)
     world = bpy.data.worlds.new("world")
-    world.use_nodes = True
+    if not getattr(world, "use_nodes", True):  # always on from Blender 5.0
+        world.use_nodes = True
     world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.80, 0.86, 0.95, 1)
     world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.25
     bpy.context.scene.world = world

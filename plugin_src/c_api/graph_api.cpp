@@ -201,6 +201,13 @@ sunder_status sunder_graph_set_base_folder(sunder_graph* graph, const char* fold
     });
 }
 
+sunder_status sunder_graph_set_cut_folder(sunder_graph* graph, const char* folder) {
+    return on_graph(graph, {folder}, [&](sunder::Graph& g) -> Status {
+        g.set_cut_folder(folder);
+        return {};
+    });
+}
+
 void sunder_graph_cancel(sunder_graph* graph) {
     if (graph) graph->cancel.store(true, std::memory_order_relaxed);
 }

@@ -106,6 +106,8 @@ SUNDER_API sunder_status sunder_graph_set_threads(sunder_graph* graph, int32_t t
 /* Of past frames that each solver keeps. */
 SUNDER_API sunder_status sunder_graph_set_cache_limit(sunder_graph* graph, uint64_t bytes);
 SUNDER_API sunder_status sunder_graph_set_base_folder(sunder_graph* graph, const char* folder);
+/* What prefracture nodes cut is kept there and not cut again, also by another graph later; "" (default): nowhere. */
+SUNDER_API sunder_status sunder_graph_set_cut_folder(sunder_graph* graph, const char* folder);
 
 /* Stops what is being evaluated or baked; it returns SUNDER_CANCELLED as soon as its data are whole. */
 SUNDER_API void sunder_graph_cancel(sunder_graph* graph);

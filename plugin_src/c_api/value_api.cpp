@@ -163,10 +163,9 @@ sunder_status sunder_graph_export_bake(sunder_graph* graph, const sunder_export_
     return long_call(graph, there && out_json, progress, [&](const sunder::Progress& p) -> Status {
         sunder::BakeExport wanted{.bake = settings->bake,
                                   .settings = {.file = settings->file, .tolerance = settings->tolerance},
-                                  .node = settings->node ? settings->node : "",
-                                  .frames = {},
+                                  .choice = {.node = settings->node ? settings->node : ""},
                                   .overwrite = settings->overwrite != 0};
-        if (settings->has_frames) wanted.frames = {settings->first_frame, settings->last_frame};
+        if (settings->has_frames) wanted.choice.frames = {settings->first_frame, settings->last_frame};
         const auto report = sunder::export_bake(wanted, p);
         if (!report) return report.error();
         Json json = {{"frames", report->frames}, {"files", Json::array()}, {"note", report->note}};

@@ -12,16 +12,17 @@ namespace {
 
 struct Options {
     BakeExport wanted;
-    std::string bake, file, frames;
+    std::string bake, file, frames, graph_folder;
 };
 
 int run_export(const Options& options) {
     BakeExport wanted = options.wanted;
     wanted.bake = options.bake, wanted.settings.file = options.file;
+    if (!options.graph_folder.empty()) wanted.choice.graph_folder = options.graph_folder;
     if (!options.frames.empty()) {
         const auto frames = to_frames(options.frames);
         if (!frames) return fail(frames.error(), "sunder export");
-        wanted.frames = *frames;
+        wanted.choice.frames = *frames;
     }
     ProgressBar bar;
     const auto report = export_bake(wanted, bar.progress());
@@ -45,7 +46,9 @@ void add_export_command(CLI::App& app, Run& out_run) {
         ->required()
         ->type_name("FILE");
     command
-        ->add_option("--node", options->wanted.node, "bake_mesh node whose mesh is written; all of them unless given")
+        ->add_option(
+            "--node", options->wanted.choice.node,
+            "bake_mesh node whose mesh alone is written; all of them, with rigid bodies and colliders, unless given")
         ->type_name("NAME");
     command->add_option("--frames", options->frames, "frames to write; all that are baked unless given")
         ->type_name("A:B");
@@ -54,6 +57,10 @@ void add_export_command(CLI::App& app, Run& out_run) {
                      ".glb: how far a vertex may be from its rigid fragment, as a share of the shot's size")
         ->capture_default_str()
         ->type_name("SHARE");
+    command
+        ->add_option("--graph-folder", options->graph_folder,
+                     "where the graph file lay, which names the meshes of colliders; the bake folder unless given")
+        ->type_name("DIR");
     command->add_flag("--overwrite", options->wanted.overwrite, "replace files that are there");
     command->callback([options, &out_run] { out_run = [options] { return run_export(*options); }; });
 }

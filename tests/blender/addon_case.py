@@ -44,6 +44,7 @@ class AddonCase(unittest.TestCase):
         """A block that falls on a floor and breaks; nodes by their type."""
         thing = thing or self.cube()
         tree = addon("quick_fracture").build(thing, "CLAY", pieces, fall_speed=fall_speed)
+        tree.preset = ""  # as one that was built by hand
         nodes = {n.sunder_type: n for n in tree.nodes}
         nodes["solver"].set_parameters(substeps=4)
         nodes["body"].set_parameters(**(material or {"toughness": 0.01}))

@@ -3,6 +3,7 @@ import os
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
 from addon_case import AddonCase, addon, main, positions
 
@@ -56,7 +57,9 @@ class Exports(AddonCase):
         before = set(bpy.data.objects)
         self.scene.render.fps = 24
         bpy.ops.import_scene.gltf(filepath=path)
-        pieces = [o for o in bpy.data.objects if o not in before and o.type == "MESH"]
+        imported = [o for o in bpy.data.objects if o not in before and o.type == "MESH"]
+        pieces = [o for o in imported if o.parent]
+        self.assertEqual([o.name for o in imported if not o.parent], ["Floor"])
         self.assertEqual(len(pieces), len(np.unique(frames[0].fragment)))
         worst = 0
         for number, frame in enumerate(frames):
@@ -86,6 +89,68 @@ class Exports(AddonCase):
                 rotation = u @ np.diag([1, 1, np.linalg.det(u @ v)]) @ v
                 worst = max(worst, np.linalg.norm(now - local @ rotation.T, axis=1).max())
         return worst
+
+    def solids_tree(self):
+        """A falling block with a free anvil (scaled, its origin off its middle) and a turning ramp, on a floor object."""
+        tree, nodes = self.constant_tree(toughness=1e-6, youngs_modulus=1e7)
+        iron = bpy.data.materials.new("Iron")
+        iron.use_nodes = True
+        iron.node_tree.nodes["Principled BSDF"].inputs["Metallic"].default_value = 1
+        bpy.ops.mesh.primitive_monkey_add(size=0.3, location=(1, 0, 1), rotation=(0.3, 0.2, 0.1))
+        anvil = bpy.context.object
+        anvil.name, anvil.scale = "Anvil", (1, 2, 0.5)
+        anvil.data.transform(Matrix.Translation((0.2, 0, 0.1)))
+        anvil.data.materials.append(iron)
+        bpy.ops.mesh.primitive_cylinder_add(radius=0.2, depth=1, location=(-1, 0, 1))
+        ramp = bpy.context.object
+        ramp.name = "Turning Ramp"
+        for frame, angle in ((1, 0), (6, 1)):
+            ramp.rotation_euler = (angle, 0, 0)
+            ramp.keyframe_insert("rotation_euler", frame=frame)
+        bpy.ops.mesh.primitive_plane_add(size=4)
+        bpy.context.object.name = "Ground"
+        free, turning, ground = self.node(tree, "rigid_body"), self.node(tree, "collider"), nodes["collider"]
+        for node, thing, shape in ((free, anvil, "box"), (turning, ramp, "mesh"), (ground, bpy.data.objects["Ground"], "plane")):
+            node.source, node.object, node.shape = "OBJECT", thing, shape
+        free.set_parameters(angular_velocity=(100, 300, 50), velocity=(0, 0, 2))
+        turning.set_parameters(resolution=24)
+        self.connect(free, "rigid_body", nodes["solver"], "rigid_bodies")
+        self.connect(turning, "collider", nodes["solver"], "colliders")
+        return tree
+
+    def test_gltf_holds_what_the_artist_sees(self):
+        tree = self.solids_tree()
+        self.results(tree)
+        self.assertEqual(self.bake(tree), {"FINISHED"})
+        twin = bpy.data.objects["Anvil moving"]
+        wanted = {"Anvil": twin, "Turning Ramp": bpy.data.objects["Turning Ramp"], "Ground": bpy.data.objects["Ground"]}
+        path = str(self.folder / "shot.glb")
+        self.assertEqual(bpy.ops.sunder.export(tree=tree.name, filepath=path, tolerance=0.5), {"FINISHED"})
+        before = set(bpy.data.objects)
+        self.scene.render.fps = 24
+        bpy.ops.import_scene.gltf(filepath=path)
+        imported = {o.name.removesuffix(".001"): o for o in bpy.data.objects if o not in before}
+        self.assertIn("Block fractured", imported)
+        self.assertEqual(imported["Anvil"].data.materials[0].name.removesuffix(".001"), "Iron")
+        self.assertIn("Sunder Interior.001", bpy.data.materials)
+        places = []
+        for frame in range(1, 7):
+            corners = {}
+            self.scene.frame_set(frame)
+            for name, thing in wanted.items():
+                corners[name] = np.array([thing.matrix_world @ v.co for v in thing.data.vertices])
+            self.scene.frame_set(frame - 1)  # the importer's time 0 is frame 0
+            for name, thing in wanted.items():
+                shown = np.array([imported[name].matrix_world @ v.co for v in imported[name].data.vertices])
+                apart = np.linalg.norm(shown[:, None] - corners[name][None], axis=2)
+                self.assertLess(max(apart.min(0).max(), apart.min(1).max()), 1e-4, f"{name} at {frame}")
+            places.append(corners)
+        for name, moves in (("Anvil", True), ("Turning Ramp", True), ("Ground", False)):
+            self.assertEqual(np.abs(places[0][name] - places[-1][name]).max() > 0.1, moves)
+        folder = self.cached(tree)
+        self.assertEqual(len(list((folder / "looks").iterdir())), 3)
+        bpy.ops.sunder.free_bake(tree=tree.name)
+        self.assertFalse(folder.exists())
 
     def test_formats_are_told_by_the_ending(self):
         tree, _ = self.constant_tree()

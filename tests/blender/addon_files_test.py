@@ -222,6 +222,11 @@ class Copies(FileCase):
         tree = self.only_tree()
         self.scene.frame_set(4)
         self.assertEqual([self.cached(tree), self.note(tree)], [first, "baked 1 to 6"])
+        before = {p: p.stat().st_mtime_ns for p in first.rglob("*")}
+        path = str(self.folder / "appended.usda")
+        self.assertEqual(bpy.ops.sunder.export(tree=tree.name, filepath=path), {"FINISHED"})
+        self.assertIn("Block_fractured", (self.folder / "appended.usda").read_text())
+        self.assertEqual({p: p.stat().st_mtime_ns for p in first.rglob("*")}, before)  # an export writes nothing into another file's bake
         # What the tree was cut from came along as data, but stands in no view layer: link it before baking.
         source = next(n for n in tree.nodes if n.sunder_type == "mesh_file").object
         self.assertIn("not in this view layer", self.refusal(tree))
@@ -232,6 +237,18 @@ class Copies(FileCase):
         self.reopen("a.blend")
         self.assertIs(self.status(self.only_tree()).is_stale, False)
 
+    def test_a_shot_that_was_saved_once_is_appended_to_a_file_that_never_was(self):
+        tree, _, _ = self.shot()  # baked before there was a file
+        self.save("a.blend")
+        first = self.cached(tree)
+        self.assertEqual(first.parent, self.folder / "sunder_cache")
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        self.scene = bpy.context.scene
+        bpy.ops.wm.append(filepath=str(self.folder / "a.blend/Object/Block fractured"), filename="Block fractured",
+                          directory=str(self.folder / "a.blend/Object") + "/")
+        tree = self.only_tree()
+        self.scene.frame_set(4)
+        self.assertEqual([self.cached(tree), self.note(tree)], [first, "baked 1 to 6"])
 
     def test_a_linked_shot_plays_from_its_own_folder_once_its_mesh_is_local(self):
         self.save("a.blend")

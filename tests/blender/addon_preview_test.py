@@ -245,11 +245,32 @@ class Meshes(PreviewCase):
         self.result.sunder.preview = "OFF"
         self.assertEqual(self.result.display_type, "TEXTURED")
 
+    def test_a_file_that_is_opened_again_shows_what_was_cut_before(self):
+        self.save()
+        kept, = (self.cached(self.shot) / "cuts").iterdir()
+        stamp = kept.stat()
+        before = self.frame(self.source(), 4)
+        self.reopen()
+        addon("preview").forget()
+        self.shot, = addon("tree").trees()
+        after = self.frame(self.source(), 4)
+        for a, b in ((before.particles, after.particles), (before.surface.rest, after.surface.rest),
+                     (before.surface.influences, after.surface.influences), (before.surface.inner, after.surface.inner)):
+            np.testing.assert_array_equal(a, b)
+        again = kept.stat()
+        self.assertEqual((again.st_ino, again.st_mtime_ns), (stamp.st_ino, stamp.st_mtime_ns))  # read, not made
+        kept.unlink()
+        np.testing.assert_array_equal(self.frame(self.source(), 4).surface.rest, before.surface.rest)
+        self.assertEqual([p.name for p in kept.parent.iterdir()], [kept.name])  # made anew, the same
+        folder = self.cached(self.shot)
+        bpy.ops.sunder.free_bake(tree=self.shot.name)
+        self.assertFalse(folder.exists())
+
     def test_without_a_bake_the_preview_says_so(self):
         bpy.ops.sunder.free_bake(tree=self.shot.name)
         self.result.sunder.preview = "PIECES"
         self.assertIsNone(addon("preview").update(self.result, self.scene))
-        self.assertEqual(addon("preview").problems[self.result.name], "nothing baked yet")
+        self.assertEqual(addon("preview").problems[self.result.name], "nothing baked yet: the preview shows what Bake makes")
 
     def test_two_shots_are_cut_once_each_and_anew_when_baked_otherwise(self):
         other, nodes = self.tree(self.cube(location=(3, 0, 0.5), name="Other"))

@@ -55,10 +55,64 @@ class QuickFracture(AddonCase):
 
     def test_what_cannot_be_cut_is_told_and_leaves_a_tree_to_mend(self):
         bpy.ops.mesh.primitive_plane_add()
-        with self.assertRaisesRegex(RuntimeError, "the mesh is open"):
-            bpy.ops.sunder.quick_fracture(pieces=4)
+        bpy.ops.sunder.quick_fracture(pieces=4, bake=False)
         tree, = addon("tree").trees()
+        tree.nodes["Pre-Fracture"].thickness = 0
+        with self.assertRaisesRegex(RuntimeError, "the mesh is open"):
+            self.bake(tree)
         self.assertEqual([n.sunder_type for n in tree.nodes if n.error], ["prefracture"])
+        bpy.ops.curve.primitive_bezier_circle_add()
+        with self.assertRaisesRegex(RuntimeError, "has no faces.*depth"):
+            bpy.ops.sunder.quick_fracture(pieces=4)
+
+    def test_sheets_get_walls_whatever_their_mesh(self):
+        for make in (lambda: bpy.ops.mesh.primitive_plane_add(location=(0, 0, 1)),
+                     lambda: bpy.ops.mesh.primitive_grid_add(x_subdivisions=20, y_subdivisions=20, location=(0, 0, 1)),
+                     lambda: bpy.ops.mesh.primitive_cylinder_add(end_fill_type="NOTHING", location=(0, 0, 2)),
+                     lambda: bpy.ops.object.text_add(location=(0, 0, 1))):
+            make()
+            thing = bpy.context.object
+            result, tree = self.quick(thing, pieces=6)
+            self.assertGreater(tree.nodes["Pre-Fracture"].thickness, 0, thing.name)
+            self.assertEqual([tree.nodes["Pre-Fracture"].repair, self.status(tree).state], ["auto", "complete"])
+
+    def test_texts_and_curves_with_depth_are_cut_as_they_look(self):
+        bpy.ops.object.text_add(location=(0, 0, 1), rotation=(1.57, 0, 0))
+        text = bpy.context.object
+        text.data.extrude, text.data.bevel_depth, text.data.body = 0.1, 0.01, "e8"
+        bpy.ops.curve.primitive_bezier_circle_add(location=(0, 3, 1))
+        ring = bpy.context.object
+        ring.data.bevel_depth = 0.2
+        for thing in (text, ring):
+            result, tree = self.quick(thing, pieces=6)
+            self.assertEqual([tree.nodes["Pre-Fracture"].thickness, self.status(tree).state], [0, "complete"])
+            self.assertFalse(self.status(tree).is_stale)
+            low, high = (addon("scene_input").world_bounds(thing, bpy.context.evaluated_depsgraph_get()))
+            self.scene.frame_set(1)
+            shown = np.array([v.co for v in result.data.vertices])
+            np.testing.assert_allclose([shown.min(0), shown.max(0)], [low, high], atol=1e-4)
+            thing.data.bevel_depth *= 2
+            bpy.context.view_layer.update()
+            self.assertTrue(self.status(tree).is_stale, thing.name)
+
+    def test_selected_objects_break_together(self):
+        self.scene.frame_end = 8
+        lower, upper = self.cube(size=1, location=(0, 0, 0.51), name="Lower"), self.cube(size=1, location=(0, 0, 1.6), name="Upper")
+        for thing in (lower, upper):
+            thing.select_set(True)
+        result, tree = self.quick(upper, pieces=8, fall_speed=8)
+        self.assertEqual(result.name, "Upper fractured")
+        self.assertEqual(sorted(o.name for o in self.results_of(tree)), ["Lower fractured", "Upper fractured"])
+        self.assertEqual(sorted(n.sunder_type for n in tree.nodes), sorted(
+            ["solver", "collider"] + 2 * ["mesh_file", "prefracture", "body", "deformer"]))
+        self.assertIn("Lower: Body", [n.label for n in tree.nodes])
+        self.scene.frame_set(8)
+        state = self.last_state(tree)
+        self.assertGreater(state.position[state.body == 0][:, 2].mean(), state.position[state.body == 1][:, 2].mean())
+        self.assertGreater(state.position[state.body == 0][:, 2].mean(), 0.5)  # it lies on the other
+
+    def results_of(self, tree):
+        return addon("player").result_objects(tree)
 
     def test_a_head_with_holes_gets_a_closed_skin(self):
         bpy.ops.mesh.primitive_monkey_add(location=(0, 0, 1.5))
@@ -70,6 +124,8 @@ class QuickFracture(AddonCase):
     def test_it_wants_a_mesh_that_is_no_result(self):
         bpy.ops.object.empty_add()
         self.assertFalse(bpy.ops.sunder.quick_fracture.poll())
+        with self.assertRaisesRegex(RuntimeError, "poll"):
+            bpy.ops.sunder.quick_fracture()
         result, _ = self.quick(self.cube(), pieces=4, bake=False)
         self.assertFalse(bpy.ops.sunder.quick_fracture.poll())
 
@@ -84,6 +140,39 @@ class QuickFracture(AddonCase):
         self.assertEqual([t.name for t in addon("tree").trees()], [])
         self.assertEqual([o.name for o in bpy.data.objects], ["Block"])
         self.assertFalse(bpy.data.objects["Block"].hide_render)
+
+    def test_break_surfaces_suit_the_preset(self):
+        for preset in addon("presets").PRESETS:
+            for has_material in (False, True):
+                thing = self.cube()
+                if has_material:
+                    paint = bpy.data.materials.new("Paint")
+                    paint.use_nodes = True
+                    paint.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (0.1, 0.2, 0.8, 1)
+                    thing.data.materials.append(paint)
+                result, _ = self.quick(thing, preset=preset, pieces=4, bake=False)
+                outer, inner = result.data.materials
+                self.assertEqual(result.sunder.interior_slot, 1)
+                outside, inside = (addon("looks").surface(m) for m in (outer, inner))
+                if has_material:
+                    self.assertEqual(outer, paint)  # the artist's stay
+                if preset == "GLASS":
+                    self.assertEqual(inner, outer)
+                    self.assertEqual(inside["transmission"], 0 if has_material else 1)
+                elif preset in ("STEEL", "LEAD"):
+                    self.assertEqual([inside["metallic"], outside["metallic"]], [1, 0 if has_material else 1])
+                    self.assertGreater(min(inside["color"][:3]), 0.45)  # bright
+                elif preset == "CLAY":
+                    np.testing.assert_allclose(inside["color"][:3], 0.55 * np.array(outside["color"][:3]), rtol=1e-5)
+                    self.assertEqual(outside["color"][:3], addon("looks").surface(outer)["color"][:3])
+                else:
+                    self.assertGreater(inside["color"][0], 0.6)  # pale
+                tree = result.sunder.tree
+                bpy.data.objects.remove(result)
+                bpy.ops.sunder.add_results(tree=tree.name)  # made again, it looks the same
+                again, = self.results_of(tree)
+                self.assertEqual(list(again.data.materials), [outer, inner])
+        self.assertNotIn("Sunder Interior", bpy.data.materials)
 
     def test_presets_do_what_they_say(self):
         self.scene.frame_end = 16

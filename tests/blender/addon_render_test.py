@@ -20,7 +20,7 @@ class Render(AddonCase):
         self.shot, nodes = self.tree(thing, pieces=30, fall_speed=12)
         nodes["solver"].set_parameters(substeps=8)
         self.result, = self.results(self.shot)
-        addon("results").interior_material().diffuse_color = RED
+        addon("interiors").raw().diffuse_color = RED
         self.bake(self.shot)
         camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
         camera.location = (1.5, -3, 2)

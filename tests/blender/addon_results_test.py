@@ -52,11 +52,37 @@ class Shown(AddonCase):
             write._foreach = plain
         self.assertEqual(at_rest[0], "co")
         self.assertNotIn("vertex_index", at_rest)
-        self.assertNotIn("material_index", at_rest)
+        self.assertLess(len(at_rest), len(written))
         self.assertIn("vertex_index", written)
         thing.sunder.uv_map = "Other"  # what else faces are written from counts, too
         self.scene.frame_set(5)
         self.assertIn("Other", thing.data.uv_layers)
+
+    def test_normals_of_large_meshes_wait_until_playing_stops(self):
+        tree, _ = self.tree()
+        thing, = self.results(tree)
+        self.bake(tree)
+        player, handlers = addon("player"), addon("handlers")
+        self.scene.frame_set(2)
+        exact = player.PLAYED_FACES
+        self.scene.frame_current = 6  # torn: as playing in the window comes there
+        self.assertFalse(player.show_all(self.scene, is_playing=True))  # a small one has its normals at once
+        self.assertTrue(thing.data.has_custom_normals)
+        wanted = player.show_all(self.scene)
+        player.PLAYED_FACES = 0
+        try:
+            self.scene.frame_set(2)
+            self.assertTrue(thing.data.has_custom_normals)  # scripts and renders have them whatever the size
+            self.scene.frame_current = 6
+            self.assertTrue(player.show_all(self.scene, is_playing=True))
+            torn = len(thing.data.polygons)
+            self.assertFalse(thing.data.has_custom_normals)
+            handlers._late["frame"] = 6
+            handlers._catch_up(self.scene)
+            handlers._catch_up(self.scene)
+        finally:
+            player.PLAYED_FACES = exact
+        self.assertEqual([len(thing.data.polygons), thing.data.has_custom_normals, wanted], [torn, True, False])
 
     def test_toughness_left_is_what_is_missing_to_the_toughness_at_the_frame(self):
         tree, nodes = self.tree(material={"toughness": 0.3})
@@ -212,6 +238,26 @@ class Shown(AddonCase):
         shutil.rmtree(self.cached(tree))
         self.scene.frame_set(6)
         self.assertEqual(nodes["deformer"].note, "nothing baked yet")
+
+    def test_a_twin_looks_as_its_object_does_and_takes_over_nothing_that_would_move_it(self):
+        tree, nodes = self.tree()
+        bpy.ops.object.empty_add(location=(1, 2, 3), rotation=(0.5, 0, 0))
+        parent = bpy.context.object
+        ball = self.cube(size=0.3, location=(0, 0, 2), name="Ball")
+        ball.modifiers.new("round", "SUBSURF").levels = 2
+        ball.keyframe_insert("location", frame=1)
+        ball.constraints.new("COPY_ROTATION").target = parent
+        ball.parent = parent
+        bpy.context.view_layer.update()
+        node = self.node(tree, "rigid_body", mass=5)
+        node.source, node.object = "OBJECT", ball
+        self.connect(node, "rigid_body", nodes["solver"], "rigid_bodies")
+        twin = next(o for o in self.results(tree) if o.sunder.node == "rigid_body")
+        self.assertEqual([m.name for m in twin.modifiers], ["round"])
+        self.assertEqual([twin.animation_data, len(twin.constraints), twin.parent, twin.hide_render], [None, 0, None, False])
+        bpy.context.view_layer.update()
+        np.testing.assert_allclose(twin.matrix_world, ball.matrix_world, atol=1e-6)
+        self.assertTrue(twin.visible_get() and not ball.visible_get())
 
     def test_a_rigid_bodys_twin_moves_and_the_object_stays(self):
         tree, nodes = self.tree()

@@ -126,6 +126,7 @@ class Errors(AddonCase):
         thing = self.cube()
         bpy.ops.mesh.primitive_plane_add(size=0.3, location=(2, 0, 1))
         tree, nodes = self.tree(bpy.context.object)
+        nodes["prefracture"].thickness = 0  # a sheet without walls
         self.refusal(tree)
         self.assertEqual([n.name for n in tree.nodes if n.error], ["Pre-Fracture"])
         nodes["mesh_file"].object = thing

@@ -29,6 +29,9 @@ GUARDED = {
     "draw_color": "of a socket: draw_color_simple from 4.0",
     "draw_color_simple": "new in 4.0",
     "2D_FLAT_COLOR": "FLAT_COLOR from 4.0",
+    "use_nodes": "of a material: always on from 5.0, to go in 6.0",
+    "use_screen_space_refraction": "of a material: gone after 4.1",
+    "use_raytrace_refraction": "of a material: new in 4.2",
 }
 NEVER = {
     "bgl": "gone in 5.0",
@@ -47,6 +50,9 @@ NEVER = {
     "bevel_weight": "of vertices and edges: an attribute from 4.0",
     "crease": "of edges: an attribute from 4.0",
     "use_bloom": "gone in 4.2",
+    "blend_method": "of a material: surface_render_method from 4.2",
+    "shadow_method": "of a material: gone in 4.2",
+    "sequences": "strips from 4.4",
     "compositing_node_group": "new in 5.0, where scene.node_tree went",
     "grease_pencils": "other data from 4.3",
     "nodeitems_utils": "menus are drawn without it",
@@ -101,6 +107,20 @@ class Versions(unittest.TestCase):
                     with self.subTest(path.name, line=call.lineno):
                         self.assertFalse(any(isinstance(a, (ast.Dict, ast.Call)) for a in call.args))
                         self.assertLessEqual(len(call.args), 1)
+
+    def test_classes_that_blender_makes_have_no_makers_of_their_own(self):
+        """From 4.4 on they would have to hand Blender's arguments on."""
+        for path in sorted([*SOURCE.glob("*.py"), *SCRIPTS.glob("*.py")]):
+            for node in ast.walk(ast.parse(path.read_text())):
+                if isinstance(node, ast.ClassDef) and any("bpy.types" in ast.unparse(b) for b in node.bases):
+                    made = {n.name for n in node.body if isinstance(n, ast.FunctionDef)}
+                    self.assertFalse(made & {"__init__", "__new__", "__del__"}, f"{path.name}: {node.name}")
+
+    def test_no_property_of_ours_is_reached_by_subscript(self):
+        """From 5.0 on what bpy.props defined is no longer there: only names that we write by subscript are read so."""
+        for path in sorted(SOURCE.glob("*.py")):
+            source = path.read_text()
+            self.assertNotRegex(source, r"\.sunder\[|\[\"(cache_id|former_home|use_exact_normals|preview|interior_slot)\"\]")
 
     def test_the_check_itself_sees_them(self):
         self.assertEqual(unguarded("def f(m):\n    m.calc_normals_split()"), [("calc_normals_split", 2, "gone in 4.1")])

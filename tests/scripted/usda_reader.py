@@ -13,7 +13,7 @@ import numpy as np
 
 _TOKEN = re.compile(r"""\s+|(?P<text>"(?:[^"\\\n]|\\.)*")|(?P<path><[^>\n]*>)|(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)
     |(?P<word>[A-Za-z_][A-Za-z0-9_:.]*)|(?P<mark>[\[\](){},;:=])""", re.VERBOSE)
-_WIDTH = {"int": 1, "token": 1, "float": 1, "float3": 3, "color3f": 3, "point3f": 3, "vector3f": 3, "normal3f": 3, "texCoord2f": 2}
+_WIDTH = {"int": 1, "token": 1, "float": 1, "float3": 3, "double3": 3, "quatf": 4, "color3f": 3, "point3f": 3, "vector3f": 3, "normal3f": 3, "texCoord2f": 2}
 
 
 class Attribute:

@@ -8,7 +8,7 @@ import time
 
 import bpy
 
-from . import cache, compiler, core, mesh_export, runtime, signature, tree as trees
+from . import cache, compiler, core, looks, mesh_export, runtime, signature, tree as trees
 
 _CACHE_LIMIT = 2**30  # bytes of past frames that a solver keeps at least
 _LOOK = 0.1  # s between looks while waiting
@@ -60,6 +60,7 @@ class BakeJob:
                 cache.make_own(tree)
                 self.cache_id, folder = tree.cache_id, cache.folder(tree)
                 graph.set_base_folder(folder)
+            graph.set_cut_folder(cache.cuts(folder))
             graph.set_threads(tree.threads)
         except sunder.Error as error:
             self._told(error, tree)
@@ -67,6 +68,7 @@ class BakeJob:
         try:
             os.makedirs(folder, exist_ok=True)
             mesh_export.write(folder, compiled.files)
+            looks.write(tree, folder)
             note = {
                 "blend": cache.blend_name(), "tree": tree.name, "signature": signature.signature(tree, scene),
                 "rest_matrices": compiled.rest_matrices, "taken_over": taken_over,

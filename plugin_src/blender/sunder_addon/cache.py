@@ -16,6 +16,7 @@ from . import runtime, tree as trees
 FOLDER = "sunder_cache"
 _NOTE = "blender.json"
 _GRAPH = "graph.json"
+LOOKS, LOOKS_FOLDER = "looks.json", "looks"
 _read_before = {}  # file: (stamp, content)
 
 
@@ -50,8 +51,9 @@ def folder(tree):
     if job is not None:  # also while the file is saved somewhere else
         return job.folder
     own = os.path.join(home(tree.library), trees.identity(tree))
-    if bpy.data.filepath and not os.path.isdir(own):  # the file was saved to another folder, the bake was not
-        for former in (tree.former_home, runtime.former_homes.get(tree.cache_id)):
+    if not os.path.isdir(own):  # the file was saved to another folder, or the tree appended: the bake stayed where it was
+        beside = [home(library) for library in bpy.data.libraries]
+        for former in (tree.former_home, runtime.former_homes.get(tree.cache_id), *beside):
             if former and os.path.isdir(os.path.join(former, tree.cache_id)):
                 return os.path.join(former, tree.cache_id)
     return own
@@ -128,7 +130,10 @@ def free(tree):
     inputs = os.path.join(path, "inputs")
     if os.path.isdir(inputs):
         own += ["inputs/" + name for name in os.listdir(inputs) if name.endswith((".ply", ".ply.part"))]
-    for name in [*own, "manifest.json", _GRAPH, _NOTE]:
+    own += [f"{LOOKS_FOLDER}/{name}" for name in looks_meshes(path)]
+    if os.path.isdir(cuts(path)):
+        own += ["cuts/" + name for name in os.listdir(cuts(path)) if name.endswith(".cut")]
+    for name in [*own, "manifest.json", _GRAPH, _NOTE, LOOKS]:
         try:
             os.remove(os.path.join(path, name))
             removed += 1
@@ -136,6 +141,17 @@ def free(tree):
             pass
     _remove_empty(path)
     return removed
+
+
+def cuts(path):
+    """Where the library keeps what it has cut for a bake folder, so that it does not cut it again."""
+    return os.path.join(path, "cuts")
+
+
+def looks_meshes(path):
+    """What looks.py left in a bake folder beside its looks.json."""
+    meshes = os.path.join(path, LOOKS_FOLDER)
+    return [n for n in os.listdir(meshes) if n.endswith((".ply", ".ply.part"))] if os.path.isdir(meshes) else []
 
 
 def remove_old_inputs(path, kept):

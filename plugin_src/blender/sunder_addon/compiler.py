@@ -222,7 +222,7 @@ class _Compiler:
     def _solid(self, name, thing, depsgraph, node):
         """An object's mesh in its own axes (scale in), as a collider of shape mesh reads it."""
         scene_input.check_evaluated(thing, depsgraph, node)
-        if thing.type != "MESH":
+        if thing.type not in pickers.SURFACES:
             raise core.Refused(f"object '{thing.name}' is a {thing.type.lower()}, not a mesh", node.graph_name)
         data = mesh_export.ply_bytes(
             mesh_export.geometry(thing, depsgraph, scene_input.placement(thing.matrix_world)[2], True))

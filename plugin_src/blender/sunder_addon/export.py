@@ -5,7 +5,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
-from . import cache, core, operators, player
+from . import cache, core, looks, operators, player
 
 HOST_FORMATS = {"ABC": ("alembic_export", ".abc"), "USD": ("usd_export", ".usdc")}
 
@@ -39,6 +39,12 @@ class SUNDER_OT_export(operators._OnTree, bpy.types.Operator, ExportHelper):
             return {"CANCELLED"}
         folder = cache.folder(tree)
         manifest = cache.manifest(folder)
+        is_ours = tree.library is None and not cache.is_elsewhere(tree) and not cache.is_shared(tree)
+        if manifest and is_ours:  # in another file's bake nothing is written
+            try:
+                looks.write(tree, folder)
+            except OSError as error:
+                self.report({"WARNING"}, f"names and materials may be old: {error.filename or folder}: {error.strerror}")
         known = manifest.graph["nodes"] if manifest else {}
         node = next((n for n in (f"{self.node}:bake", self.node) if n in known), self.node)
         try:

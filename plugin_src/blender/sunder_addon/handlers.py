@@ -7,18 +7,21 @@ from bpy.app.handlers import persistent
 from . import cache, player, runtime, signature, tree as trees
 
 _INTERVAL = 0.5  # s between looks whether bakes went out of date
-_late = {"frame": None}  # the frame that previews alone show
+_late = {"frame": None}  # the frame at which meshes are not, or not wholly, written yet
 _before_save = {}  # while a file is saved: where caches lay
 
 
 @persistent
 @runtime.guarded
 def on_frame(scene, depsgraph=None):
-    """Meshes that viewports do not show are written once the frame rests (_look); renders and scripts need them now."""
+    """Meshes that viewports do not show are written once the frame rests (_look), and normals of large ones once playing
+    stops; renders and scripts need them now."""
     if runtime.is_sampling:
         return
     is_in_viewport = depsgraph is not None and depsgraph.mode == "VIEWPORT" and not bpy.app.background
-    _late["frame"] = scene.frame_current if player.show_all(scene, skip_previewed=is_in_viewport) else None
+    is_playing = is_in_viewport and any(w.screen.is_animation_playing for w in bpy.data.window_managers[0].windows)
+    is_late = player.show_all(scene, skip_previewed=is_in_viewport, is_playing=is_playing)
+    _late["frame"] = scene.frame_current if is_late else None
 
 
 @persistent

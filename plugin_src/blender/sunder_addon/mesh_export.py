@@ -37,7 +37,7 @@ def vertex_numbers(thing, mesh, name):
     if name in thing.vertex_groups:
         index = thing.vertex_groups[name].index
         return np.array([next((g.weight for g in v.groups if g.group == index), 0.0) for v in mesh.vertices], np.float32)
-    attribute = mesh.attributes.get(name)
+    attribute = mesh.attributes.get(name) if hasattr(mesh, "attributes") else None  # texts and curves have none
     if attribute is None or attribute.domain != "POINT":
         return None
     if attribute.data_type in ("FLOAT_COLOR", "BYTE_COLOR"):
@@ -147,6 +147,7 @@ def welded_groups(g):
     _, first, inverse = np.unique(g.positions + 0.0, axis=0, return_index=True, return_inverse=True)
     number = np.empty(len(first), np.int64)
     number[np.argsort(first)] = np.arange(len(first))
+    inverse = inverse.ravel()  # numpy 2.0 gives a column
     return {name: sorted({int(number[inverse[m]]) for m in members}) for name, members in g.groups.items()}
 
 
@@ -185,6 +186,6 @@ def centroid(g):
 def check(g, what):
     """Refuses what the library would refuse with a less telling place."""
     if len(g.corners) == 0:
-        raise core.Refused(f"{what} has no faces")
+        raise core.Refused(f"{what} has no faces (a curve or text needs depth: extrude or bevel it)")
     if not np.all(np.isfinite(g.positions)):
         raise core.Refused(f"{what} has a vertex whose position is no finite number")

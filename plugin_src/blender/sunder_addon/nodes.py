@@ -109,7 +109,7 @@ class SunderNode:
         if hasattr(self, "use_motion") and self.source != pickers.VALUES:
             layout.prop(self, "use_motion")
         if self.sunder_type == "pin":
-            layout.prop(self, "motion_object")
+            _labelled(layout, "Moved By").prop(self, "motion_object", text="")
 
     def _draw_points(self, layout, name):
         source = getattr(self, f"{name}_source")
@@ -125,7 +125,9 @@ class SunderNode:
             value.enabled = getattr(self, parameters.switch(p["name"]))
             value.prop(self, attribute)
         elif p["name"] in pickers.group_parameters(self.sunder_type) and self._mesh_object():
-            layout.prop_search(self, attribute, self._mesh_object(), "vertex_groups")
+            _labelled(layout, p["label"]).prop_search(self, attribute, self._mesh_object(), "vertex_groups", text="")
+        elif p["type"] == "text":
+            _labelled(layout, p["label"]).prop(self, attribute, text="")
         else:
             layout.prop(self, attribute)
 
@@ -133,6 +135,13 @@ class SunderNode:
         """The object whose mesh comes up the wires, for picking a vertex group."""
         node = wiring.upstream(self, "mesh_file")
         return node.object if node and node.source == pickers.OBJECT else None
+
+
+def _labelled(layout, label):
+    """Room beside a whole label: Blender cuts those of texts and pickers off."""
+    split = layout.split(factor=0.5)
+    split.label(text=label)
+    return split
 
 
 def _make(description):

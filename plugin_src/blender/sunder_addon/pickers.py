@@ -7,8 +7,11 @@ from . import descriptions
 OBJECT, COLLECTION, VALUES = "OBJECT", "COLLECTION", "VALUES"
 
 
+SURFACES = ("MESH", "FONT", "CURVE", "SURFACE")  # types of objects that Blender makes a mesh of
+
+
 def has_mesh(_self, thing):
-    return thing.type == "MESH" and not thing.sunder.tree
+    return thing.type in SURFACES and not thing.sunder.tree
 
 
 def has_wind(_self, thing):
@@ -83,7 +86,7 @@ def _own_properties(node_type, changed):
     if node_type == "mesh_file":
         return {
             "source": _source("The mesh of", ("File", "A mesh file"), OBJECT, changed=changed),
-            "object": thing("Object", "The solid, as it stands at the first frame", has_mesh),
+            "object": thing("Object", "The solid, as it stands at the first frame: a mesh, a text or a curve with depth", has_mesh),
             "collection": things("All its mesh objects as one mesh, as they stand at the first frame"),
             "use_modifiers": BoolProperty(
                 name="Apply Modifiers", description="Cut the mesh as modifiers make it", default=True, options=set(),

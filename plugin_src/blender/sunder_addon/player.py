@@ -9,6 +9,7 @@ from mathutils import Matrix, Quaternion
 from . import bake_reader, cache, preview_source, result_mesh, runtime, tearing, tree as trees
 
 SHOWN = "sunder_shown"  # on the mesh, so that undo and files carry it along
+PLAYED_FACES = 20_000  # from so many on, exact normals wait until playing stops: they take several times as long as the rest
 _interiors = {}  # (folder, hash of the first frame's file): material number of break surfaces
 
 
@@ -60,8 +61,12 @@ def result_objects(tree=None):
     return [o for o in bpy.data.objects if trees.is_tree(o.sunder.tree) and o.sunder.tree == (tree or o.sunder.tree)]
 
 
-def show(thing, frame):
-    """Makes a result object show a frame, or the last baked one before it. Throws nothing: notes tell."""
+def show(thing, frame, is_playing=False):
+    """Makes a result object show a frame, or the last baked one before it. Throws nothing: notes tell.
+
+    Returns whether its exact normals were left out, because it is only played by.
+    """
+    is_draft = False
     tree, name = thing.sunder.tree, thing.sunder.node
     key = (tree.name_full, name.split(":")[0])
     folder = cache.folder(tree)
@@ -69,22 +74,23 @@ def show(thing, frame):
     shown = manifest.shown(frame) if manifest else None
     if shown is None:
         runtime.node_notes[key] = "nothing baked yet"
-        return
+        return False
     try:
         if thing.mode != "OBJECT":
             raise bake_reader.BakeError(f"object '{thing.name}' is in {thing.mode.lower().replace('_', ' ')} mode")
         if name in manifest.graph["nodes"] and manifest.graph["nodes"][name]["type"] == "rigid_body":
             _show_rigid_body(thing, folder, manifest, shown)
         else:
-            _show_mesh(thing, folder, manifest, shown)
+            is_draft = _show_mesh(thing, folder, manifest, shown, is_playing)
     except bake_reader.BakeError as error:
         runtime.node_notes[key] = f"frame {shown} cannot be shown: {error}"
-        return
+        return False
     first, last = manifest.numbers[0], manifest.numbers[-1]
     note = f"baked {first} to {last}"
     if last < manifest.interval[1]:
         note += f" of {manifest.interval[1]}"
     runtime.node_notes[key] = note + (f"; frame {frame} shows {shown}" if shown != frame else "")
+    return is_draft
 
 
 def _file(folder, manifest, frame, node):
@@ -113,12 +119,12 @@ def _interior_material(folder, manifest, node):
     return _interiors[folder, stamp]
 
 
-def _show_mesh(thing, folder, manifest, shown):
+def _show_mesh(thing, folder, manifest, shown, is_playing):
     node, mesh = thing.sunder.node, thing.data
     path, stamp = _file(folder, manifest, shown, node)
     key = f"{node} {stamp} {thing.sunder.use_exact_normals} {thing.sunder.interior_slot}"
     if mesh.get(SHOWN) == key:
-        return
+        return False
     if mesh.library is not None:  # Blender drops half of what is written into it: the next draw would crash
         raise bake_reader.BakeError(f"mesh '{mesh.name}' is linked from another file: make object and mesh local")
     frame = bake_reader.read_mesh_frame(path)
@@ -131,11 +137,14 @@ def _show_mesh(thing, folder, manifest, shown):
         result_mesh.set_property(mesh, result_mesh.FACES, stamp)
     for name, (kind, values) in attributes.items():
         result_mesh.write_attribute(mesh, name, kind, "POINT", values)
+    if is_playing and thing.sunder.use_exact_normals and len(frame.triangles) >= PLAYED_FACES:
+        return True  # and not marked as shown: it is written again once the frame rests
     if thing.sunder.use_exact_normals:
         result_mesh.write_normals(mesh, frame.corner_normals)
     elif mesh.has_custom_normals:
         mesh.normals_split_custom_set([(0.0, 0.0, 0.0)] * len(mesh.loops))
     result_mesh.set_property(mesh, SHOWN, key)
+    return False
 
 
 def _write_faces(thing, mesh, frame, interior):
@@ -203,21 +212,21 @@ def nearest_frame(scene):
     return int(np.floor(scene.frame_current_final + 0.5))
 
 
-def show_all(scene, tree=None, skip_previewed=False):
+def show_all(scene, tree=None, skip_previewed=False, is_playing=False):
     """All result objects at the scene's frame but those of other scenes; meshes that two share are written once.
 
-    Returns whether some were skipped, because viewports show a preview in their place.
+    Returns whether some were skipped, because viewports show a preview in their place, or have no exact normals yet.
     """
-    frame, skipped = nearest_frame(scene), False
+    frame, is_late = nearest_frame(scene), False
     for thing in result_objects(tree):
         scenes = thing.users_scene  # none: it is there as part of an instanced collection
         if scenes and scene not in scenes:
             continue
         if skip_previewed and thing.sunder.preview != "OFF":
-            skipped = True
+            is_late = True
         else:
-            show(thing, frame)
-    return skipped
+            is_late |= show(thing, frame, is_playing)
+    return is_late
 
 
 classes = [SunderObject, SunderTreeUse]

@@ -84,14 +84,14 @@ def update(thing, scene):
     drawn = _drawn.setdefault(thing.name_full, _Drawn())
     wanted = _frame_key(thing, scene)
     if wanted is None:
-        problems[thing.name_full] = "nothing baked yet"
+        problems[thing.name_full] = "nothing baked yet: the preview shows what Bake makes"
         return None
     key, manifest, folder, shown = wanted
     if drawn.key == key:
         return drawn if drawn.frame else None
     source = _source(folder, manifest, thing.sunder.node)
     if source is None:
-        problems[thing.name_full] = "the library is cutting the mesh for the preview ..."
+        problems[thing.name_full] = "preparing the preview ..."
         return None
     drawn.key, drawn.frame = key, None  # what fails once is not tried again with every redraw
     frame = source.frame(key[1], shown, thing.sunder.preview, thing.sunder.preview_limit)
@@ -196,6 +196,31 @@ _LEGENDS = {
 }
 
 
+def _font(scale):
+    blf.size(0, *((11 * scale,) if bpy.app.version >= (4, 0, 0) else (int(11 * scale), 72)))
+    blf.color(0, 0.9, 0.9, 0.9, 1)
+    return 0
+
+
+def _corner(scale):
+    """Where text begins, right of the tools."""
+    tools = sum(r.width for r in bpy.context.area.regions if r.type == "TOOLS" and r.width > 1)
+    return tools + 24 * scale, 28 * scale
+
+
+@runtime.guarded
+def _draw_problems():
+    """What is missing where a bounding box stands alone."""
+    told = [f"{thing.name}: {problems[thing.name_full]}" for thing in _visible() if thing.name_full in problems]
+    if not told:
+        return
+    scale = bpy.context.preferences.system.ui_scale
+    font, (x, y) = _font(scale), _corner(scale)
+    for i, text in enumerate(reversed(told)):
+        blf.position(font, x, y + (40 + 16 * i) * scale, 0)
+        blf.draw(font, text)
+
+
 @runtime.guarded
 def _draw_legend():
     """A bar of the colours, with what they stand for, for the active object's preview."""
@@ -205,8 +230,7 @@ def _draw_legend():
         return
     colors, title, least = _LEGENDS[thing.sunder.preview]
     scale = bpy.context.preferences.system.ui_scale
-    tools = sum(r.width for r in bpy.context.area.regions if r.type == "TOOLS" and r.width > 1)
-    x, y, width, height, n = tools + 24 * scale, 28 * scale, 180 * scale, 10 * scale, 32
+    (x, y), width, height, n = _corner(scale), 180 * scale, 10 * scale, 32
     left = np.linspace(0, width, n + 1)
     quads = [((x + a, y), (x + b, y), (x + b, y + height), (x + a, y), (x + b, y + height), (x + a, y + height))
              for a, b in zip(left[:-1], left[1:])]
@@ -218,9 +242,7 @@ def _draw_legend():
     limit = thing.sunder.preview_limit or drawn.frame.limit
     never = "never" if thing.sunder.preview == "TOUGHNESS" else f"{preview_source.LIMIT:g}"
     most = f"{limit:.3g}" if limit else never
-    font = 0
-    blf.size(font, *((11 * scale,) if is_new else (int(11 * scale), 72)))
-    blf.color(font, 0.9, 0.9, 0.9, 1)
+    font = _font(scale)
     for text, at in ((least, x), (most, x + width - blf.dimensions(font, most)[0]),
                      (title, x + (width - blf.dimensions(font, title)[0]) / 2)):
         blf.position(font, at, y + height + 5 * scale, 0)
@@ -240,7 +262,8 @@ def register():
     if bpy.app.background:  # there is nothing to draw on
         return
     add = bpy.types.SpaceView3D.draw_handler_add
-    _handles.extend([add(_draw, (), "WINDOW", "POST_VIEW"), add(_draw_legend, (), "WINDOW", "POST_PIXEL")])
+    _handles.extend([add(_draw, (), "WINDOW", "POST_VIEW"), add(_draw_legend, (), "WINDOW", "POST_PIXEL"),
+                     add(_draw_problems, (), "WINDOW", "POST_PIXEL")])
     bpy.app.handlers.load_pre.append(forget)
 
 

@@ -5,7 +5,7 @@ particle at every frame. Nothing here knows of Blender's scene or of graphics.
 """
 import numpy as np
 
-from . import core, tearing
+from . import cache, core, tearing
 
 MODES = [
     ("OFF", "Mesh", "The mesh itself"),
@@ -72,6 +72,7 @@ class Source:
         else:
             nodes = {**graph["nodes"], node: {**fields, "topology": "compact"}}
             self._graph = sunder.Graph.from_dict({**graph, "nodes": nodes}, base_folder=folder)
+            self._graph.set_cut_folder(cache.cuts(folder))
         self._solver, self._output = fields["state"][1:].rsplit(".", 1)
         self._body = fields["body"][1:].rsplit(".", 1)[0]
         self._first = graph["frame_range"][0]

@@ -1,24 +1,11 @@
 """Makes result objects: the mesh of a deformer, the moving twin of a rigid body's object."""
+import types
+
 import bpy
 
-from . import core, player, runtime, scene_input, wiring
+from . import core, interiors, player, runtime, scene_input, wiring
 
-INTERIOR = "Sunder Interior"
-_INTERIOR_COLOR = (0.45, 0.36, 0.28, 1.0)
-
-
-def interior_material():
-    """The material that break surfaces get at first: a raw, rough look that the artist replaces."""
-    material = bpy.data.materials.get(INTERIOR)
-    if material is None:
-        material = bpy.data.materials.new(INTERIOR)
-        material.diffuse_color = _INTERIOR_COLOR
-        material.roughness = 0.9
-        material.use_nodes = True
-        shader = material.node_tree.nodes.get("Principled BSDF")
-        shader.inputs["Base Color"].default_value = _INTERIOR_COLOR
-        shader.inputs["Roughness"].default_value = 0.9
-    return material
+_NO_SLOT = types.SimpleNamespace(material=None)
 
 
 def _sources(deformer):
@@ -52,19 +39,14 @@ def add_mesh_result(deformer, scene):
         mesh = bpy.data.meshes.new("result")
     layer = mesh.uv_layers.active
     mesh.materials.clear()
-    for source in sources:
-        for slot in source.material_slots:
-            mesh.materials.append(slot.material)
-        if not source.material_slots:
-            mesh.materials.append(None)
-    if not sources:
-        mesh.materials.append(None)
-    outer = len(mesh.materials)
-    mesh.materials.append(interior_material())
+    outer = [slot.material for source in sources for slot in source.material_slots or (_NO_SLOT,)] or [None]
+    outer, interior = interiors.materials(deformer.id_data.preset, outer)
+    for material in (*outer, interior):
+        mesh.materials.append(material)
     name = f"{sources[0].name} fractured" if sources else f"{deformer.id_data.name} {deformer.graph_name}"
     mesh.name = name
     thing = bpy.data.objects.new(name, mesh)
-    thing.sunder.interior_slot = outer
+    thing.sunder.interior_slot = len(outer)
     thing.sunder.uv_map = layer.name if layer else "UVMap"
     _link(thing, scene, deformer.id_data, deformer.graph_name)
     return thing
@@ -77,7 +59,11 @@ def add_rigid_results(node, scene):
         graph_name = node.graph_name if i == 0 else f"{node.graph_name}:{i + 1}"
         if _is_there(node.id_data, graph_name):
             continue
-        thing = bpy.data.objects.new(f"{source.name} moving", source.data)
+        thing = source.copy()  # with its modifiers, on the same data
+        thing.name = f"{source.name} moving"
+        thing.animation_data_clear()
+        thing.constraints.clear()
+        thing.parent, thing.hide_render = None, False
         _link(thing, scene, node.id_data, graph_name)
         thing.matrix_world = source.matrix_world
         made.append((source, thing))

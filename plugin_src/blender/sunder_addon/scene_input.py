@@ -44,7 +44,7 @@ def objects_of(node):
 def mesh_objects(node):
     found = objects_of(node)
     for thing in found:  # pickers offer what fits, but scripts may set anything
-        if thing.type != "MESH":
+        if thing.type not in pickers.SURFACES:
             raise core.Refused(f"object '{thing.name}' is a {thing.type.lower()}, not a mesh", node.graph_name)
         if thing.sunder.tree:
             raise core.Refused(f"object '{thing.name}' shows a result and cannot be its own source", node.graph_name)

@@ -86,7 +86,7 @@ def _objects(node):
             described.append([thing.field.type, round(thing.field.strength, 6)] if thing.field else [])
         elif node.sunder_type == "mesh_file":
             described.append(_mesh_hash(thing, node.use_modifiers))
-        elif thing.type == "MESH":
+        elif thing.type in pickers.SURFACES:
             described.append(_mesh_hash(thing, True))
         else:
             described.append(getattr(thing, "empty_display_size", 0))

@@ -62,8 +62,10 @@ class SunderTree(bpy.types.NodeTree):
     bl_idname = "SunderTree"
     bl_label = "Sunder"
     bl_icon = "MOD_EXPLODE"
+    bl_use_group_interface = False  # from Blender 4.1 on: hides what only node groups have
 
     cache_id: StringProperty(name="Cache", description="Name of this tree's folder below the cache", options={"HIDDEN"})
+    preset: StringProperty(options={"HIDDEN"}, description="What Quick Fracture made it of: how results look at first")
     former_home: StringProperty(
         name="Former Cache", description="Where the bake lay when the file was saved last; used while there is none beside it",
         subtype="DIR_PATH", options={"HIDDEN"},

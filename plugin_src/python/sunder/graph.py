@@ -175,6 +175,10 @@ class Graph:
         """Input paths are seen from it."""
         self._call("graph_set_base_folder", encode(folder))
 
+    def set_cut_folder(self, folder):
+        """What prefracture nodes cut is kept there and not cut again, also by another graph later. Changes no result."""
+        self._call("graph_set_cut_folder", encode(folder))
+
     # Work
 
     def evaluate(self, output, frame=None, progress=None):

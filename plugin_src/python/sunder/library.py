@@ -118,6 +118,7 @@ _FUNCTIONS = {  # name: (result, arguments)
     "graph_set_threads": (c_int32, [c_void_p, c_int32]),
     "graph_set_cache_limit": (c_int32, [c_void_p, c_uint64]),
     "graph_set_base_folder": (c_int32, [c_void_p, c_char_p]),
+    "graph_set_cut_folder": (c_int32, [c_void_p, c_char_p]),
     "graph_cancel": (None, [c_void_p]),
     "graph_evaluate": (c_int32, [c_void_p, c_char_p, c_int32, _PROGRESS, _HANDLE]),
     "graph_read_state": (c_int32, [c_void_p, c_char_p, _HANDLE]),
