@@ -54,16 +54,19 @@ double fitting_gap(const SimulationMesh& rest, const RestFit& fit, const Mat3& F
     return std::min(0.0, n.dot(d) - support(i, F_i) - support(j, F_j));
 }
 
-void FlowedShapes::update(const SimulationMesh& rest, std::span<const Mat3> F_P) {
+void FlowedShapes::update(const SimulationMesh& rest, std::span<const Mat3> F_P, const WorkerPool& workers) {
+    constexpr size_t kGrain = 256;
     if (made_for_.size() != F_P.size()) {
         made_for_.assign(F_P.size(), Mat3::Zero());  // of no particle
         shape_.resize(F_P.size());
     }
-    for (size_t i = 0; i < F_P.size(); ++i) {
-        if (made_for_[i] == F_P[i]) continue;
-        made_for_[i] = F_P[i];
-        shape_[i] = flowed_shape(rest.rest_orientation[i], rest.radii[i], F_P[i]);
-    }
+    workers.for_range(F_P.size(), kGrain, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) {
+            if (made_for_[i] == F_P[i]) continue;
+            made_for_[i] = F_P[i];
+            shape_[i] = flowed_shape(rest.rest_orientation[i], rest.radii[i], F_P[i]);
+        }
+    });
 }
 
 }  // namespace sunder

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "solver/data/simulation_mesh.h"
+#include "solver/parallel.h"
 
 namespace sunder {
 
@@ -42,7 +43,7 @@ public:
     /// Call when particles are others than before.
     void reset() { made_for_.clear(); }
     /// Call at the start of a substep.
-    void update(const SimulationMesh& rest, std::span<const Mat3> plastic_deformation);
+    void update(const SimulationMesh& rest, std::span<const Mat3> plastic_deformation, const WorkerPool& workers);
 
     const ContactShape& operator[](uint32_t particle) const { return shape_[particle]; }
 

@@ -56,7 +56,7 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
                          double margin, const WorkerPool& workers, std::vector<ActiveContact>& out) {
     const SimulationMesh& rest = scene.rest;
     const uint32_t n = static_cast<uint32_t>(rest.n_particles());
-    shapes_.update(rest, motion.plastic_deformation);
+    shapes_.update(rest, motion.plastic_deformation, workers);
     ellipsoids_.resize(n);
     for (uint32_t i = 0; i < n; ++i)
         ellipsoids_[i] = {motion.position[i], (motion.rotation[i] * shapes_[i].orientation).toRotationMatrix(),

@@ -79,9 +79,9 @@ TEST(flowed_shape, shapes_follow_each_change) {
     auto rng = generator(4);
     FlowedShapes shapes;
     std::vector<Mat3> F_P = {Mat3::Identity(), random_flow(rng, 3)};
-    shapes.update(rest, F_P);
+    shapes.update(rest, F_P, WorkerPool(1));
     F_P[1] = random_flow(rng, 3);
-    shapes.update(rest, F_P);
+    shapes.update(rest, F_P, WorkerPool(1));
     EXPECT_EQ(shapes[0].radii, rest.radii[0]);
     EXPECT_EQ(shapes[1].radii, flowed_shape(rest.rest_orientation[1], rest.radii[1], F_P[1]).radii);
 }
