@@ -10,7 +10,7 @@
 namespace sunder {
 namespace {
 
-// Level 1 of 22: it keeps up with a disk; level 3 saves a few percent more at half the speed (docs/performance.md).
+// Level 1 of 22: it keeps up with a disk; level 3 saves 5 % more at less than half the speed (docs/performance.md).
 constexpr int kLevel = 1;
 
 Error damaged(const std::string& where, const std::string& what) {
