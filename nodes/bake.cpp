@@ -6,6 +6,7 @@
 
 #include "nodes/bake_exports.h"
 #include "nodes/bake_folder.h"
+#include "nodes/common_parameters.h"
 #include "nodes/frame_writer.h"
 #include "nodes/output_pattern.h"
 #include "nodes/state_file.h"
@@ -113,8 +114,11 @@ private:
             if (text.starts_with(std::string(kResumeFolder) + "/"))
                 return fault("the folder " + std::string(kResumeFolder) + " is kept for resuming",
                              "choose another one");
+            const auto compression = graph_.parameter(bake.node, "compression");
+            const std::string suffix = compressed_suffix(compression ? compression->get<std::string>() : "none");
             std::vector<std::string> files;
-            for (int frame = frames_[0]; frame <= frames_[1]; ++frame) files.push_back(output_path(text, frame));
+            for (int frame = frames_[0]; frame <= frames_[1]; ++frame)
+                files.push_back(output_path(text, frame) + suffix);
             auto wanted = wanted_export(graph_, bake.node, text);
             if (!wanted) return wanted.error();
             if (*wanted) {

@@ -113,10 +113,13 @@ Result<fs::path> BakeFolder::prepare(const std::string& path) const {
     return full;
 }
 
-Result<FileStamp> BakeFolder::write(const std::string& path, std::string_view bytes) const {
+Result<FileWriter> BakeFolder::begin(const std::string& path, std::string_view bytes) const {
     const auto full = prepare(path);
     if (!full) return full.error();
-    return write_file(*full, bytes);
+    auto file = FileWriter::open(*full);
+    if (!file) return file.error();
+    if (Status s = file->append(bytes); !s) return s.error();
+    return file;
 }
 
 Status BakeFolder::write_manifest(const Manifest& manifest) const {

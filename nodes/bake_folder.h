@@ -39,8 +39,8 @@ public:
 
     /// Where to write a file that is not composed in memory; makes its subfolder.
     Result<std::filesystem::path> prepare(const std::string& path) const;
-    /// Writes a whole file, or none (write_file); makes its subfolder.
-    Result<FileStamp> write(const std::string& path, std::string_view bytes) const;
+    /// A file with these bytes, to be committed; makes its subfolder.
+    Result<FileWriter> begin(const std::string& path, std::string_view bytes) const;
     Status write_manifest(const Manifest& manifest) const;
 
     /// Removes a file that we wrote: one whose contents are as listed, or that bears our mark. Leaves all others alone.

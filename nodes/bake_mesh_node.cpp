@@ -1,4 +1,5 @@
 // bake_mesh: asks the bake runner to write a mesh each frame.
+#include "nodes/common_parameters.h"
 #include "nodes/node_list.h"
 #include "nodes/output_pattern.h"
 
@@ -9,7 +10,8 @@ Result<Value> cook(CookContext& context) {
     Result<std::shared_ptr<const BodyMesh>> mesh = context.input<BodyMesh>("mesh");
     if (!mesh) return mesh.error();
     BakeItem item;
-    item.path = output_path(context.parameters().text("path"), context.frame());
+    item.path = output_path(context.parameters().text("path"), context.frame()) +
+                compressed_suffix(context.parameters().text("compression"));
     item.mesh = *mesh;
     return make_value(std::move(item));
 }
@@ -39,7 +41,8 @@ NodeType bake_mesh_node() {
          .sentence = "Also a file of the whole shot beside the frames (PLY), made when all are baked. usda: "
                      "USD with every frame; glb: glTF, fragments as rigid nodes (constant topology); pc2: "
                      "point cache (constant topology)",
-         .choices = {"none", "usda", "glb", "pc2"}}};
+         .choices = {"none", "usda", "glb", "pc2"}},
+        compression_parameter()};
     return {.description = d, .cook = cook, .depends_on_frame = true};
 }
 

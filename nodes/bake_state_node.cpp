@@ -1,4 +1,5 @@
 // bake_state: asks the bake runner to write the solver's state each frame.
+#include "nodes/common_parameters.h"
 #include "nodes/node_list.h"
 #include "nodes/output_pattern.h"
 
@@ -9,7 +10,8 @@ Result<Value> cook(CookContext& context) {
     Result<std::shared_ptr<const StateValue>> state = context.input<StateValue>("state");
     if (!state) return state.error();
     BakeItem item;
-    item.path = output_path(context.parameters().text("path"), context.frame());
+    item.path = output_path(context.parameters().text("path"), context.frame()) +
+                compressed_suffix(context.parameters().text("compression"));
     item.state = *state;
     return make_value(std::move(item));
 }
@@ -32,7 +34,8 @@ NodeType bake_state_node() {
                      .label = "Path",
                      .type = ParameterType::output_path,
                      .default_value = "state/sim.####.ply",
-                     .sentence = "PLY file below the output folder, #### being the frame"}};
+                     .sentence = "PLY file below the output folder, #### being the frame"},
+                    compression_parameter()};
     return {.description = d, .cook = cook, .depends_on_frame = true};
 }
 

@@ -32,6 +32,7 @@ public:
         bytes_.resize(bytes_.size() + n);
         return bytes_.data() + bytes_.size() - n;
     }
+    void shrink(size_t n) { bytes_.resize(n); }  // to its first `n` bytes
     std::string_view view() const { return {bytes_.data(), bytes_.size()}; }
 
 private:

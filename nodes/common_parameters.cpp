@@ -2,6 +2,8 @@
 
 #include <numbers>
 
+#include "nodes/compression.h"
+
 namespace sunder {
 
 ParameterDescription position_parameter(Animation animation, std::string sentence) {
@@ -126,6 +128,21 @@ std::vector<ParameterDescription> region_parameters(std::string sentence, std::v
              .type = ParameterType::text,
              .default_value = "",
              .sentence = std::move(group_sentence)}};
+}
+
+ParameterDescription compression_parameter() {
+    return {.name = "compression",
+            .label = "Compression",
+            .type = ParameterType::choice,
+            .default_value = "none",
+            .sentence =
+                "zstd: files are compressed and their names end in .zst; everything of Sunder reads them as "
+                "they are, other programs once `zstd -d` has unpacked them",
+            .choices = {"none", "zstd"}};
+}
+
+std::string compressed_suffix(const std::string& compression) {
+    return compression == "zstd" ? std::string(kCompressedSuffix) : std::string();
 }
 
 Quat euler_xyz(const Vec3& degrees) {

@@ -22,6 +22,11 @@ ParameterDescription size_parameter();                        // "size" of a box
 std::vector<ParameterDescription> region_parameters(std::string sentence, std::vector<Json> choices,
                                                     std::string group_sentence);
 
+/// "compression" of a bake node's files.
+ParameterDescription compression_parameter();
+/// What it adds to their names.
+std::string compressed_suffix(const std::string& compression);
+
 /// Euler angles XYZ in degrees, as Blender means them: about the fixed x axis first, then y, then z; R = R_z R_y R_x.
 Quat euler_xyz(const Vec3& degrees);
 

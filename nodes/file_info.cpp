@@ -7,6 +7,7 @@
 #include "fracture_tools/mesh_checks.h"
 #include "fracture_tools/mesh_io.h"
 #include "fracture_tools/suggest_pieces.h"
+#include "nodes/compression.h"
 #include "nodes/graph.h"
 #include "nodes/manifest.h"
 #include "nodes/mesh_frame_file.h"
@@ -146,14 +147,15 @@ Result<Lines> describe_path(const std::string& path) {
                    ? describe_json(listing.string())
                    : describe_bake(path);
     }
-    const std::string extension = fs::path(path).extension().string();
+    const std::string extension = fs::path(uncompressed_path(path)).extension().string();
     if (extension == ".json") return describe_json(path);
-    if (extension == ".ply") {
-        auto bytes = read_file(path);
+    if (extension == ".ply" || is_compressed(path)) {
+        auto bytes = read_baked_file(path);
         if (!bytes) return bytes.error();
         const std::string_view head = std::string_view(*bytes).substr(0, 200);
         if (head.find("comment sunder state frame") != head.npos) return describe_state(bytes.take(), path);
         if (head.find(kMeshFileMagic) != head.npos) return describe_ply(bytes.take(), path, "mesh frame");
+        if (is_compressed(path)) return bad_input(path, "is no frame of a bake", "unpack it with zstd -d");
     }
     return describe_mesh(path);
 }

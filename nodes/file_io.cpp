@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
+#include <set>
 #include <vector>
 
 namespace sunder {
@@ -170,18 +171,33 @@ Status FileWriter::append(std::string_view bytes) {
 }
 
 Result<FileStamp> FileWriter::commit() {
-    Impl& self = *impl_;
-    int failed = ::fsync(self.file.get()) != 0 ? errno : 0;
-    if (!self.file.close() && !failed) failed = errno;
-    if (!failed && ::rename(self.temporary.c_str(), self.path.c_str()) != 0) failed = errno;
-    if (failed) return system_error(self.path, "write", failed);
-    self.is_committed = true;
-    // Without this the rename may be lost with the power, although the bytes are safe.
-    const fs::path folder = self.temporary.parent_path();
-    Descriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    if (directory && ::fsync(directory.get()) != 0 && errno != EINVAL && errno != ENOTSUP)
-        return system_error(folder, "sync the folder", errno);
-    return FileStamp{self.size, XXH3_64bits_digest(self.hash.get())};
+    const auto stamps = commit({this, 1});
+    if (!stamps) return stamps.error();
+    return stamps->front();
+}
+
+Result<std::vector<FileStamp>> FileWriter::commit(std::span<FileWriter> files) {
+    for (FileWriter& file : files) {
+        Impl& self = *file.impl_;
+        int failed = ::fsync(self.file.get()) != 0 ? errno : 0;
+        if (!self.file.close() && !failed) failed = errno;
+        if (failed) return system_error(self.path, "write", failed);
+    }
+    std::set<fs::path> folders;
+    std::vector<FileStamp> stamps;
+    for (FileWriter& file : files) {
+        Impl& self = *file.impl_;
+        if (::rename(self.temporary.c_str(), self.path.c_str()) != 0) return system_error(self.path, "write", errno);
+        self.is_committed = true;
+        folders.insert(self.temporary.parent_path());
+        stamps.push_back({self.size, XXH3_64bits_digest(self.hash.get())});
+    }
+    for (const fs::path& folder : folders) {  // or the renames may be lost with the power, although the bytes are safe
+        Descriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+        if (directory && ::fsync(directory.get()) != 0 && errno != EINVAL && errno != ENOTSUP)
+            return system_error(folder, "sync the folder", errno);
+    }
+    return stamps;
 }
 
 Result<FileStamp> write_file(const fs::path& path, std::string_view bytes) {

@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "solver/data/result.h"
 
@@ -44,6 +46,9 @@ public:
 
     Status append(std::string_view bytes);
     Result<FileStamp> commit();
+    /// The same of several at once, stamps in their order: what the disk must be waited for is asked for together, and
+    /// each folder is synced once, behind all renames. On an error some may have their names, each of them whole.
+    static Result<std::vector<FileStamp>> commit(std::span<FileWriter> files);
 
 private:
     struct Impl;

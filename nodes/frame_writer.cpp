@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "nodes/compression.h"
 #include "nodes/mesh_frame_file.h"
 #include "nodes/state_file.h"
 
@@ -23,8 +24,10 @@ std::string file_name_of(const std::string& node) {
 }
 
 Result<ByteBuffer> encode(const BakeItem& item) {
-    if (item.state) return encode_state(item.state->frame, *item.state->state, item.state->scene->rest);
-    return encode_mesh(item.path, item.mesh->mesh, *item.mesh->fragments);
+    Result<ByteBuffer> plain = item.state
+                                   ? encode_state(item.state->frame, *item.state->state, item.state->scene->rest)
+                                   : encode_mesh(uncompressed_path(item.path), item.mesh->mesh, *item.mesh->fragments);
+    return plain && is_compressed(item.path) ? compress(plain->view()) : std::move(plain);
 }
 
 }  // namespace
@@ -99,20 +102,47 @@ void FrameWriter::work() {
     }
 }
 
+// All files of a frame first, then the disk is waited for: once for every few files instead of twice for each.
 Status FrameWriter::write(FrameToWrite& io_frame) {
     ManifestFrame entry{io_frame.done.frame, {}};
+    std::vector<ManifestFile> resume;
+    std::vector<FileWriter> begun;
+    std::vector<ManifestFile> written;
+    const auto commit = [&]() -> Status {
+        const auto stamps = FileWriter::commit(begun);
+        if (!stamps) return stamps.error();
+        for (const FileStamp& stamp : *stamps) {
+            written[written.size() - begun.size() + static_cast<size_t>(&stamp - stamps->data())].stamp = stamp;
+            ++io_frame.done.n_files, io_frame.done.bytes += stamp.size;
+        }
+        begun.clear();
+        return {};
+    };
+    const auto add = [&](const std::string& node, const std::string& path, const ByteBuffer& bytes) -> Status {
+        auto file = folder_.begin(path, bytes.view());
+        if (!file) return file.error();
+        begun.push_back(file.take()), written.push_back({node, path, {}});
+        constexpr size_t kMostOpen = 64;
+        return begun.size() < kMostOpen ? Status() : commit();
+    };
     for (size_t i = 0; i < io_frame.items.size(); ++i) {
         auto bytes = encode(*io_frame.items[i]);
         if (!bytes) return bytes.error();
-        auto file = write_file(bake_nodes_[i], io_frame.items[i]->path, *bytes, io_frame.done);
-        if (!file) return file.error();
-        entry.files.push_back(file.take());
+        if (Status s = add(bake_nodes_[i], io_frame.items[i]->path, *bytes); !s) return s;
     }
-    std::vector<ManifestFile> resume;
+    for (size_t s = 0; s < solvers_.size(); ++s)
+        if (baked_state(s, io_frame) == io_frame.items.size()) {
+            const StateValue& state = *io_frame.states[s];
+            const ByteBuffer bytes = encode_state(io_frame.done.frame, *state.state, state.scene->rest);
+            if (Status added = add(solvers_[s], resume_path(s, io_frame.done.frame), bytes); !added) return added;
+        }
+    if (Status s = commit(); !s) return s;
+    entry.files.assign(written.begin(), written.begin() + static_cast<std::ptrdiff_t>(io_frame.items.size()));
+    size_t own = io_frame.items.size();
     for (size_t s = 0; s < solvers_.size(); ++s) {
-        auto file = resume_state(s, io_frame, entry.files, io_frame.done);
-        if (!file) return file.error();
-        resume.push_back(file.take());
+        const size_t item = baked_state(s, io_frame);
+        const ManifestFile& file = written[item < io_frame.items.size() ? item : own++];
+        resume.push_back({solvers_[s], file.path, file.stamp});
     }
     manifest_.frames.push_back(std::move(entry));
     manifest_.resume = std::move(resume);
@@ -120,26 +150,14 @@ Status FrameWriter::write(FrameToWrite& io_frame) {
     return folder_.prune_resume_states(manifest_.resume);
 }
 
-Result<ManifestFile> FrameWriter::write_file(const std::string& node, const std::string& path, const ByteBuffer& bytes,
-                                             BakedFrame& io_done) const {
-    auto stamp = folder_.write(path, bytes.view());
-    if (!stamp) return stamp.error();
-    ++io_done.n_files;
-    io_done.bytes += stamp->size;
-    return ManifestFile{node, path, *stamp};
+size_t FrameWriter::baked_state(size_t solver, const FrameToWrite& frame) const {
+    const auto same = [&](const auto& item) { return item->state == frame.states[solver]; };
+    return static_cast<size_t>(std::find_if(frame.items.begin(), frame.items.end(), same) - frame.items.begin());
 }
 
-// The baked file that holds the solver's state, or else one of our own. Two names take turns, so that the state that
-// the manifest on disk speaks of is there until the next manifest is.
-Result<ManifestFile> FrameWriter::resume_state(size_t solver, const FrameToWrite& frame,
-                                               const std::vector<ManifestFile>& written, BakedFrame& io_done) const {
-    const std::shared_ptr<const StateValue>& state = frame.states[solver];
-    for (size_t i = 0; i < frame.items.size(); ++i)
-        if (frame.items[i]->state == state) return ManifestFile{solvers_[solver], written[i].path, written[i].stamp};
-    const std::string path = std::string(kResumeFolder) + "/" + file_name_of(solvers_[solver]) +
-                             (frame.done.frame % 2 ? ".odd.ply" : ".even.ply");
-    return write_file(solvers_[solver], path, encode_state(frame.done.frame, *state->state, state->scene->rest),
-                      io_done);
+// Two names take turns, so that the state that the manifest on disk speaks of is there until the next manifest is.
+std::string FrameWriter::resume_path(size_t solver, int frame) const {
+    return std::string(kResumeFolder) + "/" + file_name_of(solvers_[solver]) + (frame % 2 ? ".odd.ply" : ".even.ply");
 }
 
 }  // namespace sunder

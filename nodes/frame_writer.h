@@ -49,10 +49,10 @@ public:
 private:
     void work();
     Status write(FrameToWrite& io_frame);
-    Result<ManifestFile> write_file(const std::string& node, const std::string& path, const ByteBuffer& bytes,
-                                    BakedFrame& io_done) const;
-    Result<ManifestFile> resume_state(size_t solver, const FrameToWrite& frame,
-                                      const std::vector<ManifestFile>& written, BakedFrame& io_done) const;
+    /// Which of the frame's items is the solver's state, n_items: none.
+    size_t baked_state(size_t solver, const FrameToWrite& frame) const;
+    /// File of our own for the state of a solver that no item is.
+    std::string resume_path(size_t solver, int frame) const;
 
     const BakeFolder& folder_;
     Manifest& manifest_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "nodes/compression.h"
 #include "nodes/mesh_frame_file.h"
 #include "nodes/nearest_name.h"
 #include "nodes/output_pattern.h"
@@ -73,7 +74,8 @@ Result<Shot> baked_shot(const Manifest& manifest, const fs::path& folder, const 
     const Json& nodes = manifest.graph["nodes"];
     for (size_t k = 0; k < manifest.frames.front().files.size(); ++k) {
         const ManifestFile& file = manifest.frames.front().files[k];
-        if (!nodes.contains(file.node) || nodes[file.node]["type"] != "bake_mesh" || !file.path.ends_with(".ply"))
+        if (!nodes.contains(file.node) || nodes[file.node]["type"] != "bake_mesh" ||
+            !uncompressed_path(file.path).ends_with(".ply"))
             continue;
         known.push_back(file.node);
         if (!node.empty() && node != file.node) continue;
@@ -84,7 +86,7 @@ Result<Shot> baked_shot(const Manifest& manifest, const fs::path& folder, const 
         const Look& look = (*looks)[body];
         shot.meshes.push_back({.name = look.name.empty() ? body : look.name,
                                .read = [paths](size_t i) -> Result<MeshFrame> {
-                                   auto bytes = read_file(paths[i]);
+                                   auto bytes = read_baked_file(paths[i]);
                                    if (!bytes) return bytes.error();
                                    return decode_mesh_ply(bytes.take(), paths[i].string());
                                },

@@ -5,6 +5,7 @@
 
 #include "fracture_tools/mesh_io.h"
 #include "nodes/common_parameters.h"
+#include "nodes/compression.h"
 #include "nodes/graph.h"
 #include "nodes/shape_mesh.h"
 #include "nodes/state_file.h"
@@ -97,7 +98,9 @@ private:
             if (frame.frame < source_.frames.front() || frame.frame > source_.frames.back()) continue;
             for (const ManifestFile& file : frame.files) {
                 const auto wires = graph_.wires({file.node, "state"});
-                if (!wires || wires->empty() || wires->front().node != solver || !file.path.ends_with(".ply")) continue;
+                if (!wires || wires->empty() || wires->front().node != solver ||
+                    !uncompressed_path(file.path).ends_with(".ply"))
+                    continue;
                 paths.push_back(source_.bake / file.path);
                 break;
             }

@@ -3,7 +3,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "nodes/file_io.h"
+#include "nodes/compression.h"
 #include "nodes/ply_file.h"
 
 namespace sunder {
@@ -291,7 +291,7 @@ Result<StateFile> decode_state(std::string bytes, const std::string& where) {
 }
 
 Result<StateFile> read_state_file(const std::string& path) {
-    auto bytes = read_file(path);
+    auto bytes = read_baked_file(path);
     if (!bytes) return bytes.error();
     return decode_state(bytes.take(), path);
 }

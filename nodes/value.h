@@ -64,7 +64,8 @@ struct BodyMesh {
 
 /// One file to write: what a bake node asks of the bake runner, which alone writes.
 struct BakeItem {
-    std::string path;                         // relative to the output folder, the frame filled in
+    std::string path;                         // relative to the output folder, the frame filled in; ends in
+                                              // kCompressedSuffix where the file is to be compressed
     std::shared_ptr<const BodyMesh> mesh;     // either this
     std::shared_ptr<const StateValue> state;  // or this
 };

@@ -1,4 +1,6 @@
-"""Reads what `sunder bake` wrote, with numpy alone: the manifest, mesh frames and state frames (docs/files.md)."""
+"""Reads what `sunder bake` wrote, with numpy alone: the manifest, mesh frames and state frames (docs/files.md). Compressed
+frames need the system's libzstd besides."""
+import ctypes
 import json
 import os
 
@@ -13,8 +15,29 @@ class BakeError(Exception):
     """A file is missing or is not what it should be; the text starts with its path."""
 
 
+def _decompress(data, path):
+    try:
+        zstd = ctypes.CDLL("libzstd.so.1")
+    except OSError as error:
+        raise BakeError(f"{path}: is compressed, and libzstd is not there to read it; install libzstd1, "
+                        "or unpack it with zstd -d") from error
+    zstd.ZSTD_getFrameContentSize.restype = ctypes.c_ulonglong
+    zstd.ZSTD_decompress.restype = ctypes.c_size_t
+    size = zstd.ZSTD_getFrameContentSize(data, ctypes.c_size_t(len(data)))
+    # Both errors are above 2^63. No frame of ours is packed a thousandfold: a damaged size shall not fill the memory.
+    if size > 1000 * len(data):
+        raise BakeError(f"{path}: is damaged: not a compressed frame")
+    out = bytearray(size)
+    room = (ctypes.c_char * size).from_buffer(out)
+    got = zstd.ZSTD_decompress(room, ctypes.c_size_t(size), data, ctypes.c_size_t(len(data)))
+    if zstd.ZSTD_isError(ctypes.c_size_t(got)) or got != size:
+        raise BakeError(f"{path}: is damaged or cut off")
+    del room
+    return out
+
+
 def read_ply(path):
-    """Binary little-endian PLY as {element: structured array}; a list property of k entries is a (k,) field.
+    """Binary little-endian PLY, compressed where its name ends in .zst, as {element: structured array}; a list property of k entries is a (k,) field.
 
     Lists must have the same length in all rows of an element, as all that we write have.
     """
@@ -23,6 +46,8 @@ def read_ply(path):
             data = file.read()
     except OSError as error:
         raise BakeError(f"{path}: {error.strerror}") from error
+    if os.fspath(path).endswith(".zst"):
+        data = _decompress(data, path)
     end = data.find(b"end_header\n")
     lines = data[:end].decode("ascii", "replace").split("\n") if end >= 0 else []
     if lines[:2] != ["ply", "format binary_little_endian 1.0"]:
@@ -139,8 +164,12 @@ class Bake:
             raise BakeError(f"{path}: {error.strerror}") from error
         except (ValueError, KeyError, TypeError) as error:
             raise BakeError(f"{path}: not a manifest of a bake") from error
-        self.meshes = [n.get("path", "mesh/mesh.####.ply") for n in nodes.values() if n["type"] == "bake_mesh"]
-        self.states = [n.get("path", "state/sim.####.ply") for n in nodes.values() if n["type"] == "bake_state"]
+        def patterns(kind, default):
+            return [n.get("path", default) + (".zst" if n.get("compression") == "zstd" else "")
+                    for n in nodes.values() if n["type"] == kind]
+
+        self.meshes = patterns("bake_mesh", "mesh/mesh.####.ply")
+        self.states = patterns("bake_state", "state/sim.####.ply")
         solvers = [n for n in nodes.values() if n["type"] == "solver"]
         wires = solvers[0].get("rigid_bodies", []) if solvers else []
         self.rigid_bodies = [nodes[w[1:].split(".")[0]] for w in ([wires] if isinstance(wires, str) else wires)]
