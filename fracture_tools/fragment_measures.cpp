@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <limits>
 
+#include "fracture_tools/fragment_triangles.h"
 #include "fracture_tools/prefracture.h"
 
 namespace sunder {
@@ -31,23 +32,6 @@ struct MomentSums {
         second += v / 20 * (s * s.transpose() + a * a.transpose() + b * b.transpose() + c * c.transpose());
     }
 };
-
-/// Calls visit(fragment, p, q, r) for every triangle of every fragment, outward; order of the set.
-template <class Visit>
-void for_each_fragment_triangle(const FragmentSet& set, Visit visit) {
-    auto at = [&](uint32_t v) -> const Vec3& { return set.vertices[v]; };
-    for (size_t f = 0; f < set.fragments.size(); ++f)
-        for (uint32_t t = set.fragments[f].outer_begin; t < set.fragments[f].outer_end; ++t) {
-            const auto& [p, q, r] = set.outer_triangles[t];
-            visit(f, at(p), at(q), at(r));
-        }
-    for (const Interface& face : set.interfaces)
-        for (uint32_t t = face.triangle_begin; t < face.triangle_end; ++t) {
-            const auto& [p, q, r] = set.interface_triangles[t];
-            visit(face.a.index(), at(p), at(q), at(r));
-            visit(face.b.index(), at(p), at(r), at(q));
-        }
-}
 
 /// The world axis that is least along `n`, made perpendicular to it. Ties go to the first axis.
 Vec3 perpendicular_axis(const Vec3& n) {
@@ -119,15 +103,15 @@ Quat principal_frame(const Mat3& covariance) {
 
 void measure_fragments(FragmentSet& io_set) {
     const size_t n = io_set.fragments.size();
+    const auto at = [&](uint32_t v) -> const Vec3& { return io_set.vertices[v]; };
     std::vector<Aabb> bounds(n);
-    for_each_fragment_triangle(io_set, [&](size_t f, const Vec3& p, const Vec3& q, const Vec3& r) {
-        bounds[f].extend(p), bounds[f].extend(q), bounds[f].extend(r);
+    for_each_fragment_triangle(io_set, [&](size_t f, const Triangle& t) {
+        for (uint32_t v : t) bounds[f].extend(at(v));
     });
     std::vector<MomentSums> sums(n);
     for (size_t f = 0; f < n; ++f)
         if (bounds[f].min.x() <= bounds[f].max.x()) sums[f].reference = 0.5 * (bounds[f].min + bounds[f].max);
-    for_each_fragment_triangle(io_set,
-                               [&](size_t f, const Vec3& p, const Vec3& q, const Vec3& r) { sums[f].add(p, q, r); });
+    for_each_fragment_triangle(io_set, [&](size_t f, const Triangle& t) { sums[f].add(at(t[0]), at(t[1]), at(t[2])); });
 
     std::vector<Mat3> to_frame(n);
     for (size_t f = 0; f < n; ++f) {
@@ -144,8 +128,8 @@ void measure_fragments(FragmentSet& io_set) {
         to_frame[f] = fragment.orientation.conjugate().toRotationMatrix();
     }
     std::vector<Aabb> boxes(n);
-    for_each_fragment_triangle(io_set, [&](size_t f, const Vec3& p, const Vec3& q, const Vec3& r) {
-        for (const Vec3* corner : {&p, &q, &r}) boxes[f].extend(to_frame[f] * (*corner - sums[f].reference));
+    for_each_fragment_triangle(io_set, [&](size_t f, const Triangle& t) {
+        for (uint32_t v : t) boxes[f].extend(to_frame[f] * (at(v) - sums[f].reference));
     });
     for (size_t f = 0; f < n; ++f)
         io_set.fragments[f].radii =

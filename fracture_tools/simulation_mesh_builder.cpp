@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "fracture_tools/fragment_hulls.h"
+
 namespace sunder {
 namespace {
 
@@ -39,6 +41,7 @@ Result<SimulationMesh> build_simulation_mesh(const FragmentSet& set, const Simul
         mesh.fragment.push_back(static_cast<uint32_t>(i));
     }
     mesh.body.assign(n, 0);
+    find_hulls(set, mesh);
     for (size_t k = 0; k < set.interfaces.size(); ++k) {
         const Interface& face = set.interfaces[k];
         if (!(face.a < face.b) || face.b.index() >= n)

@@ -194,6 +194,13 @@ void AwakeScene::take_particles(const SimulationMesh& rest) {
     m.toughness_factor = picked(rest.toughness_factor, particle_);
     m.group_uneven = picked(rest.group_uneven, particle_);
     m.group_trace = picked(rest.group_trace, particle_);
+    m.hull_offset.clear(), m.hull_point.clear();
+    if (rest.hull_offset.empty()) return;
+    m.hull_offset.push_back(0);
+    for (uint32_t i : particle_) {
+        m.hull_point.insert(m.hull_point.end(), rest.hull(i).begin(), rest.hull(i).end());
+        m.hull_offset.push_back(static_cast<uint32_t>(m.hull_point.size()));
+    }
 }
 
 // Edges among what is awake. One-rings keep all of their slots, so that they know what broke off; those whose edge

@@ -1,6 +1,7 @@
 #include "solver/piece_motion.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "solver/free_rotation.h"
 #include "solver/motion.h"
@@ -11,10 +12,22 @@ namespace {
 // What a particle gives, over what it would between neighbours that are held: 1.5 inside a lattice, about 3 at a face,
 // more at edges and corners.
 constexpr double kGive = 3;
+// (c h / d)^2 over 1 + sum_g b_g, with c = sqrt(E/rho) and d the spacing of the particles: a lattice has 7 groups of
+// b = (c h / d)^2 / 2 at a particle.
+constexpr double kWavePerWeight = 0.29;
+// Contacts are solved along straight paths. What they would turn further than this in a substep is pinched and gets
+// away before it does: it turns so far and no further, and the rest of the couple is lost, rad.
+constexpr double kMostTurn = 1.5707963267948966;
+constexpr double kTiny = 1e-300;
 
 Vec3 ellipsoid_inertia(const SimulationMesh& rest, uint32_t i) {
     const Vec3 squared = rest.radii[i].cwiseProduct(rest.radii[i]);
     return rest.mass[i] / 5 * (squared.sum() * Vec3::Ones() - squared);
+}
+
+// The angular impulse of contacts that turns by kMostTurn at most.
+Vec3 bounded(const Vec3& torque, const Mat3& inverse_inertia) {
+    return std::min(1.0, kMostTurn / std::max((inverse_inertia * torque).norm(), kTiny)) * torque;
 }
 
 // A movable that turns by itself; `rest_frame`: its principal axes where it is not turned.
@@ -36,19 +49,62 @@ Vec3 piece_center(const SimulationMesh& rest, std::span<const uint32_t> particle
     return origin + center / mass;
 }
 
-void move_piece(const SimulationMesh& rest, std::span<const uint32_t> particles, const ContactPiece& piece,
-                std::span<MovingParticle> io_moving) {
-    const Vec3 center = piece_center(rest, particles, io_moving, &MovingParticle::x);
-    const Vec3 inertial_center = piece_center(rest, particles, io_moving, &MovingParticle::x_inertial);
-    const Quat turn = rotation_of(piece.turn), couple_turn = rotation_of(piece.couple_turn);
+void move_alone(uint32_t i, Workspace& w) {
+    RoundPush& push = w.round_push[i];
+    w.moving[i].x += push.own;
+    w.moving[i].x_inertial += push.shift;
+    w.push[i].shift += push.shift;
+    w.push[i].torque += push.torque;
+    push = RoundPush();
+}
+
+// What a round pushed particles of a piece by, besides their mean.
+struct PushesInPiece {
+    Vec3 own = Vec3::Zero(), shift = Vec3::Zero();  // means, m
+    Vec3 orbit = Vec3::Zero();                      // of the piece, by forces at the particles' centres, rad
+    bool any = false;
+};
+
+PushesInPiece pushes_in(const SimulationMesh& rest, std::span<const uint32_t> particles, const ContactPiece& piece,
+                        const Workspace& w) {
+    PushesInPiece in;
+    Vec3 angular = Vec3::Zero();
     for (uint32_t j : particles) {
-        MovingParticle& p = io_moving[j];
-        p.x = center + piece.shift + turn * (p.x - center);
-        p.d = (turn * p.d).normalized();
+        const RoundPush& push = w.round_push[j];
+        if (push.shift.isZero(0) && push.own.isZero(0)) continue;
+        in.any = true;
+        angular += rest.mass[j] * (w.start_position[j] - piece.center).cross(push.shift);
+        in.own += piece.inverse_mass * rest.mass[j] * push.own;
+        in.shift += piece.inverse_mass * rest.mass[j] * push.shift;
+    }
+    in.orbit = piece.inverse_inertia * angular;
+    return in;
+}
+
+// A piece turns by its net spin without being stretched. What remains is linear, and small even where large pushes and
+// their couples all but cancel, as on a piece that is pinched.
+void move_piece(const SimulationMesh& rest, std::span<const uint32_t> particles, const ContactPiece& piece,
+                const PieceMotion& motion, Workspace& w) {
+    const PushesInPiece in = pushes_in(rest, particles, piece, w);
+    if (!in.any && motion.spin.isZero(0)) return;
+    const double part = std::min(1.0, kMostTurn / std::max(motion.spin.norm(), kTiny));
+    const Quat spin = rotation_of(part * motion.spin);
+    const Vec3 center = piece_center(rest, particles, w.moving, &MovingParticle::x);
+    const Vec3 inertial_center = piece_center(rest, particles, w.moving, &MovingParticle::x_inertial);
+    for (uint32_t j : particles) {
+        MovingParticle& p = w.moving[j];
+        RoundPush& push = w.round_push[j];
+        const Vec3 lever = w.start_position[j] - piece.center;
+        const Vec3 strain = push.own - in.own + (motion.turn - motion.spin).cross(lever);
+        p.x = center + motion.shift + in.own + spin * (p.x - center) + part * strain;
+        p.d = (spin * p.d).normalized();
         p.D = p.d.toRotationMatrix();
-        // Pushes are in x_inertial already, particle by particle; couples turn the whole.
-        p.x_inertial = inertial_center + couple_turn * (p.x_inertial - inertial_center);
-        p.d_inertial = (couple_turn * p.d_inertial).normalized();
+        p.x_inertial = inertial_center + in.shift + spin * (p.x_inertial - inertial_center) +
+                       part * (push.shift - in.shift - in.orbit.cross(lever));
+        p.d_inertial = (spin * p.d_inertial).normalized();
+        w.push[j].shift += in.shift + part * (push.shift - in.shift);
+        w.push[j].torque += part * push.torque;
+        push = RoundPush();
     }
 }
 
@@ -58,8 +114,10 @@ void remember_pieces(const StepContext& context, double h, Workspace& w) {
     const SimulationMesh& rest = context.scene.rest;
     for (uint32_t piece = 0; piece < w.live.n_pieces(); ++piece) {
         w.pieces[piece] = ContactPiece();
-        if (w.piece_held[piece]) continue;
         const auto particles = w.live.piece_particles(piece);
+        w.pieces[piece].unbroken = std::ranges::all_of(
+            particles, [&](uint32_t j) { return w.live.count(j) == rest.group_offset[j + 1] - rest.group_offset[j]; });
+        if (w.piece_held[piece]) continue;
         const PieceMomentum p =
             piece_momentum(rest, w.inertia, particles, w.start_position, w.velocity, w.angular_velocity);
         w.piece_angular[piece] = p.angular;
@@ -68,10 +126,8 @@ void remember_pieces(const StepContext& context, double h, Workspace& w) {
         c.inverse_mass = 1 / p.mass;
         c.inverse_inertia = p.inertia.inverse();
         c.rigid = particles.size() == 1;
-        c.unbroken = std::ranges::all_of(
-            particles, [&](uint32_t j) { return w.live.count(j) == rest.group_offset[j + 1] - rest.group_offset[j]; });
         if (c.rigid)
-            c.turn = h * w.angular_velocity[particles.front()] + c.inverse_inertia * w.push[particles.front()].torque;
+            c.turned = h * w.angular_velocity[particles.front()] + c.inverse_inertia * w.push[particles.front()].torque;
     }
     for (size_t r = 0; r < context.scene.rigid_bodies.size(); ++r) {
         const size_t i = rest.n_particles() + r;
@@ -83,38 +139,41 @@ void remember_pieces(const StepContext& context, double h, Workspace& w) {
         c.inverse_mass = w.inverse_mass[i];
         c.inverse_inertia = D * inverse.asDiagonal() * D.transpose();
         c.rigid = true;
-        c.turn = h * w.angular_velocity[i] + c.inverse_inertia * w.push[i].torque;
+        c.turned = h * w.angular_velocity[i] + c.inverse_inertia * w.push[i].torque;
     }
 }
 
 void divide_pushes(const StepContext& context, double h, bool last, Workspace& w) {
-    const SimulationMesh& rest = context.scene.rest;
+    for (ContactPiece& p : w.pieces) p.own_share = last ? 1 : 0;
     const auto divide = [&](uint32_t i) {
-        w.own_share[i] = 1;
-        if (i >= rest.n_particles() || w.live.count(i) == 1 || context.settings.method == Method::gauss_seidel) return;
-        if (!last && !w.pieces[w.piece[i]].unbroken) return;
-        double b = 0;
-        for (uint32_t s = w.live.begin(i); s < w.live.end(i); ++s) {
-            b += h * h * w.stiffness[w.live.member(s)].k;
+        double share = 1;
+        ContactPiece& p = w.pieces[w.piece[i]];
+        if (!p.rigid && context.settings.method != Method::gauss_seidel && (last || p.unbroken)) {
+            double b = 0;
+            for (uint32_t s = w.live.begin(i); s < w.live.end(i); ++s) b += h * h * w.stiffness[w.live.member(s)].k;
+            const double n = last ? 1 : static_cast<double>(w.live.piece_particles(w.piece[i]).size());
+            const double reach = std::max(1.0, std::min(std::sqrt(kWavePerWeight * (1 + b)), std::cbrt(n)));
+            share = std::min(1.0, kGive * reach / (1 + b));
         }
-        w.own_share[i] = std::min(1.0, kGive / (1 + b));
+        p.own_share = last ? std::min(p.own_share, share) : std::max(p.own_share, share);
     };
     for (const ActiveContact& c : w.contacts) {
         divide(c.contact.a);
-        if (!(c.contact.b & Contact::kStatic)) divide(c.contact.b);
+        if (has_movable_b(c.contact)) divide(c.contact.b);
     }
-    weigh_contacts(bodies_of(w), w.contacts);
-    if (!last) return;
-    for (ActiveContact& c : w.contacts)
-        if (!c.separate_pieces) c.inverse_mass_normal = 0;
 }
 
 void move_pieces(const StepContext& context, Workspace& w) {
-    for (uint32_t piece = 0; piece < w.live.n_pieces(); ++piece) {
+    const auto moves_alone = [](const ContactPiece& p) { return p.rigid || p.inverse_mass == 0; };
+    for (uint32_t i : w.islands.movable)
+        if (moves_alone(w.pieces[w.piece[i]])) move_alone(i, w);
+    for (uint32_t piece : w.islands.piece) {
         ContactPiece& p = w.pieces[piece];
-        if (p.rigid || (p.shift.isZero(0) && p.turn.isZero(0))) continue;
-        move_piece(context.scene.rest, w.live.piece_particles(piece), p, w.moving);
-        p.shift = p.turn = p.couple_turn = Vec3::Zero();
+        if (moves_alone(p))
+            p.turned += w.piece_motion[piece].spin;
+        else
+            move_piece(context.scene.rest, w.live.piece_particles(piece), p, w.piece_motion[piece], w);
+        w.piece_motion[piece] = PieceMotion();
     }
 }
 
@@ -124,13 +183,14 @@ void turn_rigid_things(const StepContext& context, double h, Workspace& w) {
         if (!w.pieces[piece].rigid) continue;
         const uint32_t i = w.live.piece_particles(piece).front();
         turn_alone(w, i, rest.rest_orientation[i], ellipsoid_inertia(rest, i),
-                   w.piece_angular[piece] + w.push[i].torque / h, h);
+                   w.piece_angular[piece] + bounded(w.push[i].torque, w.pieces[piece].inverse_inertia) / h, h);
     }
     for (size_t r = 0; r < context.scene.rigid_bodies.size(); ++r) {
         const auto i = static_cast<uint32_t>(rest.n_particles() + r);
         const Vec3 moments = rigid_body_inertia(context.scene.rigid_bodies[r]);
         const Quat& D = w.start_rotation[i];
-        const Vec3 L = D * moments.cwiseProduct(D.conjugate() * w.angular_velocity[i]) + w.push[i].torque / h;
+        const Vec3 L = D * moments.cwiseProduct(D.conjugate() * w.angular_velocity[i]) +
+                       bounded(w.push[i].torque, w.pieces[w.piece[i]].inverse_inertia) / h;
         turn_alone(w, i, Quat::Identity(), moments, L, h);
     }
 }
@@ -139,11 +199,11 @@ void change_velocities(const StepContext& context, Workspace& w) {
     const SimulationMesh& rest = context.scene.rest;
     for (uint32_t piece = 0; piece < w.live.n_pieces(); ++piece) {
         const PieceVelocity& change = w.piece_change[piece];
-        if (change.velocity.isZero(0) && change.spin.isZero(0)) continue;
+        if (change.velocity.isZero(0) && change.turn.isZero(0) && change.spin.isZero(0)) continue;
         const auto particles = w.live.piece_particles(piece);
         const Vec3 center = piece_center(rest, particles, w.moving, &MovingParticle::x);
         for (uint32_t j : particles) {
-            w.velocity[j] += change.velocity + change.spin.cross(w.moving[j].x - center);
+            w.velocity[j] += change.velocity + change.turn.cross(w.moving[j].x - center);
             w.angular_velocity[j] += change.spin;
         }
     }

@@ -116,6 +116,16 @@ double bounding_radius(const Scene& scene, const FrameState& s, size_t i) {
                  : bounding_radius(scene.rigid_bodies[i - n].shape);
 }
 
+// How far a sleeper's ellipsoid or hull reaches, m.
+double reach_of(const Scene& scene, const FrameState& s, size_t i) {
+    const double radius = bounding_radius(scene, s, i);
+    if (i >= s.n_particles()) return radius;
+    double farthest = 0;
+    for (const Vec3f& p : scene.rest.hull(i)) farthest = std::max<double>(farthest, p.norm());
+    const double stretch = radius / scene.rest.radii[i].maxCoeff();
+    return std::max(radius, stretch * farthest);
+}
+
 // Whether a collider comes within `reach` of a point in this frame.
 bool comes_near(const Shape& shape, const DrivenPose& drive, const Vec3& point, double reach) {
     const double way = (drive.begin.apply(drive.end.inverse_apply(point)) - point).norm();
@@ -183,7 +193,7 @@ void wake_changed(const Scene& scene, const FrameInput& input, bool self_collisi
         if (!drive.active) continue;
         for (uint32_t i = 0; i < s.asleep.size(); ++i)
             if (s.asleep[i] &&
-                comes_near(scene.colliders[c].shape, drive, position_of(s, i), bounding_radius(scene, s, i) + margin))
+                comes_near(scene.colliders[c].shape, drive, position_of(s, i), reach_of(scene, s, i) + margin))
                 seeds.push_back(i);
     }
     wake(scene, seeds, s);

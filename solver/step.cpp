@@ -12,15 +12,17 @@ constexpr double kRunawaySpeed = 1e5;  // m/s; nothing that an artist animates i
 
 }  // namespace
 
-// Towards the implicit Euler step, contacts after each sweep; and before it where it is the only one.
+// Towards the implicit Euler step, contacts before it and after each sweep: what is hit is matched where the push has
+// taken it, and not where it would fly to unhit.
 void Substep::correct(int iterations) {
-    if (iterations == 1) push_apart(false);
+    using Which = ContactRound::Which;
+    push_apart(Which::first);
     for (int sweep = 0; sweep < iterations; ++sweep) {
         {
             Stopwatch watch(report.shape_s);
             match_shapes(sweep == 0);
         }
-        push_apart(sweep + 1 == iterations);
+        push_apart(sweep + 1 == iterations ? Which::last : Which::between);
     }
 }
 
@@ -77,8 +79,8 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
         w.synced_plastic = state.plastic_deformation;
         w.moving.resize(n_movables), w.start_position.resize(n_movables), w.start_rotation.resize(n_movables);
         w.velocity.resize(n_movables), w.angular_velocity.resize(n_movables);
-        w.inverse_mass.resize(n_movables), w.own_share.resize(n_movables), w.piece.resize(n_movables);
-        w.push.resize(n_movables);
+        w.inverse_mass.resize(n_movables), w.piece.resize(n_movables);
+        w.push.resize(n_movables), w.round_push.resize(n_movables);
         w.inertia.resize(n), w.stiffness.resize(n), w.paper_stiffness.resize(n), w.goals.resize(n);
         w.strains.assign(n, GroupStrain()), w.flowed.assign(n, 0), w.held.assign(n_movables, 0);
     }

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "solver/collision/contact_islands.h"
+#include "solver/collision/contact_round.h"
 #include "solver/collision/scene_contacts.h"
 #include "solver/fracture.h"
 #include "solver/jacobi_sweep.h"
@@ -28,10 +28,12 @@ struct Workspace {
     std::vector<Quat> start_rotation;              // (n_movables), since rest
     std::vector<Vec3> velocity, angular_velocity;  // (n_movables)
     std::vector<double> inverse_mass;              // held: 0 (n_movables)
-    std::vector<double> own_share;                 // of a push, of what is touched (n_movables)
     std::vector<uint32_t> piece;                   // of `pieces` (n_movables)
     std::vector<ContactPush> push;                 // (n_movables)
     std::vector<ContactPiece> pieces;              // pieces, then rigid bodies (n_pieces + n_rigid_bodies)
+    ContactRound round;
+    std::vector<RoundPush> round_push;             // zero between rounds (n_movables)
+    std::vector<PieceMotion> piece_motion;         // zero between rounds (as pieces)
     std::vector<PieceVelocity> piece_change;       // what settling contacts gave them (as pieces)
     std::vector<Mat3> inertia;                     // of particles, world (n_particles)
     std::vector<GroupStiffness> stiffness;         // (n_particles)
@@ -53,7 +55,7 @@ struct Workspace {
 
 /// The movable things of a step, as contacts see them.
 inline ContactBodies bodies_of(Workspace& w) {
-    return {w.inverse_mass, w.own_share, w.piece, w.start_position, w.start_rotation, w.moving, w.push, w.pieces};
+    return {w.inverse_mass, w.piece, w.start_position, w.start_rotation, w.moving, w.pieces};
 }
 
 struct StepContext {

@@ -52,7 +52,7 @@ struct Substep {
     void take_up_pieces();
     void find_contacts();
     void wake_touched();
-    void push_apart(bool last);
+    void push_apart(ContactRound::Which which);
     bool contacts_push() const;
     void settle_contacts();
 

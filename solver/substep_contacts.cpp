@@ -24,7 +24,7 @@ void Substep::take_up_pieces() {
         work.piece[i] =
             static_cast<uint32_t>(i < n_particles() ? work.live.piece(i) : work.live.n_pieces() + (i - n_particles()));
     work.pieces.resize(work.live.n_pieces() + state.rigid_bodies.size());
-    work.piece_change.resize(work.pieces.size());
+    work.piece_change.resize(work.pieces.size()), work.piece_motion.resize(work.pieces.size());
     work.piece_angular.assign(work.live.n_pieces(), Vec3::Zero());
     remember_pieces(context, h, work);
     for (size_t i = 0; i < std::min(context.fixed.size(), n_particles()); ++i)
@@ -74,23 +74,22 @@ void Substep::find_contacts() {
     if (!work.woken.empty()) return;
     report.contacts = std::max(report.contacts, work.contacts.size());
     take_up_pieces();
-    divide_pushes(context, h, false, work);
     warm_start(bodies(), state.contacts, h, resting_speed(), work.contacts);
-    move_pieces(context, work);
 }
 
-// A round over the contacts; `last`: no shape matching follows.
-void Substep::push_apart(bool last) {
+// A round over the contacts, the first with what they start from; `last`: no shape matching follows.
+void Substep::push_apart(ContactRound::Which which) {
     Stopwatch watch(report.contact_s);
-    divide_pushes(context, h, last, work);
-    const double enough = kContactTolerance * context.contact_margin;
-    relax_contacts(bodies(), work.islands, enough, context.workers, work.contacts);
+    divide_pushes(context, h, which == ContactRound::Which::last, work);
+    work.round.begin(bodies(), work.islands, which, context.workers, work.contacts);
+    work.round.relax(kContactTolerance * context.contact_margin, context.workers);
+    work.round.end(bodies(), work.contacts, work.round_push, work.piece_motion);
     move_pieces(context, work);
 }
 
 bool Substep::contacts_push() const {
     return std::any_of(work.contacts.begin(), work.contacts.end(),
-                       [](const ActiveContact& c) { return c.normal_impulse > 0; });
+                       [](const ActiveContact& c) { return c.impulse.normal > 0; });
 }
 
 void Substep::settle_contacts() {

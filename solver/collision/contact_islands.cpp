@@ -6,61 +6,44 @@
 namespace sunder {
 namespace {
 
-constexpr int kPasses = 60, kHingedPasses = 12;
-constexpr size_t kGrain = 16;  // fewest contacts a thread is worth waking for
-
-struct Impulses {
-    double normal = 0;
-    Vec3 friction = Vec3::Zero(), rolling = Vec3::Zero();
-};
-
-Impulses impulses_of(const ActiveContact& c) { return {c.normal_impulse, c.friction_impulse, c.rolling_impulse}; }
-
-Impulses sum(const Impulses& p, double share, const Impulses& q) {
-    return {p.normal + share * q.normal, p.friction + share * q.friction, p.rolling + share * q.rolling};
-}
-
-// Squared length of a change, as a displacement weighs it, kg m2.
-double size(const ActiveContact& c, const Impulses& p) {
-    const double rolling = c.rolling_arm > 0 ? p.rolling.squaredNorm() / (c.rolling_arm * c.rolling_arm) : 0;
-    return c.inverse_mass_normal * (p.normal * p.normal + p.friction.squaredNorm() + rolling);
-}
-
-double pass_over(const ContactBodies& b, std::span<const uint32_t> island, std::span<ActiveContact> io_contacts) {
-    double largest = 0;
-    for (const uint32_t k : island) largest = std::max(largest, solve_contact(b, io_contacts[k]));
-    return largest;
-}
-
-// A pass is a step down the gradient; as much of the last direction is added to it as the steps' shrinking allows.
-void accelerate(const ContactBodies& b, std::span<const uint32_t> island, double enough,
-                std::span<ActiveContact> io_contacts) {
-    std::vector<Impulses> before(island.size()), direction(island.size());
-    double last = 0;
-    for (int pass = 0; pass < kPasses; ++pass) {
-        for (size_t k = 0; k < island.size(); ++k) before[k] = impulses_of(io_contacts[island[k]]);
-        if (pass_over(b, island, io_contacts) < enough) return;
-        double now = 0;
-        for (size_t k = 0; k < island.size(); ++k) {
-            before[k] = sum(impulses_of(io_contacts[island[k]]), -1, before[k]);  // the change
-            now += size(io_contacts[island[k]], before[k]);
-        }
-        if (pass + 1 == kPasses) return;
-        const bool grows = pass > 0 && now > last;
-        const double share = pass > 0 ? now / last : 0;
-        last = now;
-        for (size_t k = 0; k < island.size(); ++k) {
-            Impulses& d = direction[k];
-            if (share > 0 && !grows)
-                add_impulses(b, share * d.normal, share * d.friction, share * d.rolling, io_contacts[island[k]]);
-            d = grows ? Impulses() : sum(before[k], share, d);
-        }
-    }
-}
+constexpr uint32_t kNone = 0xffffffffu;
 
 bool is_hinged(const ContactBodies& b, uint32_t i) {
     const ContactPiece& p = b.pieces[b.piece[i]];
     return !p.rigid && !p.unbroken;
+}
+
+// Items once each, in the order in which the islands' contacts name them.
+class Slots {
+public:
+    Slots(size_t n_items, std::vector<uint32_t>& o_item, std::vector<uint32_t>& o_offset, std::vector<uint32_t>& o_slot)
+        : item_(o_item), offset_(o_offset), slot_(o_slot) {
+        item_.clear();
+        offset_.assign(1, 0);
+        slot_.assign(n_items, kNone);
+    }
+    void add(uint32_t i) {
+        if (slot_[i] != kNone) return;
+        slot_[i] = static_cast<uint32_t>(item_.size());
+        item_.push_back(i);
+    }
+    void end_island() { offset_.push_back(static_cast<uint32_t>(item_.size())); }
+
+private:
+    std::vector<uint32_t>&item_, &offset_, &slot_;
+};
+
+void list_what_they_touch(const ContactBodies& b, std::span<const ActiveContact> contacts, ContactIslands& io) {
+    Slots pieces(b.pieces.size(), io.piece, io.piece_offset, io.piece_slot);
+    Slots movables(b.piece.size(), io.movable, io.movable_offset, io.movable_slot);
+    for (size_t n = 0; n < io.size(); ++n) {
+        for (uint32_t k = io.offset[n]; k < io.offset[n + 1]; ++k) {
+            const Contact& c = contacts[io.contact[k]].contact;
+            movables.add(c.a), pieces.add(b.piece[c.a]);
+            if (has_movable_b(c)) movables.add(c.b), pieces.add(b.piece[c.b]);
+        }
+        movables.end_island(), pieces.end_island();
+    }
 }
 
 }  // namespace
@@ -74,11 +57,10 @@ void find_islands(const ContactBodies& b, std::span<ActiveContact> io_contacts, 
         return p;
     };
     for (const ActiveContact& c : io_contacts)
-        if (!(c.contact.b & Contact::kStatic)) {
+        if (has_movable_b(c.contact)) {
             const uint32_t p = root(c.contact.a), q = root(c.contact.b);
             parent[std::max(p, q)] = std::min(p, q);
         }
-    constexpr uint32_t kNone = 0xffffffffu;
     std::vector<uint32_t> number(b.pieces.size(), kNone), island(io_contacts.size());
     std::vector<uint8_t> hinged(b.pieces.size(), 0);  // by root
     o_islands.offset.assign(1, 0);
@@ -91,7 +73,7 @@ void find_islands(const ContactBodies& b, std::span<ActiveContact> io_contacts, 
         }
         island[k] = number[r];
         ++o_islands.offset[island[k] + 1];
-        hinged[r] |= is_hinged(b, c.a) || (!(c.b & Contact::kStatic) && is_hinged(b, c.b));
+        hinged[r] |= is_hinged(b, c.a) || (has_movable_b(c) && is_hinged(b, c.b));
     }
     std::partial_sum(o_islands.offset.begin(), o_islands.offset.end(), o_islands.offset.begin());
     std::vector<uint32_t> next(o_islands.offset.begin(), o_islands.offset.end() - 1);
@@ -100,24 +82,7 @@ void find_islands(const ContactBodies& b, std::span<ActiveContact> io_contacts, 
         o_islands.contact[next[island[k]]++] = k;
         io_contacts[k].has_hinges = hinged[root(io_contacts[k].contact.a)];
     }
-}
-
-void relax_contacts(const ContactBodies& b, const ContactIslands& islands, double enough, const WorkerPool& workers,
-                    std::span<ActiveContact> io_contacts) {
-    // Threads share out contacts, and take the islands that begin among theirs.
-    const auto island_from = [&](size_t contact) {
-        return static_cast<size_t>(std::ranges::lower_bound(islands.offset, contact) - islands.offset.begin());
-    };
-    workers.for_range(io_contacts.size(), kGrain, [&](size_t first, size_t last) {
-        for (size_t n = island_from(first), end = island_from(last); n < end; ++n) {
-            if (!io_contacts[islands.of(n).front()].has_hinges) {
-                accelerate(b, islands.of(n), enough, io_contacts);
-                continue;
-            }
-            for (int pass = 0; pass < kHingedPasses; ++pass)
-                if (pass_over(b, islands.of(n), io_contacts) < enough) break;
-        }
-    });
+    list_what_they_touch(b, io_contacts, o_islands);
 }
 
 }  // namespace sunder

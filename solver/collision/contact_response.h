@@ -18,11 +18,8 @@ struct ContactPiece {
     Mat3 inverse_inertia = Mat3::Zero();  // about the centre, world, at the start of the substep, 1/(kg m2); held: 0
     bool rigid = false;                   // a lone fragment or a rigid body: nothing in it gives
     bool unbroken = false;                // every edge of its particles is intact: it has no hinges
-    // What contacts moved the whole by and did not yet hand on to its particles; a rigid thing's `turn` is all of its
-    // turning through the substep.
-    Vec3 shift = Vec3::Zero();        // m
-    Vec3 turn = Vec3::Zero();         // rad
-    Vec3 couple_turn = Vec3::Zero();  // the part of `turn` due to torques about the particles' own centres
+    double own_share = 1;                 // of a push, what moves the particle alone and not the piece, 0 .. 1
+    Vec3 turned = Vec3::Zero();           // of a rigid thing: since the start of the substep, rad
 };
 
 /// What contacts did to a movable thing in this substep, for the momentum books.
@@ -31,36 +28,68 @@ struct ContactPush {
     Vec3 torque = Vec3::Zero();  // angular impulse times the substep, kg m2
 };
 
-/// A contact with its running impulses (in kg m: mass times displacement).
+/// Running impulses of a contact, mass times displacement.
+struct ContactImpulse {
+    double normal = 0;             // kg m
+    Vec3 friction = Vec3::Zero();  // kg m
+    Vec3 rolling = Vec3::Zero();   // kg m2
+
+    friend ContactImpulse operator+(const ContactImpulse& p, const ContactImpulse& q) {
+        return {p.normal + q.normal, p.friction + q.friction, p.rolling + q.rolling};
+    }
+    friend ContactImpulse operator*(double s, const ContactImpulse& p) {
+        return {s * p.normal, s * p.friction, s * p.rolling};
+    }
+    friend ContactImpulse operator-(const ContactImpulse& p, const ContactImpulse& q) { return p + -1.0 * q; }
+};
+
+/// A contact in a substep.
 struct ActiveContact {
     Contact contact;
-    Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();      // from the centres to the touching points, m
-    Vec3 lever_a = Vec3::Zero(), lever_b = Vec3::Zero();  // the same from the centres of what turns, m
-    Vec3 collider_motion = Vec3::Zero();                  // of point_b over the substep where b is a collider, m
-    double allowed_gap = 0;                               // overlap at rest of two fragments of one body, <= 0, m
+    Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();  // from the centres to the touching points, m
+    Vec3 collider_motion = Vec3::Zero();              // of point_b over the substep where b is a collider, m
+    double allowed_gap = 0;                           // at which what the ellipsoids stand for touches, m
     double friction = 0, restitution = 0;
     double rolling_arm = 0;          // resistance to rolling: torque = rolling_arm * normal force, m
     bool separate_pieces = true;     // overlap is worked off only between separate pieces
     bool has_hinges = false;         // its island has a piece that is partly broken
     double wanted_gap = 0;           // at the end of the substep, m
     double recovery = 0;             // part of it that works off old overlap, m
-    double inverse_mass_normal = 0;  // 1/kg
+    double inverse_mass_normal = 0;  // in the last round, 1/kg
     double approach_speed = 0;       // along the normal before the step, m/s
-    double normal_impulse = 0;
-    Vec3 friction_impulse = Vec3::Zero(), rolling_impulse = Vec3::Zero();
+    ContactImpulse impulse;
 };
 
 /// The movable things of a step, indexed as Contact does: where they were and where they are.
 struct ContactBodies {
     std::span<const double> inverse_mass;  // 1/kg; held: 0
-    std::span<const double> own_share;     // of a push, what moves the particle alone and not its piece, 0 .. 1
     std::span<const uint32_t> piece;       // which of `pieces` a movable is part of
     std::span<const Vec3> start_position;  // at the start of the substep, m
     std::span<const Quat> start_rotation;
-    std::span<MovingParticle> moving;
-    std::span<ContactPush> push;
-    std::span<ContactPiece> pieces;
+    std::span<const MovingParticle> moving;
+    std::span<const ContactPiece> pieces;
 };
+
+/// How a push at a touching point divides. `own`: displacement by a unit impulse of the particle alone, `whole`: of its
+/// piece, 1/kg. With `lever` from the piece's centre to the particle's and `arm` from there to the touching point, an
+/// impulse f turns by I^-1 (arm x f) + orbit_share I^-1 (lever x f) the particles' centres about the piece's, and by
+/// I^-1 (arm + lever) x f the particles themselves. So with s = own_share it is
+///
+///     rigid motion of the piece by all of f  +  s (f / m of the particle alone - rigid motion by f at its centre):
+///
+/// momentum comes out right for any s; soft bodies give where they are touched (s = 1), stiff ones go as a whole
+/// (s = 0), and shape matching finds the rest. With one s a piece it is symmetric (what a push at i moves j by is what
+/// one at j moves i by) and positive, as the implicit step's own response is, so that passes over contacts converge.
+struct PushDivision {
+    double own = 0, whole = 0, orbit_share = 0;
+    Vec3 lever = Vec3::Zero();  // m
+};
+PushDivision divide_push(const ContactBodies& bodies, uint32_t movable);
+
+/// Rotation of a movable since the start of the substep, to second order; exact enough below a radian, rad.
+Vec3 turned(const ContactBodies& bodies, uint32_t movable);
+
+inline bool has_movable_b(const Contact& c) { return !(c.b & Contact::kStatic); }
 
 /// Fills arms and approach speed, and decides what gap is wanted: none below `allowed_gap`, but old
 /// overlap is worked off by a fifth a substep and no faster than `recovery_speed`, and only between separate pieces.
@@ -69,30 +98,18 @@ void prepare_contacts(const ContactBodies& bodies, std::span<const Vec3> velocit
                       std::span<const Vec3> angular_velocity, double h, double recovery_speed,
                       std::span<ActiveContact> io_contacts);
 
-/// What each contact moves by an impulse along its normal, for the present own_share. Call before solving.
-void weigh_contacts(const ContactBodies& bodies, std::span<ActiveContact> io_contacts);
-
-/// Starts lasting contacts from a share of the forces they had; between rigid things that approach or part no faster
-/// than `resting` (m/s) from most of it. `memory` ascending by (a, b).
+/// Lasting contacts start from a share of the forces they had; where nothing hangs on hinges and they approach or part
+/// no faster than `resting` (m/s) from most of it. `memory` ascending by (a, b).
 void warm_start(const ContactBodies& bodies, std::span<const ContactMemory> memory, double h, double resting,
                 std::span<ActiveContact> io_contacts);
 void remember(const ContactBodies& bodies, std::span<const ActiveContact> contacts, double h,
               std::vector<ContactMemory>& o_memory);
 
-/// One contact's turn in a Gauss-Seidel pass: gap >= wanted_gap and friction within its cone. Positions, their inertial
-/// targets and `push` move alike, so that shape matching does not fight the contact. Motions of wholes are only added
-/// up in `pieces`: linear in the impulses, so that what is solved here is what the books get, however large they are.
-/// Returns the change of the gap, m.
-double solve_contact(const ContactBodies& bodies, ActiveContact& io_contact);
-
-/// Adds to the running impulses of a contact (kg m; rolling: kg m2) and moves both sides by them.
-void add_impulses(const ContactBodies& bodies, double normal, const Vec3& friction, const Vec3& rolling,
-                  ActiveContact& io_contact);
-
 /// A velocity that is given to a whole piece.
 struct PieceVelocity {
     Vec3 velocity = Vec3::Zero();  // m/s
-    Vec3 spin = Vec3::Zero();      // about the centre of mass, rad/s
+    Vec3 turn = Vec3::Zero();      // of the particles' centres about the piece's, rad/s
+    Vec3 spin = Vec3::Zero();      // of the particles about their own centres, rad/s
 };
 
 /// Velocities of touching points along the normal: approach ends, or turns around where the contact closed faster than

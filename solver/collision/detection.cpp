@@ -240,11 +240,14 @@ void contacts_with_colliders(const DetectionInput& in, std::span<const Aabb> box
             const double angle = collider.begin.orientation.angularDistance(collider.end.orientation);
             const double own =
                 is_particle(in, i) ? in.particles[i].radii.maxCoeff() : bounding_radius(rigid(in, i).shape);
+            const bool by_corners =
+                collider.shape.kind == ShapeKind::plane && is_particle(in, i) && !in.corners.empty();
+            const double corners = by_corners ? in.corners[i] : 0.0;
             const double turning = std::min(angle, 1.0) * own;  // across the size of a, the collider's field differs
-            box.min.array() -= turning;
-            box.max.array() += turning;
+            box.min.array() -= turning + corners;
+            box.max.array() += turning + corners;
             if (!overlap(box, bounding_box(placed))) continue;
-            const double reach = in.margin + turning_reach(in, i) + turning;
+            const double reach = in.margin + turning_reach(in, i) + turning + corners;
             if (placed.shape.kind == ShapeKind::mesh) {
                 if (is_particle(in, i))
                     grid_contacts(in.particles[i], placed, shift, reach, on_mesh);

@@ -22,6 +22,7 @@ struct MovingShape {
 /// things would do alone during the step (forces included).
 struct DetectionInput {
     std::span<const Ellipsoid> particles;       // (n_particles)
+    std::span<const double> corners;            // by which they reach planes before their ellipsoids (n_particles), m
     std::span<const uint32_t> body;             // (n_particles), or empty: one body
     std::span<const uint8_t> pinned;            // (n_movables), or fewer; two driven things give no contact
     std::span<const uint32_t> piece;            // by first particle (n_particles), or empty: not known

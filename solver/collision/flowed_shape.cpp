@@ -11,17 +11,28 @@ namespace {
 
 bool is_identity(const Mat3& F) { return F == Mat3::Identity(); }
 
+// The farthest that a point of the hull is outside, by the way to the surface along its own direction.
+double farthest_outside(const ContactShape& shape, std::span<const Vec3f> hull, const Mat3& F_P) {
+    double farthest = 0;
+    for (const Vec3f& rest : hull) {
+        const Vec3 p = F_P * rest.cast<double>();
+        const double times = (shape.orientation.conjugate() * p).cwiseQuotient(shape.radii).norm();
+        if (times > 1) farthest = std::max(farthest, p.norm() * (1 - 1 / times));
+    }
+    return farthest;
+}
+
 }  // namespace
 
 ContactShape flowed_shape(const Quat& rest_orientation, const Vec3& radii, const Mat3& F_P) {
-    if (is_identity(F_P)) return {rest_orientation, radii};
+    if (is_identity(F_P)) return {rest_orientation, radii, 0};
     const Mat3 L = F_P * rest_orientation.toRotationMatrix() * radii.asDiagonal();
     const Eigen::SelfAdjointEigenSolver<Mat3> eigen(Mat3(L * L.transpose()));
     Mat3 axes = eigen.eigenvectors();
     if (axes.determinant() < 0) axes.col(0) *= -1;
     // Rounding leaves the square of a needle's thickness uncertain by 1e-16 of its length's.
     const Vec3 squared = eigen.eigenvalues().cwiseMax(1e-15 * eigen.eigenvalues()(2));
-    return {Quat(axes).normalized(), squared.cwiseSqrt()};
+    return {Quat(axes).normalized(), squared.cwiseSqrt(), 0};
 }
 
 double flowed_radius(const Vec3& radii, const Mat3& F_P) {
@@ -54,6 +65,14 @@ double fitting_gap(const SimulationMesh& rest, const RestFit& fit, const Mat3& F
     return std::min(0.0, n.dot(d) - support(i, F_i) - support(j, F_j));
 }
 
+double standing_out(const ContactShape& shape, std::span<const Vec3f> hull, const Mat3& F_P, const Vec3& direction) {
+    if (hull.empty()) return 0;
+    const Vec3f along = (F_P.transpose() * direction).cast<float>();
+    float farthest = along.dot(hull.front());
+    for (const Vec3f& p : hull) farthest = std::max(farthest, along.dot(p));
+    return shape.radii.cwiseProduct(shape.orientation.conjugate() * direction).norm() - farthest;
+}
+
 void FlowedShapes::update(const SimulationMesh& rest, std::span<const Mat3> F_P, const WorkerPool& workers) {
     constexpr size_t kGrain = 256;
     if (made_for_.size() != F_P.size()) {
@@ -65,6 +84,7 @@ void FlowedShapes::update(const SimulationMesh& rest, std::span<const Mat3> F_P,
             if (made_for_[i] == F_P[i]) continue;
             made_for_[i] = F_P[i];
             shape_[i] = flowed_shape(rest.rest_orientation[i], rest.radii[i], F_P[i]);
+            shape_[i].corners = farthest_outside(shape_[i], rest.hull(i), F_P[i]);
         }
     });
 }

@@ -13,6 +13,7 @@ namespace sunder {
 struct ContactShape {
     Quat orientation = Quat::Identity();  // of its axes
     Vec3 radii = Vec3::Ones();            // along them, m
+    double corners = 0;                   // how far the fragment's hull stands out of it at most, m
 };
 
 /// The ellipsoid of a fragment whose material flowed by F_P (symmetric, det 1): F_P Rbar diag(r) of the unit ball,
@@ -36,6 +37,11 @@ RestFit rest_fit(const SimulationMesh& rest, uint32_t i, uint32_t j);
 /// a body flows evenly all of it is deformed alike, and what just touched does so still.
 double fitting_gap(const SimulationMesh& rest, const RestFit& fit, const Mat3& F_i, const Mat3& F_j, uint32_t i,
                    uint32_t j);
+
+/// How far the ellipsoid of a fragment stands out beyond the fragment's hull along `direction` (unit, where the
+/// particle is not turned), m; less than 0 where the hull is farther, 0 where it is not known. Things that lie on one
+/// another touch with their faces: along the normal of a contact both may come so much closer than their ellipsoids.
+double standing_out(const ContactShape& shape, std::span<const Vec3f> hull, const Mat3& F_P, const Vec3& direction);
 
 /// The shapes of all particles, made anew where F_P is not the one that they were made for.
 class FlowedShapes {

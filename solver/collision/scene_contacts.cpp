@@ -61,6 +61,8 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     for (uint32_t i = 0; i < n; ++i)
         ellipsoids_[i] = {motion.position[i], (motion.rotation[i] * shapes_[i].orientation).toRotationMatrix(),
                           shapes_[i].radii};
+    corners_.resize(n);
+    for (uint32_t i = 0; i < n; ++i) corners_[i] = shapes_[i].corners;
     rigid_bodies_.clear();
     for (size_t r = 0; r < scene.rigid_bodies.size(); ++r)
         rigid_bodies_.push_back({scene.rigid_bodies[r].shape, {motion.position[n + r], motion.rotation[n + r]}});
@@ -73,6 +75,7 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
 
     DetectionInput detection;
     detection.particles = ellipsoids_;
+    detection.corners = corners_;
     detection.body = rest.body;
     detection.pinned = held;
     detection.rings = {live.begins().first(n), live.ends(), live.members(), {}, {}};
@@ -87,6 +90,11 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     detection.workers = &workers;
     find_contacts(detection, scratch_, contacts_);
 
+    const auto standing_out_of = [&](uint32_t i, const Vec3& direction) {
+        if (i >= n) return 0.0;
+        return standing_out(shapes_[i], rest.hull(i), motion.plastic_deformation[i],
+                            motion.rotation[i].conjugate() * direction);
+    };
     const auto rolling_arm = [&](uint32_t movable) {
         return movable < n ? kRollingShare * shapes_[movable].radii.minCoeff() : 0.0;
     };
@@ -103,17 +111,23 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
         if (contact.b & Contact::kStatic) {
             const uint32_t at = contact.b & ~Contact::kStatic;
             b = {scene.colliders[at].friction, scene.colliders[at].restitution};
+            c.allowed_gap = -standing_out_of(contact.a, -contact.normal);
+            // The corner that reaches farther need not be where it touches, unless that is everywhere.
+            if (scene.colliders[at].shape.kind != ShapeKind::plane) c.allowed_gap = std::min(c.allowed_gap, 0.0);
             c.collider_motion =
                 colliders_[at].end.apply(colliders_[at].begin.inverse_apply(contact.point_b)) - contact.point_b;
         } else {
             b = surface_of(scene, input, contact.b);
             c.rolling_arm = std::max(c.rolling_arm, rolling_arm(contact.b));
+            c.allowed_gap = std::min(
+                0.0, -standing_out_of(contact.a, -contact.normal) - standing_out_of(contact.b, contact.normal));
             if (contact.a < n && contact.b < n) {
                 c.separate_pieces = live.piece(contact.a) != live.piece(contact.b);
                 if (rest.body[contact.a] == rest.body[contact.b])
-                    c.allowed_gap = fitting_gap(rest, rest_fit_of(rest, contact.a, contact.b),
-                                                motion.plastic_deformation[contact.a],
-                                                motion.plastic_deformation[contact.b], contact.a, contact.b);
+                    c.allowed_gap = std::min(c.allowed_gap,
+                                             fitting_gap(rest, rest_fit_of(rest, contact.a, contact.b),
+                                                         motion.plastic_deformation[contact.a],
+                                                         motion.plastic_deformation[contact.b], contact.a, contact.b));
             }
         }
         c.friction = std::sqrt(a.friction * b.friction);

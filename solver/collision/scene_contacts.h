@@ -54,6 +54,7 @@ private:
     std::vector<Neighbours> neighbours_, former_;  // pairs of one body in contact, now and before; ascending
     size_t next_former_ = 0;
     std::vector<Ellipsoid> ellipsoids_;
+    std::vector<double> corners_;  // (n_particles)
     std::vector<PlacedShape> rigid_bodies_;
     std::vector<MovingShape> colliders_;
     std::vector<Contact> contacts_;

@@ -57,6 +57,21 @@ void build_one_rings(SimulationMesh& m) {
         if (e.toughness_factor != 1) m.group_uneven[e.a] = m.group_uneven[e.b] = 1;
 }
 
+namespace {
+
+// Bodies without known hulls have hulls of no points.
+void append_hulls(SimulationMesh& io_scene, const SimulationMesh& body, const Quat& turn) {
+    if (body.hull_offset.empty() && io_scene.hull_offset.empty()) return;
+    io_scene.hull_offset.resize(io_scene.n_particles() - body.n_particles() + 1,
+                                static_cast<uint32_t>(io_scene.hull_point.size()));
+    for (size_t i = 0; i < body.n_particles(); ++i) {
+        for (const Vec3f& p : body.hull(i)) io_scene.hull_point.push_back((turn * p.cast<double>()).cast<float>());
+        io_scene.hull_offset.push_back(static_cast<uint32_t>(io_scene.hull_point.size()));
+    }
+}
+
+}  // namespace
+
 void append_body(SimulationMesh& scene, const SimulationMesh& body, const Pose& pose) {
     const uint32_t particle_base = static_cast<uint32_t>(scene.n_particles());
     const uint32_t body_index = scene.body.empty() ? 0 : scene.body.back() + 1;
@@ -70,6 +85,7 @@ void append_body(SimulationMesh& scene, const SimulationMesh& body, const Pose& 
     append(scene.volume, body.volume);
     append(scene.mass, body.mass);
     append(scene.fragment, body.fragment);
+    append_hulls(scene, body, pose.orientation);
     append_factors(scene.yield_factor, particle_base, body.yield_factor, body.n_particles());
     append_factors(scene.toughness_factor, particle_base, body.toughness_factor, body.n_particles());
     for (const Edge& e : body.edges)

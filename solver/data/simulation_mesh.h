@@ -1,6 +1,7 @@
 // What the solver knows of bodies at rest. Never changes after it is built.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "solver/data/ids.h"
@@ -43,11 +44,19 @@ struct SimulationMesh {
     std::vector<uint32_t> member_twin;   // slot of the centre in the member's own ring     (as group_member)
     std::vector<uint8_t> group_uneven;  // 1 where an edge of the ring has a toughness factor other than 1 (n_particles)
 
+    // Outermost points of the fragments, from the particle where it is not turned: for contacts; empty: not known.
+    std::vector<uint32_t> hull_offset;  // CSR                               (n_particles + 1)
+    std::vector<Vec3f> hull_point;      // m                                 (hull_offset.back() x 3)
+
     std::vector<double> group_trace;  // of the whole rest one-ring (rest_traces), kg m2 (n_particles); or empty
 
     static constexpr uint32_t kNone = 0xffffffffu;
     size_t n_particles() const { return rest_position.size(); }
     size_t n_edges() const { return edges.size(); }
+    std::span<const Vec3f> hull(size_t particle) const {
+        if (hull_offset.empty()) return {};
+        return std::span(hull_point).subspan(hull_offset[particle], hull_offset[particle + 1] - hull_offset[particle]);
+    }
 };
 
 /// Fills the one-rings from `edges`. Call once after particles and edges are set.

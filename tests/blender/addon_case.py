@@ -41,13 +41,13 @@ class AddonCase(unittest.TestCase):
         return addon("quick_fracture").connect(source.id_data, source, output, target, name)
 
     def tree(self, thing=None, pieces=8, fall_speed=6, material=None):
-        """A block that falls on a floor and breaks; nodes by their type."""
+        """A block that tumbles on a floor and breaks; nodes by their type."""
         thing = thing or self.cube()
         tree = addon("quick_fracture").build(thing, "CLAY", pieces, fall_speed=fall_speed)
         tree.preset = ""  # as one that was built by hand
         nodes = {n.sunder_type: n for n in tree.nodes}
         nodes["solver"].set_parameters(substeps=4)
-        nodes["body"].set_parameters(**(material or {"toughness": 0.01}))
+        nodes["body"].set_parameters(angular_velocity=(400, 250, 0), **(material or {"toughness": 0.01}))
         return tree, nodes
 
     def results(self, tree):

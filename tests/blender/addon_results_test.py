@@ -310,6 +310,7 @@ class Shown(AddonCase):
         self.connect(mesh, "mesh", cut, "mesh"), self.connect(cut, "fragments", body, "fragments")
         self.connect(body, "body", nodes["solver"], "bodies"), self.connect(body, "body", skin, "body")
         self.connect(nodes["solver"], "state", skin, "state")
+        nodes["body"].set_parameters(angular_velocity=(0, 0, 0))
         first, second = self.results(tree)
         self.bake(tree)
         self.scene.frame_set(1)

@@ -4,7 +4,6 @@
 #include <random>
 
 #include "tests/support/energy.h"
-#include "tests/support/expected_failure.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder {
@@ -110,9 +109,9 @@ TEST(stack, ten_of_boxes_and_fragments_stand_for_ten_seconds) {
         }
     }
     const StackResult r = stand(g);
-    EXPECT_TRUE(test::still_missed(r.drift <= kPixel && r.jitter <= kFlicker && r.rise <= 1e-3,
-                                   "contacts and elastic forces are solved in turn: a soft storey gives way under "
-                                   "those above before it feels them"));
+    EXPECT_LE(r.drift, kPixel);
+    EXPECT_LE(r.jitter, kFlicker);
+    EXPECT_LE(r.rise, 1e-3);
 }
 
 TEST(pile, a_body_torn_to_bits_comes_to_rest) {
@@ -185,12 +184,7 @@ TEST(tunnelling, ten_times_a_fast_shot_does_not_cross_a_thin_plate) {
         std::printf("shots at %.0f m/s: nearest to the plate's centre %.3f m, fastest at the end %.1f m/s\n", speed,
                     lowest, g.fastest());
         EXPECT_LE(g.fastest(), speed);
-        if (speed < 50)
-            EXPECT_GT(lowest, 0);  // on the side they came from
-        else
-            EXPECT_TRUE(test::still_missed(lowest > 0,
-                                           "the fragment that is hit is driven out of the plate before its "
-                                           "neighbours feel it, and the shot follows"));
+        EXPECT_GT(lowest, 0);  // on the side they came from
     }
 }
 

@@ -154,8 +154,9 @@ TEST(MeshCollider, a_bunny_that_falls_on_a_torus_comes_to_rest_and_is_nowhere_in
     cut.pieces = 40;
     const auto fragments = prefracture(unit, cut, "bunny");
     ASSERT_TRUE(fragments) << fragments.error().text();
-    const auto mesh = build_simulation_mesh(*fragments, {});
+    auto mesh = build_simulation_mesh(*fragments, {});
     ASSERT_TRUE(mesh) << mesh.error().text();
+    mesh->hull_offset.clear(), mesh->hull_point.clear();  // ellipsoids touch, and not what they stand for
     test::add_body(shot.scene, *mesh, {Vec3(0.1, 0, 0.9), Quat::Identity()});
     shot.settings.damping = 1;
     shot.start();
@@ -215,7 +216,7 @@ TEST(MeshCollider, fragments_on_rough_ground_gain_no_energy) {
     test::add_body(shot.scene, test::lattice_mesh({{10, 3, 3}, 0.05, 6, 1000, {}}),
                    {Vec3(0, 0, 0.3), Quat(Eigen::AngleAxisd(0.3, Vec3(1, 2, 0).normalized()))}, Vec3(0, 0, -6));
     shot.material.youngs_modulus = 1e7;
-    shot.material.toughness = 0.01;
+    shot.material.toughness = 0.005;
     shot.start();
     const double start = shot.energy();
     double last = start, rise = 0, highest = -1e300, deepest = -1e300;

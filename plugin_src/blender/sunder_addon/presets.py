@@ -28,7 +28,7 @@ PRESETS = {
         "Glass",
         "Never dents; shatters, the more the thinner it is. Hundreds of times softer than glass; cracks run between the "
         "pieces that were cut before",
-        {"density": 2500, "youngs_modulus": 1e8, "yield": None, "toughness": 0.002},
+        {"density": 2500, "youngs_modulus": 1e8, "yield": None, "toughness": 0.0014},
         {"substeps": 16},
     ),
     "WOOD": (
