@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "solver/collision/broad_phase.h"
-#include "solver/collision/flowed_shape.h"
 #include "solver/collision/shape_distance.h"
 #include "solver/motion.h"
 #include "solver/sleeping.h"
@@ -17,10 +16,9 @@ constexpr uint32_t kNone = SimulationMesh::kNone;
 constexpr double kSkin =
     0.5;  // of a movable's radius: how much farther than a frame takes it neighbours are looked for
 
-double radius_of(const Scene& scene, const FrameState& s, size_t i) {
+double radius_of(const Scene& scene, size_t i) {
     const size_t n = scene.rest.n_particles();
-    return i < n ? flowed_radius(scene.rest.radii[i], s.plastic_deformation[i])
-                 : bounding_radius(scene.rigid_bodies[i - n].shape);
+    return i < n ? scene.rest.radii[i].maxCoeff() : bounding_radius(scene.rigid_bodies[i - n].shape);
 }
 
 template <class T>
@@ -94,7 +92,7 @@ std::vector<Aabb> AwakeScene::reach(const StepContext& whole, double seconds, do
         const Vec3& x = is_particle ? state_.position[i] : rigid->position;
         const Vec3 way = seconds * (is_particle ? state_.velocity[i] : rigid->velocity);
         const double angle = seconds * (is_particle ? state_.angular_velocity[i] : rigid->angular_velocity).norm();
-        const double radius = radius_of(scene_, state_, i);
+        const double radius = radius_of(scene_, i);
         size[i] = radius * (1 + skin + std::min(angle, 1.0)) + whole.contact_margin + fall + skin * way.norm();
         boxes[i] = ball(x, size[i]);
         boxes[i].min += way.cwiseMin(0.0), boxes[i].max += way.cwiseMax(0.0);
@@ -168,7 +166,7 @@ void AwakeScene::build(const StepContext& whole, const FrameState& state) {
     for (size_t i = 0; i < n_movables; ++i) {
         if (!asleep_[i]) continue;
         const Vec3& x = i < n ? state.position[i] : state.rigid_bodies[i - n].position;
-        here[i] = filter.may_meet(ball(x, radius_of(whole.scene, state, i) + whole.contact_margin));
+        here[i] = filter.may_meet(ball(x, radius_of(whole.scene, i) + whole.contact_margin));
     }
     const std::vector<uint32_t> awake = movable_;
     take();

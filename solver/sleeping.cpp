@@ -5,7 +5,6 @@
 #include <numeric>
 
 #include "solver/collision/contact.h"
-#include "solver/collision/flowed_shape.h"
 #include "solver/collision/shape_distance.h"
 
 namespace sunder {
@@ -110,20 +109,18 @@ const Quat& orientation_of(const FrameState& s, size_t i) {
     return i < s.n_particles() ? s.orientation[i] : s.rigid_bodies[i - s.n_particles()].orientation;
 }
 
-double bounding_radius(const Scene& scene, const FrameState& s, size_t i) {
+double bounding_radius(const Scene& scene, size_t i) {
     const size_t n = scene.rest.n_particles();
-    return i < n ? flowed_radius(scene.rest.radii[i], s.plastic_deformation[i])
-                 : bounding_radius(scene.rigid_bodies[i - n].shape);
+    return i < n ? scene.rest.radii[i].maxCoeff() : bounding_radius(scene.rigid_bodies[i - n].shape);
 }
 
 // How far a sleeper's ellipsoid or hull reaches, m.
 double reach_of(const Scene& scene, const FrameState& s, size_t i) {
-    const double radius = bounding_radius(scene, s, i);
-    if (i >= s.n_particles()) return radius;
-    double farthest = 0;
-    for (const Vec3f& p : scene.rest.hull(i)) farthest = std::max<double>(farthest, p.norm());
-    const double stretch = radius / scene.rest.radii[i].maxCoeff();
-    return std::max(radius, stretch * farthest);
+    double reach = bounding_radius(scene, i);
+    if (i >= s.n_particles()) return reach;
+    for (const Vec3f& p : scene.rest.hull(i))
+        reach = std::max(reach, (s.plastic_deformation[i] * p.cast<double>()).norm());
+    return reach;
 }
 
 // Whether a collider comes within `reach` of a point in this frame.
@@ -217,8 +214,7 @@ size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collis
     for (uint32_t i = 0; i < n_movables; ++i) {
         if (s.asleep[i]) continue;
         const double way = (position_of(s, i) - position_of(before, i)).norm();
-        const double turn =
-            orientation_of(s, i).angularDistance(orientation_of(before, i)) * bounding_radius(scene, s, i);
+        const double turn = orientation_of(s, i).angularDistance(orientation_of(before, i)) * bounding_radius(scene, i);
         const bool still = std::max(way, turn) <= input.duration * still_speed(size_of(scene, i), acceleration);
         s.still_time[i] = still ? s.still_time[i] + input.duration : 0;
     }

@@ -14,7 +14,7 @@ import bpy
 from mathutils import Vector
 
 BRITTLE = {"youngs_modulus": 5e5, "yield": None, "toughness": 0.07}
-DUCTILE = {"youngs_modulus": 5e5, "poisson_ratio": 0.3, "yield": 0.01, "flow_rate": 300, "hardening": 0.1, "toughness": 0.185}
+DUCTILE = {"youngs_modulus": 5e5, "poisson_ratio": 0.3, "yield": 0.01, "flow_rate": 300, "hardening": 0.1, "toughness": 0.15}
 
 
 def arguments():

@@ -40,15 +40,15 @@ double contact_margin(const Scene& scene) {
 }
 
 // Called for ascending pairs; what was in contact in the substep before is known.
-const RestFit& SceneContacts::rest_fit_of(const SimulationMesh& rest, uint32_t a, uint32_t b) {
+double SceneContacts::rest_gap_of(const SimulationMesh& rest, uint32_t a, uint32_t b) {
     const auto name = [&](uint32_t i) { return uint64_t{rest.body[i]} << 32 | rest.fragment[i]; };
     const std::pair pair(name(a), name(b));
     while (next_former_ < former_.size() && std::pair(former_[next_former_].a, former_[next_former_].b) < pair)
         ++next_former_;
     const bool is_known =
         next_former_ < former_.size() && std::pair(former_[next_former_].a, former_[next_former_].b) == pair;
-    neighbours_.push_back({pair.first, pair.second, is_known ? former_[next_former_].fit : rest_fit(rest, a, b)});
-    return neighbours_.back().fit;
+    neighbours_.push_back({pair.first, pair.second, is_known ? former_[next_former_].gap : rest_gap(rest, a, b)});
+    return neighbours_.back().gap;
 }
 
 void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live,
@@ -56,13 +56,11 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
                          double margin, const WorkerPool& workers, std::vector<ActiveContact>& out) {
     const SimulationMesh& rest = scene.rest;
     const uint32_t n = static_cast<uint32_t>(rest.n_particles());
-    shapes_.update(rest, motion.plastic_deformation, workers);
+    hulls_.update(rest, motion.plastic_deformation, workers);
     ellipsoids_.resize(n);
     for (uint32_t i = 0; i < n; ++i)
-        ellipsoids_[i] = {motion.position[i], (motion.rotation[i] * shapes_[i].orientation).toRotationMatrix(),
-                          shapes_[i].radii};
-    corners_.resize(n);
-    for (uint32_t i = 0; i < n; ++i) corners_[i] = shapes_[i].corners;
+        ellipsoids_[i] = {motion.position[i], (motion.rotation[i] * rest.rest_orientation[i]).toRotationMatrix(),
+                          rest.radii[i]};
     rigid_bodies_.clear();
     for (size_t r = 0; r < scene.rigid_bodies.size(); ++r)
         rigid_bodies_.push_back({scene.rigid_bodies[r].shape, {motion.position[n + r], motion.rotation[n + r]}});
@@ -75,7 +73,7 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
 
     DetectionInput detection;
     detection.particles = ellipsoids_;
-    detection.corners = corners_;
+    detection.corners = hulls_.reach();
     detection.body = rest.body;
     detection.pinned = held;
     detection.rings = {live.begins().first(n), live.ends(), live.members(), {}, {}};
@@ -92,11 +90,10 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
 
     const auto standing_out_of = [&](uint32_t i, const Vec3& direction) {
         if (i >= n) return 0.0;
-        return standing_out(shapes_[i], rest.hull(i), motion.plastic_deformation[i],
-                            motion.rotation[i].conjugate() * direction);
+        return standing_out(rest, i, motion.plastic_deformation[i], motion.rotation[i].conjugate() * direction);
     };
     const auto rolling_arm = [&](uint32_t movable) {
-        return movable < n ? kRollingShare * shapes_[movable].radii.minCoeff() : 0.0;
+        return movable < n ? kRollingShare * rest.radii[movable].minCoeff() : 0.0;
     };
     std::swap(neighbours_, former_);
     neighbours_.clear();
@@ -124,10 +121,7 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
             if (contact.a < n && contact.b < n) {
                 c.separate_pieces = live.piece(contact.a) != live.piece(contact.b);
                 if (rest.body[contact.a] == rest.body[contact.b])
-                    c.allowed_gap = std::min(c.allowed_gap,
-                                             fitting_gap(rest, rest_fit_of(rest, contact.a, contact.b),
-                                                         motion.plastic_deformation[contact.a],
-                                                         motion.plastic_deformation[contact.b], contact.a, contact.b));
+                    c.allowed_gap = std::min(c.allowed_gap, rest_gap_of(rest, contact.a, contact.b));
             }
         }
         c.friction = std::sqrt(a.friction * b.friction);

@@ -6,7 +6,7 @@
 
 #include "solver/collision/contact_response.h"
 #include "solver/collision/detection.h"
-#include "solver/collision/flowed_shape.h"
+#include "solver/collision/hull_support.h"
 #include "solver/live_topology.h"
 #include "solver/scene.h"
 
@@ -38,23 +38,22 @@ public:
               const WorkerPool& workers, std::vector<ActiveContact>& out);
 
     /// Call when a state was set from outside.
-    void reset() { scratch_.reset(), shapes_.reset(); }
+    void reset() { scratch_.reset(), hulls_.reset(); }
     /// Call when edges broke.
     void edges_broke() { scratch_.edges_broke(); }
 
 private:
     struct Neighbours {
         uint64_t a, b;  // body and fragment, which no wake or sleep numbers anew
-        RestFit fit;
+        double gap;     // at rest, m
     };
-    const RestFit& rest_fit_of(const SimulationMesh& rest, uint32_t a, uint32_t b);
+    double rest_gap_of(const SimulationMesh& rest, uint32_t a, uint32_t b);
 
     ContactScratch scratch_;
-    FlowedShapes shapes_;
+    HullReach hulls_;
     std::vector<Neighbours> neighbours_, former_;  // pairs of one body in contact, now and before; ascending
     size_t next_former_ = 0;
     std::vector<Ellipsoid> ellipsoids_;
-    std::vector<double> corners_;  // (n_particles)
     std::vector<PlacedShape> rigid_bodies_;
     std::vector<MovingShape> colliders_;
     std::vector<Contact> contacts_;

@@ -1,0 +1,36 @@
+// What the hulls of fragments say about contacts between the ellipsoids that stand for them.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "solver/data/simulation_mesh.h"
+#include "solver/parallel.h"
+
+namespace sunder {
+
+/// How far the ellipsoid of particle i stands out beyond the hull of its fragment along `direction` (unit, where the
+/// particle is not turned), m; less than 0 where the hull is farther, 0 where it is not known. The hull flows with the
+/// material, the ellipsoid does not. Things that lie on one another touch with their faces: along the normal of a
+/// contact both may come so much closer than their ellipsoids.
+double standing_out(const SimulationMesh& rest, uint32_t i, const Mat3& F_P, const Vec3& direction);
+
+/// The gap of the ellipsoids of two particles at rest, m; negative: they overlap, as those of neighbours do.
+double rest_gap(const SimulationMesh& rest, uint32_t i, uint32_t j);
+
+/// How far hulls stand out of their ellipsoids at most, found anew where F_P is not the one it was found for.
+class HullReach {
+public:
+    /// Call when particles are others than before.
+    void reset() { found_for_.clear(); }
+    /// Call at the start of a substep.
+    void update(const SimulationMesh& rest, std::span<const Mat3> plastic_deformation, const WorkerPool& workers);
+
+    std::span<const double> reach() const { return reach_; }  // (n_particles), m
+
+private:
+    std::vector<Mat3> found_for_;  // F_P (n_particles)
+    std::vector<double> reach_;
+};
+
+}  // namespace sunder
