@@ -9,16 +9,16 @@ namespace sunder {
 /// so far. Call before contacts are prepared.
 void remember_pieces(const StepContext& context, double h, Workspace& io_work);
 
-/// Fills `own_share` of what is in a contact, and what contacts then weigh. A push on a bound particle in an implicit
+/// Fills `own_share` of the pieces that are in a contact. A push on a bound particle in an implicit
 /// step moves the particle by (H^-1)_jj, which lies between 1/(m_j (1 + sum_g b_g)), were its neighbours held, and
 /// 1/m_j, were they absent. Before another sweep of shape matching the upper bound is taken for pieces with broken
 /// edges: the sweep finds the true motion, and a contact that took less would have pushed too hard (a fragment on a
 /// hinge gives like a free one). In unbroken pieces a particle that is pushed together with those beside it, as where
-/// bodies lie on one another, gives more than alone: a load on a face moves all that waves of speed c reach in the step,
-/// d / (c h) of 1/m_j, and no more than the piece is thick. Contacts that took less would push harder than what they
-/// carry weighs, and a stack would throw itself off. After the last sweep nothing would mend the strain that this makes
-/// in stiff bodies, so there a particle moves by little more than the lower bound and its piece as a whole by the rest;
-/// contacts within a piece, which no motion of the whole can part, are left as the sweep found them.
+/// bodies lie on one another, gives more than alone: a load on a face moves all that waves of speed c reach in the
+/// step, d / (c h) of 1/m_j, and no more than the piece is thick. Contacts that took less would push harder than what
+/// they carry weighs, and a stack would throw itself off. After the last sweep nothing would mend the strain that this
+/// makes in stiff bodies, so there a particle moves by little more than the lower bound and its piece as a whole by the
+/// rest; contacts within a piece, which no motion of the whole can part, are left as the sweep found them.
 void divide_pushes(const StepContext& context, double h, bool last, Workspace& io_work);
 
 /// After a round over the contacts: hands what they added to the pieces on to their particles.
