@@ -44,8 +44,8 @@ def main():
     print(f"{'scene':10}{'method':12}{'th':>3}{'base ms':>10}{'head ms':>10}{'ratio':>7}{'ns/group':>18}{'ratio':>7}{'skin':>7}  bits")
     for key, columns in least.items():
         (ms0, ms1), (ns0, ns1), (skin0, skin1) = columns["median_ms"], columns["ns_group"], columns["skin_ms"]
-        skin = f"{skin1 / skin0:7.2f}" if skin0 > 0.01 else f"{'-':>7}"
-        print(f"{key[0]:10}{key[1]:12}{key[2]:>3}{ms0:10.3f}{ms1:10.3f}{ms1 / ms0:7.2f}{ns0:9.1f}{ns1:9.1f}{ns1 / ns0:7.2f}{skin}"
+        ratio = (lambda base, head, least: f"{head / base:7.2f}" if base > least else f"{'-':>7}")
+        print(f"{key[0]:10}{key[1]:12}{key[2]:>3}{ms0:10.3f}{ms1:10.3f}{ratio(ms0, ms1, 0)}{ns0:9.1f}{ns1:9.1f}{ratio(ns0, ns1, 0.05)}{ratio(skin0, skin1, 0.01)}"
               f"  {'same' if same[key] else 'other'}")
 
 
