@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "solver/free_rotation.h"
 #include "solver/motion.h"
@@ -17,7 +18,7 @@ constexpr double kGive = 3;
 constexpr double kWavePerWeight = 0.29;
 // Contacts are solved along straight paths. What they would turn further than this in a substep is pinched and gets
 // away before it does: it turns so far and no further, and the rest of the couple is lost, rad.
-constexpr double kMostTurn = 1.5707963267948966;
+constexpr double kMostTurn = std::numbers::pi / 2;
 constexpr double kTiny = 1e-300;
 
 Vec3 ellipsoid_inertia(const SimulationMesh& rest, uint32_t i) {
@@ -71,7 +72,7 @@ PushesInPiece pushes_in(const SimulationMesh& rest, std::span<const uint32_t> pa
     Vec3 angular = Vec3::Zero();
     for (uint32_t j : particles) {
         const RoundPush& push = w.round_push[j];
-        if (push.shift.isZero(0) && push.own.isZero(0)) continue;
+        if (push.own.isZero(0) && push.shift.isZero(0) && push.torque.isZero(0)) continue;
         in.any = true;
         angular += rest.mass[j] * (w.start_position[j] - piece.center).cross(push.shift);
         in.own += piece.inverse_mass * rest.mass[j] * push.own;
@@ -86,7 +87,7 @@ PushesInPiece pushes_in(const SimulationMesh& rest, std::span<const uint32_t> pa
 void move_piece(const SimulationMesh& rest, std::span<const uint32_t> particles, const ContactPiece& piece,
                 const PieceMotion& motion, Workspace& w) {
     const PushesInPiece in = pushes_in(rest, particles, piece, w);
-    if (!in.any && motion.spin.isZero(0)) return;
+    if (!in.any) return;
     const double part = std::min(1.0, kMostTurn / std::max(motion.spin.norm(), kTiny));
     const Quat spin = rotation_of(part * motion.spin);
     const Vec3 center = piece_center(rest, particles, w.moving, &MovingParticle::x);

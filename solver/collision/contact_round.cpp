@@ -99,10 +99,7 @@ Vec3 ContactRound::moved(const Side& s) const {
     return now_.own[s.movable] + whole.shift + whole.turn.cross(s.division.lever) + whole.spin.cross(s.arm);
 }
 
-Vec3 ContactRound::motion(size_t place) const {
-    const Row& row = rows_[place];
-    return row.motion + moved(row.a) - moved(row.b);
-}
+Vec3 ContactRound::motion(const Row& row) const { return row.motion + moved(row.a) - moved(row.b); }
 
 void ContactRound::push_side(const Side& s, const Vec3& impulse) {
     if (!s.moves) return;
@@ -121,13 +118,6 @@ void ContactRound::turn_side(const Side& s, const Vec3& couple) {
     const Vec3 turn = inverse_inertia_[s.piece] * couple;
     now_.whole[s.piece].turn += turn;
     now_.whole[s.piece].spin += turn;
-}
-
-void ContactRound::push(size_t place, const ContactImpulse& added) {
-    Row& row = rows_[place];
-    if (!(row.inverse_mass > 0)) return;
-    row.impulse = row.impulse + added;
-    move_by(row, added);
 }
 
 void ContactRound::move_by(const Row& row, const ContactImpulse& added) {
@@ -152,15 +142,15 @@ void ContactRound::resist_rolling(Row& row) {
 // One contact's turn in a pass: gap >= wanted_gap and friction within its cone. Returns the change of the gap, m.
 double ContactRound::solve(Row& row) {
     if (!(row.inverse_mass > 0)) return 0;
-    Vec3 motion = row.motion + moved(row.a) - moved(row.b);
-    const double gap = row.gap + row.normal.dot(motion);
+    Vec3 moved_by = motion(row);
+    const double gap = row.gap + row.normal.dot(moved_by);
     const double normal = std::max(row.impulse.normal + (row.wanted_gap - gap) / row.inverse_mass, 0.0);
     const double change = normal - row.impulse.normal;
     row.impulse.normal = normal;
     Vec3 impulse = change * row.normal;
     if (const double limit = row.friction * normal; limit > 0 || !row.impulse.friction.isZero(0)) {
-        motion += change * row.along_normal;
-        const Vec3 slip = motion - row.normal * row.normal.dot(motion);
+        moved_by += change * row.along_normal;
+        const Vec3 slip = moved_by - row.normal * row.normal.dot(moved_by);
         // Along the slip: slip / (d . K d), d its direction.
         const double squared = slip.squaredNorm(), along = slip.dot(row.response * slip);
         const Vec3 wanted = along > kTiny ? Vec3(-squared / along * slip) : Vec3::Zero();

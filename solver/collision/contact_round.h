@@ -42,11 +42,9 @@ public:
     void begin(const ContactBodies& bodies, const ContactIslands& islands, Which which, const WorkerPool& workers,
                std::span<const ActiveContact> contacts);
 
-    /// Adds to the impulse of the contact at `place` of the islands' list, and moves what it pushes.
-    void push(size_t place, const ContactImpulse& impulse);
-
-    /// Displacement of a's touching point less that of b's since the start of the substep, m.
-    Vec3 motion(size_t place) const;
+    /// Displacement of a's touching point less that of b's since the start of the substep, m; of the contact at `place`
+    /// of the islands' list.
+    Vec3 motion(size_t place) const { return motion(rows_[place]); }
 
     /// Solves every island to where no pass changes a gap by more than `enough` (m), within so many passes as pay: 60,
     /// or 12 where something hangs on hinges; accelerated like nonlinear conjugate gradients (Silcowitz-Hansen,
@@ -90,6 +88,7 @@ private:
     Row row_of(const ContactBodies& bodies, const ActiveContact& contact, Which which) const;
     Mat3 response_of(const Side& side) const;
     Vec3 moved(const Side& side) const;
+    Vec3 motion(const Row& row) const;
     void push_side(const Side& side, const Vec3& impulse);
     void turn_side(const Side& side, const Vec3& couple);
     void move_by(const Row& row, const ContactImpulse& added);

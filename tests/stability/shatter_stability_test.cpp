@@ -40,7 +40,8 @@ TEST_P(Shatter, pieces_leave_with_no_more_energy_than_there_was) {
     Scene scene;
     SimulationMesh mesh = test::lattice_mesh({{20, 4, 4}, 0.05, 6, 1000, {}});
     if (hit.stretch != 1) make_irregular(mesh, hit.stretch);
-    test::add_body(scene, mesh, {Vec3(0, 0, 0.5), Quat::Identity()});
+    const Quat tilt(Eigen::AngleAxisd(hit.mass > 0 ? 0.0 : 0.3, Vec3::UnitY()));  // flat on its face it would not break
+    test::add_body(scene, mesh, {Vec3(0, 0, 0.5), tilt});
     scene.colliders.resize(1);
     scene.colliders[0].shape.kind = ShapeKind::plane;
     if (hit.mass > 0) {
@@ -79,6 +80,7 @@ TEST_P(Shatter, pieces_leave_with_no_more_energy_than_there_was) {
     }
     std::printf("%s: %zu pieces, energy %.0f J, above it %.2f J, most in a substep %.2f J, fastest spin %.0f rad/s\n",
                 hit.name, test::count_pieces(solver->scene().rest, state), start, highest, rise, spin);
+    EXPECT_GE(test::count_pieces(solver->scene().rest, state), 10u) << "else this tells nothing";
     // No motor in the scene. What the implicit step loses hides nothing: a single substep may not gain either. A
     // contact's work is taken along the straight path of the substep; a hundredth of the whole covers its error.
     EXPECT_LE(highest, 1e-3 * start);
@@ -90,10 +92,10 @@ TEST_P(Shatter, pieces_leave_with_no_more_energy_than_there_was) {
 
 INSTANTIATE_TEST_SUITE_P(
     hits, Shatter,
-    testing::Values(Hit{"pinched", 2e6, 0.02, 10, 20, 16, 1}, Hit{"stiff", 2e7, 0.02, 10, 20, 16, 1},
-                    Hit{"stiffest", 1e8, 0.02, 20, 60, 32, 1}, Hit{"crumbs", 2e6, 0.01, 20, 5, 16, 1.6},
-                    Hit{"overlapping ellipsoids", 2e7, 0.02, 10, 20, 16, 2}, Hit{"soft", 2e5, 0.07, 8, 100, 8, 1},
-                    Hit{"fall", 1e8, 0.005, 10, 0, 32, 1.3}, Hit{"soft, 2 mm aside", 2e5, 0.07, 8, 100, 8, 1, 0.002},
+    testing::Values(Hit{"pinched", 2e6, 0.02, 10, 20, 16, 1}, Hit{"stiff", 2e7, 0.005, 10, 20, 16, 1},
+                    Hit{"stiffest", 1e8, 0.005, 20, 60, 32, 1}, Hit{"crumbs", 2e6, 0.01, 20, 5, 16, 1.6},
+                    Hit{"overlapping ellipsoids", 2e7, 0.005, 10, 20, 16, 2}, Hit{"soft", 2e5, 0.07, 8, 100, 8, 1},
+                    Hit{"fall", 1e8, 0.001, 10, 0, 32, 1.3}, Hit{"soft, 2 mm aside", 2e5, 0.07, 8, 100, 8, 1, 0.002},
                     Hit{"soft, 4 mm aside", 2e5, 0.07, 8, 100, 8, 1, 0.004},
                     Hit{"soft, 5 mm aside", 2e5, 0.07, 8, 100, 8, 1, 0.005}),
     [](const auto& info) {
