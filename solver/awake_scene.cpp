@@ -77,36 +77,39 @@ Aabb ball(const Vec3& center, double radius) {
     return {center - Vec3::Constant(radius), center + Vec3::Constant(radius)};
 }
 
-}  // namespace
-
-// Boxes that hold each movable here for so many seconds from its present state, and whatever its contacts reach;
-// `end`: where pins are then.
-std::vector<Aabb> AwakeScene::reach(const StepContext& whole, double seconds, double end, double skin) const {
-    const size_t n = particle_.size();
-    const double fall = acceleration_of(whole.input) * seconds * seconds;
-    std::vector<Aabb> boxes(fixed_.size());
-    std::vector<double> size(fixed_.size());
+// Boxes that hold each movable that does not rest for so many seconds from its present state, and whatever its
+// contacts reach; `end`: where pins are then. Empty for what rests.
+std::vector<Aabb> reach(const StepContext& context, const FrameState& state, std::span<const uint8_t> rests,
+                        double seconds, double end, double skin) {
+    const size_t n = state.n_particles();
+    const double fall = acceleration_of(context.input) * seconds * seconds;
+    std::vector<Aabb> boxes(rests.size());
+    std::vector<double> size(rests.size());
     for (size_t i = 0; i < boxes.size(); ++i) {
+        if (rests[i]) continue;
         const bool is_particle = i < n;
-        const RigidBodyState* rigid = is_particle ? nullptr : &state_.rigid_bodies[i - n];
-        const Vec3& x = is_particle ? state_.position[i] : rigid->position;
-        const Vec3 way = seconds * (is_particle ? state_.velocity[i] : rigid->velocity);
-        const double angle = seconds * (is_particle ? state_.angular_velocity[i] : rigid->angular_velocity).norm();
-        const double radius = radius_of(scene_, i);
-        size[i] = radius * (1 + skin + std::min(angle, 1.0)) + whole.contact_margin + fall + skin * way.norm();
+        const RigidBodyState* rigid = is_particle ? nullptr : &state.rigid_bodies[i - n];
+        const Vec3& x = is_particle ? state.position[i] : rigid->position;
+        const Vec3 way = seconds * (is_particle ? state.velocity[i] : rigid->velocity);
+        const double angle = seconds * (is_particle ? state.angular_velocity[i] : rigid->angular_velocity).norm();
+        const double radius = radius_of(context.scene, i);
+        size[i] = radius * (1 + skin + std::min(angle, 1.0)) + context.contact_margin + fall + skin * way.norm();
         boxes[i] = ball(x, size[i]);
         boxes[i].min += way.cwiseMin(0.0), boxes[i].max += way.cwiseMax(0.0);
     }
-    for (size_t k = 0; k < scene_.pins.size(); ++k) {
-        if (!whole.input.pins[k].active) continue;
-        const Pose pose = interpolate(whole.input.pins[k], end);
-        for (const uint32_t i : scene_.pins[k].particles) {
-            const Aabb there = ball(pose.apply(scene_.rest.rest_position[i]), size[i]);
+    for (size_t k = 0; k < context.scene.pins.size(); ++k) {
+        if (!context.input.pins[k].active) continue;
+        const Pose pose = interpolate(context.input.pins[k], end);
+        for (const uint32_t i : context.scene.pins[k].particles) {
+            if (rests[i]) continue;
+            const Aabb there = ball(pose.apply(context.scene.rest.rest_position[i]), size[i]);
             boxes[i].extend(there.min), boxes[i].extend(there.max);
         }
     }
     return boxes;
 }
+
+}  // namespace
 
 void AwakeScene::enter(const StepContext& whole, const FrameState& state) {
     if (asleep_ != state.asleep) return build(whole, state);
@@ -115,7 +118,7 @@ void AwakeScene::enter(const StepContext& whole, const FrameState& state) {
 }
 
 void AwakeScene::cover(const StepContext& whole, double h, double end, FrameState& io_state) {
-    const std::vector<Aabb> boxes = reach(whole, h, end, 0);
+    const std::vector<Aabb> boxes = reach(context(whole), state_, fixed_, h, end, 0);
     for (size_t i = 0; i < boxes.size(); ++i) {
         const bool known = (covered_[i].min.array() <= boxes[i].min.array()).all() &&
                            (boxes[i].max.array() <= covered_[i].max.array()).all();
@@ -134,49 +137,46 @@ void AwakeScene::build(const StepContext& whole, const FrameState& state) {
     for (size_t i = 0; i < n_movables; ++i) here[i] = !asleep_[i];
     n_awake_ = static_cast<size_t>(std::count(here.begin(), here.end(), 1));
 
-    // Twice: what is awake is needed to find its neighbours.
-    const auto take = [&] {
-        movable_.clear(), particle_.clear(), rigid_body_.clear(), fixed_.clear();
-        index_.assign(n_movables, kNone);
-        for (uint32_t i = 0; i < n_movables; ++i) {
-            if (!here[i]) continue;
-            index_[i] = static_cast<uint32_t>(fixed_.size());
-            fixed_.push_back(asleep_[i]);
-            movable_.push_back(i);
-            if (i < n)
-                particle_.push_back(i);
-            else
-                rigid_body_.push_back(static_cast<uint32_t>(i - n));
-        }
-        take_particles(whole.scene.rest);
-        scene_.rigid_bodies = picked(whole.scene.rigid_bodies, rigid_body_);
-        scene_.pins = whole.scene.pins;
-        for (Pin& pin : scene_.pins) {
-            std::erase_if(pin.particles, [&](uint32_t i) { return asleep_[i]; });
-            for (uint32_t& i : pin.particles) i = index_[i];
-        }
-        gather(state);
-    };
-    take();
-    const std::vector<Aabb> boxes = reach(whole, whole.input.duration, 1, kSkin);
+    const std::vector<Aabb> boxes = reach(whole, state, asleep_, whole.input.duration, 1, kSkin);
     double extent = 0;
-    for (const Aabb& box : boxes) extent += (box.max - box.min).maxCoeff() / static_cast<double>(boxes.size());
-    CellFilter filter(std::max(extent, 1e-6), boxes.size());
-    for (const Aabb& box : boxes) filter.add(box);
+    for (size_t i = 0; i < n_movables; ++i)
+        if (here[i]) extent += (boxes[i].max - boxes[i].min).maxCoeff() / static_cast<double>(n_awake_);
+    CellFilter filter(std::max(extent, 1e-6), n_awake_);
+    for (size_t i = 0; i < n_movables; ++i)
+        if (here[i]) filter.add(boxes[i]);
     for (size_t i = 0; i < n_movables; ++i) {
         if (!asleep_[i]) continue;
         const Vec3& x = i < n ? state.position[i] : state.rigid_bodies[i - n].position;
         here[i] = filter.may_meet(ball(x, radius_of(whole.scene, i) + whole.contact_margin));
     }
-    const std::vector<uint32_t> awake = movable_;
-    take();
-    covered_.assign(fixed_.size(), Aabb());
-    for (size_t k = 0; k < awake.size(); ++k) covered_[index_[awake[k]]] = boxes[k];
 
+    const std::vector<uint32_t> before = std::move(index_);
+    std::vector<uint32_t> former;
+    movable_.clear(), particle_.clear(), rigid_body_.clear(), fixed_.clear(), covered_.clear();
+    index_.assign(n_movables, kNone);
+    for (uint32_t i = 0; i < n_movables; ++i) {
+        if (!here[i]) continue;
+        index_[i] = static_cast<uint32_t>(fixed_.size());
+        fixed_.push_back(asleep_[i]);
+        covered_.push_back(boxes[i]);
+        movable_.push_back(i);
+        if (i >= n) {
+            rigid_body_.push_back(static_cast<uint32_t>(i - n));
+            continue;
+        }
+        particle_.push_back(i);
+        former.push_back(i < before.size() ? before[i] : kNone);
+    }
+    take_particles(whole.scene.rest);
+    scene_.rigid_bodies = picked(whole.scene.rigid_bodies, rigid_body_);
+    scene_.pins = whole.scene.pins;
+    for (Pin& pin : scene_.pins) {
+        std::erase_if(pin.particles, [&](uint32_t i) { return asleep_[i]; });
+        for (uint32_t& i : pin.particles) i = index_[i];
+    }
     take_rings(whole.scene.rest);
     gather(state);
-    work_.moving.clear();  // nothing of it holds any longer
-    synchronise(context(whole), state_, work_);
+    renumber(context(whole), state_, former, work_);
 }
 
 void AwakeScene::take_particles(const SimulationMesh& rest) {

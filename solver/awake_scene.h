@@ -34,7 +34,6 @@ private:
     void take_particles(const SimulationMesh& rest);
     void take_rings(const SimulationMesh& rest);
     void gather(const FrameState& state);
-    std::vector<Aabb> reach(const StepContext& whole, double seconds, double end, double skin) const;
 
     Scene scene_;
     FrameState state_;

@@ -56,15 +56,55 @@ std::vector<double> rest_traces(const SimulationMesh& rest) {
     return traces;
 }
 
+void GroupShapes::find_moment(const SimulationMesh& rest, size_t i) {
+    const Mat3 Rbar = rest.rest_orientation[i].toRotationMatrix();
+    const Vec3 a = rest.mass[i] / 5.0 * rest.radii[i].cwiseProduct(rest.radii[i]);
+    particle_moment[i] = to_sym(Rbar * a.asDiagonal() * Rbar.transpose());
+}
+
+void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
+                           std::span<const Mat3> plastic_deformation, const FormerNumbers& former) {
+    const uint32_t n = static_cast<uint32_t>(rest.n_particles());
+    const std::vector<GroupShape> group_before = std::move(group);
+    const std::vector<MemberShape> member_before = std::move(member);
+    const std::vector<Sym3> moment_before = std::move(particle_moment);
+    group.resize(n), member.resize(live.n_slots()), particle_moment.resize(n);
+    edge_weight.assign(rest.n_edges(), 0);  // of broken ones it does not matter
+    rest_trace = rest.group_trace.empty() ? rest_traces(rest) : rest.group_trace;
+    revision.assign(n, uint64_t{++resets_} << 32);
+    for (uint32_t g = 0; g < n; ++g) {
+        const uint32_t before = former.of[g];
+        if (before == FormerNumbers::kNone)
+            find_moment(rest, g);
+        else
+            particle_moment[g] = moment_before[before];
+    }
+    for (uint32_t g = 0; g < n; ++g) {
+        const uint32_t before = former.of[g];
+        const auto each_edge = [&](const auto& weight_of) {
+            for (uint32_t s = live.begin(g); s < live.end(g); ++s)
+                if (const uint32_t e = live.edge(s); e != SimulationMesh::kNone) edge_weight[e] = weight_of(e, s);
+        };
+        if (before == FormerNumbers::kNone) {
+            each_edge([&](uint32_t e, uint32_t) { return edge_weight_of(rest, rest.edges[e]); });
+            rebuild(rest, live, plastic_deformation[g], g);
+            continue;
+        }
+        const auto slots = member_before.begin() + former.live.begin(before);
+        std::copy_n(slots, live.count(g), member.begin() + live.begin(g));
+        each_edge([&](uint32_t, uint32_t s) { return member[s].weight; });
+        if (former.plastic_deformation[before] == plastic_deformation[g])
+            group[g] = group_before[before];
+        else
+            rebuild(rest, live, plastic_deformation[g], g);
+    }
+}
+
 void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,
                         std::span<const Mat3> plastic_deformation) {
     const size_t n = rest.n_particles();
     particle_moment.resize(n);
-    for (size_t i = 0; i < n; ++i) {
-        const Mat3 Rbar = rest.rest_orientation[i].toRotationMatrix();
-        const Vec3 a = rest.mass[i] / 5.0 * rest.radii[i].cwiseProduct(rest.radii[i]);
-        particle_moment[i] = to_sym(Rbar * a.asDiagonal() * Rbar.transpose());
-    }
+    for (size_t i = 0; i < n; ++i) find_moment(rest, i);
     edge_weight.resize(rest.n_edges());
     for (size_t e = 0; e < edge_weight.size(); ++e) edge_weight[e] = edge_weight_of(rest, rest.edges[e]);
     rest_trace = rest.group_trace.empty() ? rest_traces(rest) : rest.group_trace;

@@ -49,6 +49,14 @@ constexpr double kStretchMomentWeight = 0.02;
 /// wide is 6.6 times stiffer in torsion than mu 0.1406 d^4 of the solid one, and thicker ones are too stiff as well.
 constexpr double kOrientationWeight = 0.15;
 
+/// Particles as they were numbered before.
+struct FormerNumbers {
+    static constexpr uint32_t kNone = SimulationMesh::kNone;
+    std::span<const uint32_t> of;               // those who are known from before, ascending; else kNone (n_particles)
+    const LiveTopology& live;                   // before
+    std::span<const Mat3> plastic_deformation;  // before
+};
+
 struct GroupShapes {
     std::vector<GroupShape> group;      // (n_particles)
     std::vector<MemberShape> member;    // as LiveTopology's slots
@@ -58,9 +66,14 @@ struct GroupShapes {
     std::vector<Sym3> particle_moment;  // Rbar_j A_j Rbar_j^T, A_j = m_j/5 diag(a2, b2, c2), kg m2 (n_particles)
 
     void reset(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation);
+    /// The same for particles that were numbered anew, those with a former number having kept their rings; shapes whose
+    /// F_P stayed are taken over.
+    void renumber(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation,
+                  const FormerNumbers& former);
     void rebuild(const SimulationMesh& rest, const LiveTopology& live, const Mat3& F_P, uint32_t g);
 
 private:
+    void find_moment(const SimulationMesh& rest, size_t i);
     uint32_t resets_ = 0;
     double weight(uint32_t edge) const { return edge == SimulationMesh::kNone ? 1.0 : edge_weight[edge]; }
 };

@@ -67,6 +67,47 @@ Status Substep::check_finite(const char* stage) const {
     return {};
 }
 
+namespace {
+
+void fit_arrays(const FrameState& state, size_t n, size_t n_movables, Workspace& w) {
+    w.synced_edges = state.edge_intact;
+    w.synced_plastic = state.plastic_deformation;
+    w.moving.resize(n_movables), w.start_position.resize(n_movables), w.start_rotation.resize(n_movables);
+    w.velocity.resize(n_movables), w.angular_velocity.resize(n_movables);
+    w.inverse_mass.resize(n_movables), w.piece.resize(n_movables);
+    w.push.resize(n_movables), w.round_push.resize(n_movables);
+    w.inertia.resize(n), w.stiffness.resize(n), w.paper_stiffness.resize(n), w.goals.resize(n);
+    w.strains.assign(n, GroupStrain()), w.flowed.assign(n, 0), w.held.assign(n_movables, 0);
+}
+
+// Those of `former` whose rings hold the same particles as before.
+std::vector<uint32_t> with_same_ring(std::span<const uint32_t> former, const LiveTopology& before,
+                                     const LiveTopology& now) {
+    std::vector<uint32_t> known(former.begin(), former.end());
+    for (uint32_t g = 0; g < known.size(); ++g) {
+        if (former[g] == FormerNumbers::kNone) continue;
+        bool same = now.count(g) == before.count(former[g]);
+        for (uint32_t k = 0; k < now.count(g) && same; ++k)
+            same = former[now.member(now.begin(g) + k)] == before.member(before.begin(former[g]) + k);
+        if (!same) known[g] = FormerNumbers::kNone;
+    }
+    return known;
+}
+
+}  // namespace
+
+void renumber(const StepContext& context, const FrameState& state, std::span<const uint32_t> former, Workspace& w) {
+    const SimulationMesh& rest = context.scene.rest;
+    const size_t n = rest.n_particles();
+    const LiveTopology before = w.live;
+    w.live.reset(rest, state.edge_intact);
+    const std::vector<uint32_t> known = with_same_ring(former, before, w.live);
+    w.detection.renumber(known);
+    w.shapes.renumber(rest, w.live, state.plastic_deformation, {known, before, w.synced_plastic});
+    fit_arrays(state, n, n + context.scene.rigid_bodies.size(), w);
+    synchronise(context, state, w);
+}
+
 void synchronise(const StepContext& context, const FrameState& state, Workspace& w) {
     const SimulationMesh& rest = context.scene.rest;
     const size_t n = rest.n_particles(), n_movables = n + context.scene.rigid_bodies.size();
@@ -75,14 +116,7 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
         w.live.reset(rest, state.edge_intact);
         w.detection.reset();
         w.shapes.reset(rest, w.live, state.plastic_deformation);
-        w.synced_edges = state.edge_intact;
-        w.synced_plastic = state.plastic_deformation;
-        w.moving.resize(n_movables), w.start_position.resize(n_movables), w.start_rotation.resize(n_movables);
-        w.velocity.resize(n_movables), w.angular_velocity.resize(n_movables);
-        w.inverse_mass.resize(n_movables), w.piece.resize(n_movables);
-        w.push.resize(n_movables), w.round_push.resize(n_movables);
-        w.inertia.resize(n), w.stiffness.resize(n), w.paper_stiffness.resize(n), w.goals.resize(n);
-        w.strains.assign(n, GroupStrain()), w.flowed.assign(n, 0), w.held.assign(n_movables, 0);
+        fit_arrays(state, n, n_movables, w);
     }
     for (size_t g = 0; g < n; ++g) {  // materials may be animated
         const Material& material = context.input.materials[rest.body[g]];

@@ -77,6 +77,11 @@ constexpr double kLongestStep = 0.042;
 /// Brings the workspace in line with a state that was set from outside.
 void synchronise(const StepContext& context, const FrameState& state, Workspace& io_work);
 
+/// The same for a scene that was numbered anew; `former` (n_particles): the number in the scene before, or kNone,
+/// ascending. What a particle that kept its ring had is taken over.
+void renumber(const StepContext& context, const FrameState& state, std::span<const uint32_t> former,
+              Workspace& io_work);
+
 /// Advances by h seconds; `begin` and `end` say where in the frame this is, in [0, 1]. `measure`: also write the strain
 /// of groups that neither flow nor break. On an error the state is spoilt: keep a copy. Where `woken` is not empty
 /// afterwards the state is as before: wake those, and take the substep again.

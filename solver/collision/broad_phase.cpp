@@ -107,17 +107,23 @@ bool PairFilter::is_possible(uint32_t i, uint32_t j) const {
     return (item.empty() || item[i] != item[j]) && (self_collision || !same_body(i, j));
 }
 
-void PairFilter::remove_excluded(std::vector<uint32_t>& io_marks, std::vector<Pair>& io_pairs) const {
+void PairFilter::remove_excluded(std::vector<uint32_t>& io_marks, std::vector<Pair>& io_pairs,
+                                 std::vector<Pair>* io_excluded) const {
     constexpr uint32_t kNone = 0xffffffffu;
     io_marks.resize(n_particles, kNone);
     uint32_t marked = kNone;
-    std::erase_if(io_pairs, [&](const Pair& pair) {
+    const auto is_excluded = [&](const Pair& pair) {
         const auto [i, j] = pair;
         if (!is_possible(i, j)) return true;
         if (rings.begin.empty() || !same_body(i, j)) return false;
         if (i != marked) rings.mark_near(i, io_marks);
         marked = i;
         return io_marks[j] == i;
+    };
+    std::erase_if(io_pairs, [&](const Pair& pair) {
+        if (!is_excluded(pair)) return false;
+        if (io_excluded) io_excluded->push_back(pair);
+        return true;
     });
 }
 

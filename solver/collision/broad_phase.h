@@ -42,8 +42,10 @@ struct PairFilter {
     bool excludes(uint32_t i, uint32_t j) const;
 
     /// Takes out what is excluded; fastest where pairs with the same first one follow one another. `io_marks` tells of
-    /// whom each particle was last found near: empty, or as a call with the same rings left it.
-    void remove_excluded(std::vector<uint32_t>& io_marks, std::vector<Pair>& io_pairs) const;
+    /// whom each particle was last found near: empty, or as a call with the same rings left it. Where `io_excluded` is
+    /// given, what was taken out is appended to it.
+    void remove_excluded(std::vector<uint32_t>& io_marks, std::vector<Pair>& io_pairs,
+                         std::vector<Pair>* io_excluded = nullptr) const;
 
     bool same_body(uint32_t i, uint32_t j) const;
     bool is_possible(uint32_t i, uint32_t j) const;  // but for the rings

@@ -52,6 +52,8 @@ struct ContactScratch {
 
     /// Call when a state was set from outside.
     void reset() { between.reset(), within.reset(); }
+    /// Call when particles were numbered anew (PiecePairs::renumber).
+    void renumber(std::span<const uint32_t> former) { between.reset(), within.renumber(former); }
     /// Call when edges broke.
     void edges_broke() { between.reset(), within.edges_broke(); }
 };

@@ -36,6 +36,16 @@ double rest_gap(const SimulationMesh& rest, uint32_t i, uint32_t j) {
     return ellipsoid_distance(at_rest(i), at_rest(j)).gap;
 }
 
+void HullReach::renumber(std::span<const uint32_t> former) {
+    const std::vector<Mat3> found_for = std::move(found_for_);
+    const std::vector<double> reach = std::move(reach_);
+    found_for_.assign(former.size(), Mat3::Zero()), reach_.resize(former.size());
+    for (size_t i = 0; i < former.size(); ++i) {
+        if (former[i] >= found_for.size()) continue;
+        found_for_[i] = found_for[former[i]], reach_[i] = reach[former[i]];
+    }
+}
+
 void HullReach::update(const SimulationMesh& rest, std::span<const Mat3> F_P, const WorkerPool& workers) {
     constexpr size_t kGrain = 256;
     if (found_for_.size() != F_P.size()) {

@@ -23,6 +23,8 @@ class HullReach {
 public:
     /// Call when particles are others than before.
     void reset() { found_for_.clear(); }
+    /// Call when particles were numbered anew; `former` (n_particles): as who they were known before, or kNone.
+    void renumber(std::span<const uint32_t> former);
     /// Call at the start of a substep.
     void update(const SimulationMesh& rest, std::span<const Mat3> plastic_deformation, const WorkerPool& workers);
 

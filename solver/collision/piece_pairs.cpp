@@ -8,6 +8,7 @@
 namespace sunder {
 namespace {
 
+constexpr uint32_t kNone = 0xffffffffu;
 constexpr double kSkin = 0.15;          // of a mean box: how much boxes are grown on every side
 constexpr uint32_t kManyPartners = 16;  // a piece that meets more is not asked for each which of it meets it
 constexpr double kMostTurn = 0.5;       // rad a step; faster pieces are followed without their turning
@@ -58,13 +59,33 @@ void PiecePairs::reset() {
     are_known_ = false;
 }
 
-void PiecePairs::take_pieces(std::span<const uint32_t> piece, const PairFilter& filter) {
+void PiecePairs::renumber(std::span<const uint32_t> former) {
+    std::vector<uint32_t> now;  // by former number
+    for (uint32_t i = 0; i < former.size(); ++i) {
+        if (former[i] == kNone) continue;
+        now.resize(former[i] + 1, kNone);
+        now.back() = i;
+    }
+    const auto is_gone = [&](uint32_t i) { return i >= now.size() || now[i] == kNone; };
+    std::erase_if(pieces_, [&](const Piece& p) { return std::ranges::any_of(p.member, is_gone); });
+    for (Piece& p : pieces_) {
+        for (uint32_t& i : p.member) i = now[i];
+        for (std::vector<Pair>* pairs : {&p.pairs, &p.excluded})
+            for (auto& [i, j] : *pairs) i = now[i], j = now[j];
+    }
+    are_known_ = false;
+}
+
+void PiecePairs::take_pieces(std::span<const uint32_t> piece) {
     std::vector<Piece> old = std::move(pieces_);
-    std::vector<uint32_t> size, index;  // by piece; place in pieces_, from 1
+    std::vector<uint32_t> size, index;                  // by piece; place in pieces_, from 1
+    std::vector<uint32_t> parent(piece.size(), kNone);  // in `old`
     for (const uint32_t p : piece) {
         if (p >= size.size()) size.resize(p + 1, 0);
         ++size[p];
     }
+    for (uint32_t k = 0; k < old.size(); ++k)
+        for (const uint32_t i : old[k].member) parent[i] = k;
     pieces_.clear();
     index.assign(size.size(), 0);
     for (uint32_t i = 0; i < piece.size(); ++i) {
@@ -74,23 +95,48 @@ void PiecePairs::take_pieces(std::span<const uint32_t> piece, const PairFilter& 
             pieces_.emplace_back();
             index[p] = static_cast<uint32_t>(pieces_.size());
         }
-        Piece& own = pieces_[index[p] - 1];
-        own.member.push_back(i);
-        own.n_joints += filter.rings.end[i] - filter.rings.begin[i];
+        pieces_[index[p] - 1].member.push_back(i);
     }
-    // Both lists are in the order of their first particles.
-    size_t k = 0;
     for (Piece& now : pieces_) {
-        while (k < old.size() && old[k].member.front() < now.member.front()) ++k;
-        if (k < old.size() && old[k].n_joints == now.n_joints && old[k].member == now.member) now = std::move(old[k++]);
+        const uint32_t k = parent[now.member.front()];
+        if (k == kNone || std::ranges::any_of(now.member, [&](uint32_t i) { return parent[i] != k; })) continue;
+        if (old[k].member.size() == now.member.size())
+            now = std::move(old[k]);
+        else
+            inherit(old[k], piece, now);
     }
 }
 
-void PiecePairs::refresh(const ParticleMotion& in, const PairFilter& filter, OverlapScratch& io_scratch,
-                         Piece& io_piece) {
+// What a piece knows of a part that came off it; takes the part's pairs out of it.
+void PiecePairs::inherit(Piece& io_parent, std::span<const uint32_t> piece, Piece& io_child) {
+    Piece& child = io_child;
+    child.turn = io_parent.turn;
+    Vec3 center = Vec3::Zero();
+    size_t k = 0;
+    for (const uint32_t i : child.member) {
+        while (io_parent.member[k] != i) ++k;
+        child.ring_size.push_back(io_parent.ring_size[k]);
+        child.remembered.push_back(io_parent.remembered[k]);
+        child.grown.push_back(io_parent.grown[k]);
+        center += io_parent.remembered[k] / static_cast<double>(child.member.size());
+    }
+    for (Vec3& x : child.remembered) x -= center;
+    for (Aabb& box : child.grown) box.min -= center, box.max -= center;
+    const uint32_t own = piece[child.member.front()];
+    const auto take = [&](std::vector<Pair>& io_from, std::vector<Pair>& to) {
+        std::erase_if(io_from, [&](const Pair& pair) {
+            const uint32_t a = piece[pair.first], b = piece[pair.second];
+            if (a == own && b == own) to.push_back(pair);
+            return a != b || a == own;
+        });
+    };
+    take(io_parent.pairs, child.pairs), take(io_parent.excluded, child.excluded);
+}
+
+void PiecePairs::refresh(const ParticleMotion& in, const PairFilter& filter, Piece& io_piece) {
     Piece& p = io_piece;
     const RigidMotion m = rigid_motion(in, p.member);
-    p.is_fresh = false;
+    p.is_fresh = p.is_changed = false;
     if (!p.remembered.empty()) {
         Mat3 A = Mat3::Zero();
         for (size_t k = 0; k < p.member.size(); ++k)
@@ -99,9 +145,9 @@ void PiecePairs::refresh(const ParticleMotion& in, const PairFilter& filter, Ove
         bool all = true;
         for (size_t k = 0; k < p.member.size() && all; ++k)
             all = holds(p.grown[k], box_in_piece(in, m, p.turn, p.member[k]));
-        if (all) return;
+        if (all) return take_in(filter, p);
     }
-    p.is_fresh = true;
+    p.is_fresh = p.is_changed = true;
     p.turn = Quat::Identity();
     p.remembered.clear(), p.grown.clear();
     double extent = 0;
@@ -111,26 +157,55 @@ void PiecePairs::refresh(const ParticleMotion& in, const PairFilter& filter, Ove
         extent += (p.grown.back().max - p.grown.back().min).maxCoeff() / static_cast<double>(p.member.size());
     }
     for (Aabb& box : p.grown) box.min.array() -= kSkin * extent, box.max.array() += kSkin * extent;
-    find_overlaps(p.grown, {}, io_scratch, p.pairs);
-    for (Pair& pair : p.pairs) pair = {p.member[pair.first], p.member[pair.second]};
-    filter.remove_excluded(io_scratch.near, p.pairs);
-    for (auto& [i, j] : p.pairs)
-        if (i > j) std::swap(i, j);
+    find_pairs(filter, p);
+}
+
+// Pairs that are no longer near one another. An edge is on the way from one to the other only if it begins at either.
+void PiecePairs::take_in(const PairFilter& filter, Piece& io_piece) {
+    Piece& p = io_piece;
+    const uint32_t first = p.member.front();
+    std::vector<uint8_t> is_changed;
+    for (size_t k = 0; k < p.member.size(); ++k) {
+        const uint32_t i = p.member[k], size = filter.rings.end[i] - filter.rings.begin[i];
+        if (p.ring_size[k] == size) continue;
+        p.ring_size[k] = size;
+        is_changed.resize(p.member.back() - first + 1, 0);
+        is_changed[i - first] = 1;
+    }
+    if (is_changed.empty()) return;
+    std::erase_if(p.excluded, [&](const Pair& pair) {
+        const auto [i, j] = pair;
+        if ((!is_changed[i - first] && !is_changed[j - first]) || filter.excludes(i, j)) return false;
+        p.pairs.push_back(pair);
+        p.is_changed = true;
+        return true;
+    });
+}
+
+void PiecePairs::find_pairs(const PairFilter& filter, Piece& io_piece) {
+    Piece& p = io_piece;
+    OverlapScratch scratch;
+    find_overlaps(p.grown, {}, scratch, p.pairs);
+    for (auto& [i, j] : p.pairs) i = p.member[i], j = p.member[j];
+    p.excluded.clear();
+    filter.remove_excluded(scratch.near, p.pairs, &p.excluded);
+    for (std::vector<Pair>* pairs : {&p.pairs, &p.excluded})
+        for (auto& [i, j] : *pairs)
+            if (i > j) std::swap(i, j);
+    p.ring_size.clear();
+    for (const uint32_t i : p.member) p.ring_size.push_back(filter.rings.end[i] - filter.rings.begin[i]);
 }
 
 std::span<const Pair> PiecePairs::update(const ParticleMotion& motion, std::span<const uint32_t> piece,
                                          const PairFilter& filter, const WorkerPool& workers) {
     if (self_collision_ != filter.self_collision) reset();
     self_collision_ = filter.self_collision;
-    bool changed = !are_known_;
-    if (!are_known_) take_pieces(piece, filter);
-    are_known_ = true;
     if (!filter.self_collision) return {};
-    workers.for_range(pieces_.size(), 1, [&](size_t first, size_t last) {
-        OverlapScratch scratch;
-        for (size_t k = first; k < last; ++k) refresh(motion, filter, scratch, pieces_[k]);
-    });
-    for (const Piece& p : pieces_) changed |= p.is_fresh, n_rebuilds_ += p.is_fresh;
+    bool changed = !are_known_;
+    if (!are_known_) take_pieces(piece);
+    are_known_ = true;
+    workers.for_each(pieces_.size(), [&](size_t k) { refresh(motion, filter, pieces_[k]); });
+    for (const Piece& p : pieces_) changed |= p.is_changed, n_rebuilds_ += p.is_fresh;
     if (!changed) return pairs_;
     pairs_.clear();
     for (const Piece& p : pieces_) pairs_.insert(pairs_.end(), p.pairs.begin(), p.pairs.end());

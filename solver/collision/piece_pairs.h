@@ -16,17 +16,21 @@ struct ParticleMotion {
     double duration = 0;                       // h, s
 };
 
-/// Remembers the pairs of each piece as broad_phase's CandidatePairs does, but in a frame that moves and turns with the
-/// piece: a body that falls or spins as a whole finds its pairs once. What is remembered changes no contact.
+/// Remembers the pairs of each piece in a frame that moves and turns with it: a body that falls or spins as a whole
+/// finds its pairs once. A piece that breaks leaves what it knows to its parts. What is remembered changes no contact.
 class PiecePairs {
 public:
     /// Call when a state was set from outside.
     void reset();
-    /// Call when edges broke: pieces that are as they were keep their pairs.
+    /// Call when edges broke.
     void edges_broke() { are_known_ = false; }
+    /// Call when particles were numbered anew; `former` (n_particles): as who they were known before, with the same
+    /// ring, or kNone; ascending. Pieces whose particles are all still there keep their pairs.
+    void renumber(std::span<const uint32_t> former);
 
     /// Superset of the pairs of particles of one piece that touch on straight paths, but for those that `filter`
-    /// excludes. `piece` (n_particles) numbers pieces by their first particle.
+    /// excludes, in no order. `piece` (n_particles) numbers pieces by their first particle; until the next reset it
+    /// only loses edges.
     std::span<const Pair> update(const ParticleMotion& motion, std::span<const uint32_t> piece,
                                  const PairFilter& filter, const WorkerPool& workers);
 
@@ -35,17 +39,20 @@ public:
 private:
     struct Piece {
         std::vector<uint32_t> member;
-        uint64_t n_joints = 0;         // slots of the members' rings: pieces only lose edges
-        Vec3 center = Vec3::Zero();    // when its pairs were found, m
-        std::vector<Vec3> remembered;  // positions then, from the centre (as member), m
-        std::vector<Aabb> grown;       // in the frame of then, about the centre (as member), m
-        std::vector<Pair> pairs;
-        Quat turn = Quat::Identity();  // since then
-        bool is_fresh = false;         // its pairs were found in this update
+        std::vector<uint32_t> ring_size;  // for which `excluded` holds (as member)
+        std::vector<Vec3> remembered;     // positions when its boxes were grown, from their centre (as member), m
+        std::vector<Aabb> grown;          // in the frame of then, about the centre (as member), m
+        std::vector<Pair> pairs;          // of overlapping boxes, first < second
+        std::vector<Pair> excluded;       // near one another as yet
+        Quat turn = Quat::Identity();     // since then
+        bool is_changed = false;          // its pairs were changed in this update
+        bool is_fresh = false;            // all of them were found in it
     };
-    void take_pieces(std::span<const uint32_t> piece, const PairFilter& filter);
-    static void refresh(const ParticleMotion& motion, const PairFilter& filter, OverlapScratch& io_scratch,
-                        Piece& io_piece);
+    void take_pieces(std::span<const uint32_t> piece);
+    static void inherit(Piece& io_parent, std::span<const uint32_t> piece, Piece& io_child);
+    static void refresh(const ParticleMotion& motion, const PairFilter& filter, Piece& io_piece);
+    static void take_in(const PairFilter& filter, Piece& io_piece);
+    static void find_pairs(const PairFilter& filter, Piece& io_piece);
 
     std::vector<Piece> pieces_;  // of three particles or more: two are joined
     std::vector<Pair> pairs_;

@@ -237,6 +237,40 @@ TEST(sleeping, going_on_from_any_frame_gives_the_same_bits_for_any_number_of_thr
     }
 }
 
+// Each change of who sleeps numbers what is simulated anew, while it flows and breaks.
+TEST(sleeping, numbering_anew_what_flows_and_breaks_gives_the_same_bits_as_beginning_anew) {
+    Ground g;
+    for (int k = 0; k < 3; ++k) g.add(2, Vec3(k - 1, 1, 0), k == 1);  // fall asleep after 12 frames and later
+    for (int k = 0; k < 3; ++k) {
+        g.add(4, Vec3(k - 1, 0, 1.2 + 1.2 * k), false, Vec3(0, 0, -4));
+        Material& m = g.input.materials.back();
+        m.yield = 0.01, m.flow_rate = 300, m.toughness = 0.06;
+    }
+    const auto solver = test::make_solver(g.scene);
+    std::vector<FrameState> states = {solver->initial_state(g.input.materials)};
+    size_t n_changes = 0, n_broken = 0, n_flowed = 0;
+    for (int f = 0; f < 36; ++f) {
+        states.push_back(states.back());
+        const StepReport report = advance(*solver, g.input, g.settings, states.back());
+        const FrameState &before = states[states.size() - 2], &now = states.back();
+        if (std::ranges::count(before.asleep, 1) == 0) continue;
+        n_changes += before.asleep != now.asleep;
+        n_broken += report.edges_broken;
+        n_flowed += before.plastic_deformation != now.plastic_deformation;
+    }
+    EXPECT_GT(n_changes, 3u);
+    EXPECT_GT(n_broken, 10u);
+    EXPECT_GT(n_flowed, 3u);
+    for (int from = 10; from < 36; from += 5) {
+        const auto fresh = test::make_solver(g.scene);
+        FrameState state = states[static_cast<size_t>(from)];
+        for (int f = from; f < from + 5 && f < 36; ++f) {
+            run(*fresh, g, state, 1);
+            ASSERT_EQ(state_hash(state), state_hash(states[static_cast<size_t>(f) + 1])) << from << " to " << f;
+        }
+    }
+}
+
 TEST(sleeping, a_heap_ends_where_it_does_awake) {
     Heap heap;
     heap.scene.rigid_bodies.clear();

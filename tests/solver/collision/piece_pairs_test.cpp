@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 #include "solver/collision/detection.h"
@@ -107,6 +108,139 @@ TEST(piece_pairs, a_body_that_falls_and_spins_as_a_whole_finds_its_pairs_once) {
         for (uint32_t i = 0; i < f.particles.size(); ++i)
             if (f.piece[i] == p) f.particles[i].center += f.h * f.velocity[i];
     }
+    EXPECT_EQ(kept.within.n_rebuilds(), 1u * Flight::kPieces);
+}
+
+// A block whose edges break some at a time until it is crumbs.
+struct Crumbling : Flight {
+    static constexpr uint32_t kSide = 6;
+    std::vector<std::pair<uint32_t, uint32_t>> edges;
+
+    Crumbling() {
+        particles.clear(), own.clear();
+        for (uint32_t i = 0; i < kSide * kSide * kSide; ++i) {
+            const Vec3 place(i % kSide, i / kSide % kSide, i / (kSide * kSide));
+            particles.push_back({0.35 * place + 0.05 * vector(), rotation_of(vector()).toRotationMatrix(),
+                                 Vec3::Constant(0.15) + 0.1 * vector().cwiseAbs()});
+            own.push_back(vector());
+            for (const uint32_t step : {1u, kSide, kSide * kSide})
+                if (i / step % kSide + 1 < kSide) edges.push_back({i, i + step});
+        }
+        std::ranges::shuffle(edges, rng);
+        velocity.assign(particles.size(), Vec3(0, 0, -3));
+        angular_velocity.assign(particles.size(), Vec3::Zero());
+        join();
+    }
+    void join() {  // as `edges` say
+        const uint32_t n = static_cast<uint32_t>(particles.size());
+        std::vector<std::vector<uint32_t>> ring(n);
+        for (uint32_t i = 0; i < n; ++i) ring[i].push_back(i);
+        for (const auto& [a, b] : edges) ring[a].push_back(b), ring[b].push_back(a);
+        slot.clear(), slot_begin.clear(), slot_end.clear();
+        for (auto& r : ring) {
+            std::ranges::sort(r);
+            slot_begin.push_back(static_cast<uint32_t>(slot.size()));
+            slot.insert(slot.end(), r.begin(), r.end());
+            slot_end.push_back(static_cast<uint32_t>(slot.size()));
+        }
+        piece.assign(n, n);
+        uint32_t n_pieces = 0;
+        for (uint32_t seed = 0; seed < n; ++seed) {
+            if (piece[seed] != n) continue;
+            std::vector<uint32_t> front = {seed};
+            piece[seed] = n_pieces;
+            while (!front.empty()) {
+                const uint32_t i = front.back();
+                front.pop_back();
+                for (const uint32_t j : ring[i])
+                    if (piece[j] == n) piece[j] = n_pieces, front.push_back(j);
+            }
+            ++n_pieces;
+        }
+    }
+    void break_some(size_t count) {
+        edges.resize(edges.size() - std::min(edges.size(), count));
+        join();
+    }
+    DetectionInput input() const {
+        DetectionInput in = Flight::input();
+        in.rings = {slot_begin, slot_end, slot, {}, {}};
+        return in;
+    }
+    void expect_as_a_fresh_search(ContactScratch& kept, size_t& io_total) const {
+        const WorkerPool workers(3);
+        std::vector<Contact> with, without;
+        DetectionInput in = input();
+        ContactScratch fresh;
+        find_contacts(in, fresh, without);
+        in.piece = piece, in.workers = &workers;
+        find_contacts(in, kept, with);
+        expect_same(with, without);
+        io_total += with.size();
+    }
+
+    std::vector<uint32_t> slot_begin;
+};
+
+TEST(piece_pairs, parts_of_a_piece_that_breaks_find_what_a_fresh_search_finds) {
+    Crumbling f;
+    ContactScratch kept;
+    size_t total = 0;
+    while (!f.edges.empty()) {
+        for (size_t i = 0; i < f.velocity.size(); ++i) f.velocity[i] += 0.3 * f.vector();
+        f.expect_as_a_fresh_search(kept, total);
+        f.move();
+        f.break_some(25);
+        kept.edges_broke();
+    }
+    EXPECT_GT(total, 1000u);
+}
+
+TEST(piece_pairs, a_piece_that_breaks_leaves_its_pairs_to_its_parts) {
+    Crumbling f;
+    ContactScratch kept;
+    size_t total = 0;
+    for (int step = 0; step < 15; ++step) {
+        f.expect_as_a_fresh_search(kept, total);
+        f.move();
+        f.break_some(30);
+        kept.edges_broke();
+    }
+    EXPECT_GT(total, 1000u);
+    EXPECT_EQ(kept.within.n_rebuilds(), 1u);
+}
+
+TEST(piece_pairs, pieces_keep_their_pairs_when_others_are_left_out_of_the_count) {
+    Flight f;
+    f.set_velocities(0, 0);
+    ContactScratch kept;
+    std::vector<Contact> contacts, fresh_contacts;
+    DetectionInput in = f.input();
+    in.piece = f.piece;
+    find_contacts(in, kept, contacts);
+    ASSERT_EQ(kept.within.n_rebuilds(), 1u * Flight::kPieces);
+
+    // Piece 1 and every other single one leave.
+    std::vector<uint32_t> former;
+    Flight rest = f;
+    rest.particles.clear(), rest.velocity.clear(), rest.angular_velocity.clear(), rest.piece.clear();
+    for (uint32_t i = 0; i < f.particles.size(); ++i) {
+        const uint32_t p = f.piece[i];
+        if (p == 1 || (p >= Flight::kPieces && p % 2 == 0)) continue;
+        former.push_back(i);
+        rest.particles.push_back(f.particles[i]);
+        rest.velocity.push_back(f.velocity[i]), rest.angular_velocity.push_back(f.angular_velocity[i]);
+        rest.piece.push_back(p == 0 ? 0 : p - 1);
+    }
+    rest.slot.resize(former.size()), rest.slot_end.resize(former.size());
+    kept.renumber(former);
+    in = rest.input();
+    ContactScratch fresh;
+    find_contacts(in, fresh, fresh_contacts);
+    in.piece = rest.piece;
+    find_contacts(in, kept, contacts);
+    expect_same(contacts, fresh_contacts);
+    EXPECT_GT(contacts.size(), 100u);
     EXPECT_EQ(kept.within.n_rebuilds(), 1u * Flight::kPieces);
 }
 
