@@ -109,6 +109,7 @@ bool PairFilter::is_possible(uint32_t i, uint32_t j) const {
 
 void PairFilter::remove_excluded(std::vector<uint32_t>& io_marks, std::vector<Pair>& io_pairs,
                                  std::vector<Pair>* io_excluded) const {
+    if (excludes_by_rings_alone() && rings.begin.empty()) return;
     constexpr uint32_t kNone = 0xffffffffu;
     io_marks.resize(n_particles, kNone);
     uint32_t marked = kNone;
@@ -140,15 +141,36 @@ void LiveRings::mark_near(uint32_t i, std::span<uint32_t> io_mark) const {
     }
 }
 
-void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, OverlapScratch& s, std::vector<Pair>& out) {
+namespace {
+
+// What the sweep finds and the filter does not exclude but for the rings, in chunks that threads share.
+void find_in_sweep(const PairFilter& filter, const WorkerPool& workers, OverlapScratch& s, std::vector<Pair>& out) {
+    constexpr size_t kRows = 128;
+    const size_t n = s.sweep.n_rows(), n_chunks = (n + kRows - 1) / kRows;
+    if (s.chunks.size() < n_chunks) s.chunks.resize(n_chunks);
+    workers.for_each(n_chunks, [&](size_t k) {
+        s.chunks[k].clear();
+        s.sweep.find(k * kRows, std::min(n, (k + 1) * kRows), s.chunks[k]);
+        if (filter.excludes_by_rings_alone()) return;
+        std::erase_if(s.chunks[k], [&](const Pair& pair) { return !filter.is_possible(pair.first, pair.second); });
+    });
+    for (size_t k = 0; k < n_chunks; ++k) out.insert(out.end(), s.chunks[k].begin(), s.chunks[k].end());
+}
+
+}  // namespace
+
+void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, const WorkerPool& workers, OverlapScratch& s,
+                   std::vector<Pair>& out) {
     out.clear();
     s.usable.resize(boxes.size());
     for (size_t i = 0; i < boxes.size(); ++i) s.usable[i] = usable(boxes[i]);
-    if (s.sweep.sort(boxes, s.usable) > kSweepTests * boxes.size())
+    const bool is_crowded = s.sweep.sort(boxes, s.usable, workers) > kSweepTests * boxes.size();
+    if (is_crowded)
         find_in_grid(boxes, s, out);
     else
-        s.sweep.find(boxes, out);
-    if (!filter.rings.begin.empty()) s.near.clear();
+        find_in_sweep(filter, workers, s, out);
+    if (!is_crowded && filter.rings.begin.empty()) return;
+    s.near.clear();
     filter.remove_excluded(s.near, out);
 }
 

@@ -49,6 +49,7 @@ struct PairFilter {
 
     bool same_body(uint32_t i, uint32_t j) const;
     bool is_possible(uint32_t i, uint32_t j) const;  // but for the rings
+    bool excludes_by_rings_alone() const { return item.empty() && self_collision; }
 };
 
 /// Reusable memory of find_overlaps.
@@ -65,6 +66,7 @@ struct OverlapScratch {
     std::vector<Entry> entries, sorted;
     std::vector<uint32_t> bucket_begin;
     std::vector<uint32_t> near;  // of PairFilter::remove_excluded
+    std::vector<std::vector<Pair>> chunks;
 };
 
 /// All pairs of overlapping boxes (closed: touching counts) that `filter` does not exclude, each once, either first, in
@@ -72,8 +74,8 @@ struct OverlapScratch {
 ///
 /// Swept along the axis on which the boxes lie farthest apart where that leaves few pairs to test, as it does up to
 /// tens of thousands of boxes that fill a scene; else in a grid.
-void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, OverlapScratch& scratch,
-                   std::vector<Pair>& out);
+void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, const WorkerPool& workers,
+                   OverlapScratch& scratch, std::vector<Pair>& out);
 
 /// The same, all of them, by a hierarchical grid (Mirtich 1997, Ericson 2005, 7.2.1): a box rests in the level whose
 /// cells are just larger than it, in the eight cells it covers at most, and visits those of the coarser levels that

@@ -1,123 +1,12 @@
 #include "solver/collision/detection.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
-#include <cmath>
-#include <utility>
 
-#include "solver/collision/first_touch.h"
-#include "solver/collision/grid_contacts.h"
+#include "solver/collision/detection_parts.h"
 
 namespace sunder {
-namespace {
-
-constexpr double kRounding = 1e-9;  // boxes are grown by this share, so that no contact is lost to rounding
-
-size_t n_movables(const DetectionInput& in) { return in.particles.size() + in.rigid_bodies.size(); }
-bool is_particle(const DetectionInput& in, uint32_t i) { return i < in.particles.size(); }
-bool is_driven(const DetectionInput& in, uint32_t i) { return i < in.pinned.size() && in.pinned[i]; }
-const PlacedShape& rigid(const DetectionInput& in, uint32_t i) { return in.rigid_bodies[i - in.particles.size()]; }
-
-Vec3 angular_velocity(const DetectionInput& in, uint32_t i) {
-    return in.angular_velocity.empty() ? Vec3(Vec3::Zero()) : in.angular_velocity[i];
-}
-
-const Vec3& center(const DetectionInput& in, uint32_t i) {
-    return is_particle(in, i) ? in.particles[i].center : rigid(in, i).pose.position;
-}
-
-/// How far turning through the step may carry the surface towards something, m: no more than the farthest point of the
-/// surface is beyond the nearest.
-double turning_reach(const DetectionInput& in, uint32_t i) {
-    const double angle = angular_velocity(in, i).norm() * in.duration;
-    if (angle == 0) return 0;
-    double nearest, farthest;
-    if (is_particle(in, i)) {
-        nearest = in.particles[i].radii.minCoeff();
-        farthest = in.particles[i].radii.maxCoeff();
-    } else {
-        const Shape& shape = rigid(in, i).shape;
-        farthest = bounding_radius(shape);
-        nearest = shape.kind == ShapeKind::box ? shape.half_extents.minCoeff() : farthest;
-    }
-    return std::min(angle * farthest, farthest - nearest);
-}
-
-/// Displacement of a point at `x` over the step, as seen from a solid that goes from one pose to the other: as if the
-/// solid had stayed at `begin`. Its turning bends the path; both ends are exact.
-Vec3 shift_seen_from(const Pose& begin, const Pose& end, const Vec3& x, const Vec3& shift) {
-    return begin.apply(end.inverse_apply(x + shift)) - x;
-}
-
-/// Where a rigid body's own velocity takes it.
-Pose pose_after(const DetectionInput& in, uint32_t i) {
-    const Vec3 turn = in.duration * angular_velocity(in, i);
-    const double angle = turn.norm();
-    Pose pose = rigid(in, i).pose;
-    pose.position += in.duration * in.velocity[i];
-    if (angle > 0) pose.orientation = Quat(Eigen::AngleAxisd(angle, turn / angle)) * pose.orientation;
-    return pose;
-}
-
-/// The plane across the centre line keeps the two apart throughout: most neighbours are dismissed by this alone.
-bool centre_line_separates(const Ellipsoid& a, const Ellipsoid& b, const Vec3& shift, double reach) {
-    const Vec3 d = a.center - b.center;
-    const double distance = d.norm();
-    if (!(distance > 0)) return false;
-    const double h_a = (a.radii.asDiagonal() * (a.axes.transpose() * d)).norm() / distance;
-    const double h_b = (b.radii.asDiagonal() * (b.axes.transpose() * d)).norm() / distance;
-    return distance - h_a - h_b + std::min(d.dot(shift) / distance, 0.0) > reach;
-}
-
-void add(uint32_t a, uint32_t b, const Separation& s, std::vector<Contact>& out) {
-    Contact c;
-    c.a = a;
-    c.b = b;
-    c.normal = s.normal;
-    c.point_a = s.point_a;
-    c.point_b = s.point_b;
-    c.gap = s.gap;
-    out.push_back(c);
-}
-
-/// One contact at most, for pairs with a particle in them. `at(offset)`: separation with a moved by `offset`.
-template <class SeparationAt>
-void add_single(uint32_t a, uint32_t b, const SeparationAt& at, const Vec3& shift, double reach,
-                std::vector<Contact>& out) {
-    Separation s;
-    double share;
-    if (first_touch(at, shift, reach, s, share)) add(a, b, s, out);
-}
-
-/// Rigid bodies: all points of the manifold at the first touch that the step can close.
-void add_manifold(uint32_t a, uint32_t b, PlacedShape shape_a, const PlacedShape& shape_b, const Vec3& shift,
-                  double reach, std::vector<Contact>& out) {
-    const Vec3 start = shape_a.pose.position;
-    const auto manifold_at = [&](const Vec3& offset) {
-        shape_a.pose.position = start + offset;
-        return rigid_contacts(shape_a, shape_b);
-    };
-    const auto deepest_at = [&](const Vec3& offset) {
-        const Manifold m = manifold_at(offset);
-        assert(m.count > 0);
-        int least = 0;
-        for (int k = 1; k < m.count; ++k)
-            if (m.points[k].gap < m.points[least].gap) least = k;
-        return m.points[least];
-    };
-    Separation touch;
-    double share;
-    if (!first_touch(deepest_at, shift, reach, touch, share)) return;
-    const Manifold m = manifold_at(share * shift);
-    for (int k = 0; k < m.count; ++k) {
-        const Separation s = moved_back(m.points[k], share * shift);
-        if (s.gap < std::max(-s.normal.dot(shift), 0.0) + reach) add(a, b, s, out);
-    }
-}
-
-}  // namespace
-
+using namespace detail;
 namespace {
 
 // As seen by who moves at `frame`, m/s.
@@ -152,124 +41,6 @@ void sweep_boxes(const DetectionInput& in, size_t begin, size_t end, std::span<A
 
 namespace {
 
-// Pairs of particles whose distances are still to be measured: side by side they cost less than half.
-class ParticlePairs {
-public:
-    explicit ParticlePairs(const DetectionInput& input) : in_(input) {}
-    void add(const Pair& pair, const Vec3& shift, double reach, std::vector<Contact>& out) {
-        if (n_ == kMost) measure(out);
-        pair_[n_] = pair, shift_[n_] = shift, reach_[n_] = reach;
-        ++n_;
-    }
-    void measure(std::vector<Contact>& out) {
-        ellipsoid_distances(in_.particles, std::span(pair_).first(n_), at_start_);
-        for (size_t k = 0; k < n_; ++k) {
-            const auto [i, j] = pair_[k];
-            const Separation* known = &at_start_[k];  // only things that are apart and approach are asked for again
-            const auto at = [&](const Vec3& offset) {
-                if (known) return *std::exchange(known, nullptr);
-                Ellipsoid a = in_.particles[i];
-                a.center += offset;
-                return ellipsoid_distance(a, in_.particles[j]);
-            };
-            add_single(i, j, at, shift_[k], reach_[k], out);
-        }
-        n_ = 0;
-    }
-
-private:
-    static constexpr size_t kMost = 64;
-    const DetectionInput& in_;
-    size_t n_ = 0;
-    std::array<Pair, kMost> pair_;
-    std::array<Vec3, kMost> shift_;
-    std::array<double, kMost> reach_;
-    std::array<Separation, kMost> at_start_;
-};
-
-}  // namespace
-
-void contacts_of_pairs(const DetectionInput& in, std::span<const Aabb> boxes, std::span<const Pair> pairs,
-                       std::vector<Contact>& out) {
-    const double h = in.duration;
-    ParticlePairs waiting(in);
-    for (const auto& [i, j] : pairs) {
-        if (!overlap(boxes[i], boxes[j]) || (is_driven(in, i) && is_driven(in, j))) continue;
-        const double reach = in.margin + turning_reach(in, i) + turning_reach(in, j);
-        if (is_particle(in, j)) {
-            const Vec3 shift = h * (in.velocity[i] - in.velocity[j]);
-            if (centre_line_separates(in.particles[i], in.particles[j], shift, reach)) continue;
-            waiting.add({i, j}, shift, reach, out);
-            continue;
-        }
-        waiting.measure(out);  // contacts come in the order of the pairs
-        if (is_particle(in, i)) {
-            const PlacedShape& b = rigid(in, j);
-            const auto at = [&](const Vec3& offset) {
-                Ellipsoid a = in.particles[i];
-                a.center += offset;
-                return ellipsoid_shape_distance(a, b);
-            };
-            const Vec3 shift = shift_seen_from(b.pose, pose_after(in, j), center(in, i), h * in.velocity[i]);
-            add_single(i, j, at, shift, reach, out);
-        } else {
-            add_manifold(i, j, rigid(in, i), rigid(in, j), h * (in.velocity[i] - in.velocity[j]), reach, out);
-        }
-    }
-    waiting.measure(out);
-}
-
-void contacts_with_colliders(const DetectionInput& in, std::span<const Aabb> boxes, size_t begin, size_t end,
-                             std::vector<Contact>& out) {
-    const double h = in.duration;
-    std::vector<Separation> on_mesh;
-    for (size_t k = begin; k < end; ++k) {
-        const auto i = static_cast<uint32_t>(k);
-        if (is_driven(in, i)) continue;
-        for (uint32_t c = 0; c < in.colliders.size(); ++c) {
-            const MovingShape& collider = in.colliders[c];
-            if (!collider.active) continue;
-            const PlacedShape placed{collider.shape, collider.begin};
-            const Vec3 own_shift = h * in.velocity[i];
-            const Vec3 shift = shift_seen_from(collider.begin, collider.end, center(in, i), own_shift);
-            // Here the collider stands still and its motion is a's: so its box needs no sweep, but a's box does.
-            Aabb box = boxes[i];
-            const Vec3 slack = Vec3::Constant(0.5 * in.margin), further = shift - own_shift;
-            box.min += further.cwiseMin(0.0) - slack;
-            box.max += further.cwiseMax(0.0) + slack;
-            const double angle = collider.begin.orientation.angularDistance(collider.end.orientation);
-            const double own =
-                is_particle(in, i) ? in.particles[i].radii.maxCoeff() : bounding_radius(rigid(in, i).shape);
-            const bool by_corners =
-                collider.shape.kind == ShapeKind::plane && is_particle(in, i) && !in.corners.empty();
-            const double corners = by_corners ? in.corners[i] : 0.0;
-            const double turning = std::min(angle, 1.0) * own;  // across the size of a, the collider's field differs
-            box.min.array() -= turning + corners;
-            box.max.array() += turning + corners;
-            if (!overlap(box, bounding_box(placed))) continue;
-            const double reach = in.margin + turning_reach(in, i) + turning + corners;
-            if (placed.shape.kind == ShapeKind::mesh) {
-                if (is_particle(in, i))
-                    grid_contacts(in.particles[i], placed, shift, reach, on_mesh);
-                else
-                    grid_contacts(rigid(in, i), placed, shift, reach, on_mesh);
-                for (const Separation& s : on_mesh) add(i, Contact::kStatic | c, s, out);
-            } else if (is_particle(in, i)) {
-                const auto at = [&](const Vec3& offset) {
-                    Ellipsoid a = in.particles[i];
-                    a.center += offset;
-                    return ellipsoid_shape_distance(a, placed);
-                };
-                add_single(i, Contact::kStatic | c, at, shift, reach, out);
-            } else {
-                add_manifold(i, Contact::kStatic | c, rigid(in, i), placed, shift, reach, out);
-            }
-        }
-    }
-}
-
-namespace {
-
 // Pairs that may touch, in no order.
 std::span<const Pair> candidates(const DetectionInput& in, const WorkerPool& workers, ContactScratch& s) {
     PairFilter filter;
@@ -278,21 +49,15 @@ std::span<const Pair> candidates(const DetectionInput& in, const WorkerPool& wor
     filter.self_collision = in.self_collision;
     filter.rings = in.rings;
     if (in.piece.size() != in.particles.size()) {
-        find_overlaps(s.boxes, filter, s.overlaps, s.pairs);
+        find_overlaps(s.boxes, filter, workers, s.overlaps, s.pairs);
         for (auto& [i, j] : s.pairs)
             if (i > j) std::swap(i, j);
         return s.pairs;
     }
 
-    s.radius.resize(in.particles.size());
-    s.position.resize(in.particles.size());
-    for (uint32_t i = 0; i < in.particles.size(); ++i) {
-        s.position[i] = in.particles[i].center;
-        s.radius[i] = in.particles[i].radii.maxCoeff() + 0.5 * in.margin + turning_reach(in, i);
-    }
     const auto within = s.within.update({s.position, in.velocity.first(in.particles.size()), s.radius, in.duration},
                                         in.piece, filter, workers);
-    const auto between = s.between.update(s.boxes, in.piece, filter);
+    const auto between = s.between.update(s.boxes, in.piece, filter, workers);
     s.pairs.assign(within.begin(), within.end());
     s.pairs.insert(s.pairs.end(), between.begin(), between.end());
     return s.pairs;
@@ -314,13 +79,53 @@ void in_chunks(size_t n, const WorkerPool& workers, const Find& find, std::vecto
     for (size_t k = 0; k < n_chunks; ++k) out.insert(out.end(), chunks[k].begin(), chunks[k].end());
 }
 
+// What stages ask for again and again.
+DetectionInput prepared(const DetectionInput& in, const WorkerPool& workers, ContactScratch& s) {
+    const size_t n_particles = in.particles.size();
+    s.turning.resize(n_movables(in));
+    s.radius.resize(n_particles), s.position.resize(n_particles), s.support.resize(n_particles);
+    workers.for_range(n_movables(in), 512, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) {
+            s.turning[i] = turning_reach(in, static_cast<uint32_t>(i));
+            if (i >= n_particles) continue;
+            s.position[i] = in.particles[i].center;
+            s.radius[i] = in.particles[i].radii.maxCoeff() + 0.5 * in.margin + s.turning[i];
+            s.support[i] = support_matrix(in, static_cast<uint32_t>(i));
+        }
+    });
+    DetectionInput known = in;
+    known.turning = s.turning, known.support = s.support;
+    return known;
+}
+
+// By (a, b); those of one pair in the order in which they were found.
+void put_in_order(size_t n_movables, const WorkerPool& workers, ContactScratch& s, std::vector<Contact>& out) {
+    s.begin.assign(n_movables + 1, 0);
+    for (const Contact& c : s.found) ++s.begin[c.a + 1];
+    for (size_t i = 0; i < n_movables; ++i) s.begin[i + 1] += s.begin[i];
+    s.order.resize(s.found.size());
+    for (uint32_t k = 0; k < s.found.size(); ++k) s.order[s.begin[s.found[k].a]++] = k;  // now: where they end
+    out.resize(s.found.size());
+    workers.for_range(n_movables, 512, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i) {
+            const auto begin = s.order.begin() + (i > 0 ? s.begin[i - 1] : 0), end = s.order.begin() + s.begin[i];
+            const auto comes_first = [&](uint32_t p, uint32_t q) {
+                return std::pair(s.found[p].b, p) < std::pair(s.found[q].b, q);
+            };
+            std::sort(begin, end, comes_first);
+            for (auto k = begin; k < end; ++k) out[static_cast<size_t>(k - s.order.begin())] = s.found[*k];
+        }
+    });
+}
+
 }  // namespace
 
-void find_contacts(const DetectionInput& in, ContactScratch& scratch, std::vector<Contact>& out) {
-    const size_t n = n_movables(in);
-    assert(in.velocity.size() == n && (in.angular_velocity.empty() || in.angular_velocity.size() == n));
+void find_contacts(const DetectionInput& input, ContactScratch& scratch, std::vector<Contact>& out) {
+    const size_t n = n_movables(input);
+    assert(input.velocity.size() == n && (input.angular_velocity.empty() || input.angular_velocity.size() == n));
     const WorkerPool alone(1);
-    const WorkerPool& workers = in.workers ? *in.workers : alone;
+    const WorkerPool& workers = input.workers ? *input.workers : alone;
+    const DetectionInput in = prepared(input, workers, scratch);
     scratch.boxes.resize(n);
     const auto sweep = [&](const Vec3& frame) {
         workers.for_range(n, 512,
@@ -345,12 +150,7 @@ void find_contacts(const DetectionInput& in, ContactScratch& scratch, std::vecto
             contacts_with_colliders(in, scratch.boxes, begin, end, found);
         },
         scratch.chunks, scratch.found);
-    scratch.order.clear();
-    for (uint32_t k = 0; k < scratch.found.size(); ++k)
-        scratch.order.push_back({uint64_t{scratch.found[k].a} << 32 | scratch.found[k].b, k});
-    std::ranges::sort(scratch.order);
-    out.clear();
-    for (const auto& [pair, k] : scratch.order) out.push_back(scratch.found[k]);
+    put_in_order(n, workers, scratch, out);
 }
 
 }  // namespace sunder

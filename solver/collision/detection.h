@@ -35,6 +35,9 @@ struct DetectionInput {
     double duration = 0;                        // h, s
     double margin = 1e-3;                       // m, > 0: what is nearer counts as touching
     const WorkerPool* workers = nullptr;        // null: the calling thread alone
+    // What find_contacts works out once for all stages; or empty: each time that it is asked for.
+    std::span<const double> turning;     // how far turning may carry the surface (n_movables), m
+    std::span<const Mat3> support = {};  // support matrices (n_particles), m2
 };
 
 /// Memory of find_contacts. It never changes the result, only its cost.
@@ -42,13 +45,15 @@ struct ContactScratch {
     OverlapScratch overlaps;  // where pieces are not known
     PairsBetweenPieces between;
     PiecePairs within;
-    std::vector<Aabb> boxes;     // (n_movables)
-    std::vector<double> radius;  // (n_particles)
-    std::vector<Vec3> position;  // (n_particles)
+    std::vector<Aabb> boxes;      // (n_movables)
+    std::vector<double> turning;  // (n_movables)
+    std::vector<double> radius;   // (n_particles)
+    std::vector<Vec3> position;   // (n_particles)
+    std::vector<Mat3> support;    // (n_particles)
     std::vector<Pair> pairs;
     std::vector<std::vector<Contact>> chunks;
     std::vector<Contact> found;
-    std::vector<std::pair<uint64_t, uint32_t>> order;  // of `found`: a and b, then where it is
+    std::vector<uint32_t> order, begin;  // of `found`; where those of each movable begin
 
     /// Call when a state was set from outside.
     void reset() { between.reset(), within.reset(); }

@@ -22,8 +22,7 @@ bool precedes(const Ellipsoid& a, const Ellipsoid& b) {
 
 using detail::kShallow;
 
-void put_support_matrix(const Ellipsoid& e, size_t lane, double (&to)[6][4]) {
-    const Mat3 M = detail::support_matrix(e.axes, e.radii);
+void put(const Mat3& M, size_t lane, double (&to)[6][4]) {
     const double sym[6] = {M(0, 0), M(1, 1), M(2, 2), M(0, 1), M(0, 2), M(1, 2)};
     for (int i = 0; i < 6; ++i) to[i][lane] = sym[i];
 }
@@ -35,15 +34,18 @@ void put(const Vec3& v, size_t lane, double (&to)[3][4]) {
 Vec3 taken(const double (&from)[3][4], size_t lane) { return {from[0][lane], from[1][lane], from[2][lane]}; }
 
 struct OrderedPair {
-    const Ellipsoid* a;
-    const Ellipsoid* b;
+    const Ellipsoid *a, *b;
+    const Mat3 *M_a, *M_b;  // support matrices, m2
     bool is_flipped;
 };
 
 void put(const OrderedPair& p, size_t lane, FourEllipsoidPairs& to) {
-    put(p.a->center - p.b->center, lane, to.d);
-    put_support_matrix(*p.a, lane, to.M_a);
-    put_support_matrix(*p.b, lane, to.M_b);
+    put(Vec3(p.a->center - p.b->center), lane, to.d);
+    put(*p.M_a, lane, to.M_a);
+    put(*p.M_b, lane, to.M_b);
+}
+
+void put_candidates(const OrderedPair& p, size_t lane, FourEllipsoidPairs& to) {
     for (int i = 0; i < 3; ++i)
         put(p.a->axes.col(i), lane, to.candidates[i]), put(p.b->axes.col(i), lane, to.candidates[3 + i]);
 }
@@ -84,6 +86,7 @@ void distances_of_batch(const AscentKernels& kernels, std::span<const OrderedPai
         const size_t k = deep[std::min(m, n_deep - 1)];
         FourEllipsoidPairs &to = deep_blocks[m / 4], &from = blocks[k / 4];
         put(pairs[k], m % 4, to);
+        put_candidates(pairs[k], m % 4, to);
         put(taken(from.n, k % 4), m % 4, to.n);
         put(taken(from.s_a, k % 4), m % 4, to.s_a);
         put(taken(from.s_b, k % 4), m % 4, to.s_b);
@@ -93,27 +96,34 @@ void distances_of_batch(const AscentKernels& kernels, std::span<const OrderedPai
     for (size_t m = 0; m < n_deep; ++m) out[deep[m]] = separation(pairs[deep[m]], deep_blocks[m / 4], m % 4);
 }
 
-OrderedPair ordered(const Ellipsoid& a, const Ellipsoid& b) {
-    return precedes(a, b) ? OrderedPair{&a, &b, false} : OrderedPair{&b, &a, true};
+OrderedPair ordered(const Ellipsoid& a, const Ellipsoid& b, const Mat3& M_a, const Mat3& M_b) {
+    return precedes(a, b) ? OrderedPair{&a, &b, &M_a, &M_b, false} : OrderedPair{&b, &a, &M_b, &M_a, true};
 }
 
 }  // namespace
 
 Separation ellipsoid_distance(const Ellipsoid& a, const Ellipsoid& b) {
-    const OrderedPair pair = ordered(a, b);
+    const Mat3 M_a = detail::support_matrix(a.axes, a.radii), M_b = detail::support_matrix(b.axes, b.radii);
+    const OrderedPair pair = ordered(a, b, M_a, M_b);
     Separation s;
     distances_of_batch(kernels(), {&pair, 1}, &s);
     return s;
 }
 
-void ellipsoid_distances(std::span<const Ellipsoid> ellipsoids, std::span<const std::pair<uint32_t, uint32_t>> pairs,
-                         std::span<Separation> out) {
+void ellipsoid_distances(std::span<const Ellipsoid> ellipsoids, std::span<const Mat3> support,
+                         std::span<const std::pair<uint32_t, uint32_t>> pairs, std::span<Separation> out) {
     const AscentKernels& best = kernels();
     OrderedPair batch[kBatch];
+    Mat3 own[2 * kBatch];
+    const auto matrix = [&](uint32_t i, Mat3& o_own) -> const Mat3& {
+        return support.empty() ? o_own = detail::support_matrix(ellipsoids[i].axes, ellipsoids[i].radii) : support[i];
+    };
     for (size_t first = 0; first < pairs.size(); first += kBatch) {
         const size_t n = std::min(kBatch, pairs.size() - first);
-        for (size_t k = 0; k < n; ++k)
-            batch[k] = ordered(ellipsoids[pairs[first + k].first], ellipsoids[pairs[first + k].second]);
+        for (size_t k = 0; k < n; ++k) {
+            const auto [i, j] = pairs[first + k];
+            batch[k] = ordered(ellipsoids[i], ellipsoids[j], matrix(i, own[2 * k]), matrix(j, own[2 * k + 1]));
+        }
         distances_of_batch(best, {batch, n}, out.data() + first);
     }
 }

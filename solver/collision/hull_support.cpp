@@ -1,6 +1,7 @@
 #include "solver/collision/hull_support.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "solver/collision/ellipsoid_distance.h"
 
@@ -18,15 +19,45 @@ double farthest_outside(const SimulationMesh& rest, uint32_t i, const Mat3& F_P)
     return farthest;
 }
 
+// The farthest of the points (one or more) along `direction`, four at a time: the same bits as one by one.
+float farthest_along(const Vec3f& direction, std::span<const Vec3f> points) {
+    using Four = float __attribute__((vector_size(16)));
+    constexpr size_t kTogether = 4;
+    const float *const at = points.front().data(), x = direction.x(), y = direction.y(), z = direction.z();
+    const auto along = [&](const float* p) { return x * p[0] + (y * p[1] + z * p[2]); };
+    const size_t n = points.size();
+    if (n < kTogether) {
+        float farthest = along(at);
+        for (size_t k = 1; k < n; ++k) farthest = std::max(farthest, along(at + 3 * k));
+        return farthest;
+    }
+    //  x0 y0 z0 x1 | y1 z1 x2 y2 | z2 x3 y3 z3
+    const auto four_along = [&](const float* p) {
+        Four a, b, c;
+        std::memcpy(&a, p, sizeof(a)), std::memcpy(&b, p + 4, sizeof(b)), std::memcpy(&c, p + 8, sizeof(c));
+        const Four b2c1 = __builtin_shufflevector(b, c, 2, 3, 5, 6);  // x2 y2 x3 y3
+        const Four a1b0 = __builtin_shufflevector(a, b, 1, 2, 4, 5);  // y0 z0 y1 z1
+        const Four X = __builtin_shufflevector(a, b2c1, 0, 3, 4, 6),
+                   Y = __builtin_shufflevector(a1b0, b2c1, 0, 2, 5, 7);
+        const Four Z = __builtin_shufflevector(a1b0, c, 1, 3, 4, 7);
+        return x * X + (y * Y + z * Z);
+    };
+    Four farthest = four_along(at);
+    for (size_t k = kTogether; k < n; k += kTogether) {
+        const Four next = four_along(at + 3 * std::min(k, n - kTogether));  // some of the last ones twice
+        farthest = next > farthest ? next : farthest;
+    }
+    return std::max(std::max(farthest[0], farthest[1]), std::max(farthest[2], farthest[3]));
+}
+
 }  // namespace
 
 double standing_out(const SimulationMesh& rest, uint32_t i, const Mat3& F_P, const Vec3& direction) {
     const std::span<const Vec3f> hull = rest.hull(i);
     if (hull.empty()) return 0;
     const Vec3f along = (F_P.transpose() * direction).cast<float>();
-    float farthest = along.dot(hull.front());
-    for (const Vec3f& p : hull) farthest = std::max(farthest, along.dot(p));
-    return rest.radii[i].cwiseProduct(rest.rest_orientation[i].conjugate() * direction).norm() - farthest;
+    return rest.radii[i].cwiseProduct(rest.rest_orientation[i].conjugate() * direction).norm() -
+           farthest_along(along, hull);
 }
 
 double rest_gap(const SimulationMesh& rest, uint32_t i, uint32_t j) {

@@ -1,7 +1,9 @@
 #include "solver/collision/overlap_sweep.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
+#include <functional>
 
 #include "solver/collision/broad_phase.h"
 
@@ -12,6 +14,32 @@ namespace {
 float outwards(double x, float direction) {
     const float f = static_cast<float>(std::clamp(x, -3e38, 3e38));
     return f + direction * (std::abs(f) * 2.4e-7f + 1e-37f);
+}
+
+constexpr size_t kTogether = 8;  // boxes that are tested side by side
+
+struct Limits {
+    float y_min, y_max, z_min, z_max;
+};
+
+// A bit for each of eight boxes that is not beside the limits.
+uint32_t hits_of(const Limits& own, const float* y_min, const float* y_max, const float* z_min, const float* z_max) {
+    using Four = float __attribute__((vector_size(16)));
+    using Answers = int __attribute__((vector_size(16)));
+    constexpr Answers kBits[2] = {{1, 2, 4, 8}, {16, 32, 64, 128}};
+    const auto four = [](const float* from) {
+        Four v;
+        std::memcpy(&v, from, sizeof(v));
+        return v;
+    };
+    Answers hits = {};
+    for (int k = 0; k < 2; ++k)
+        hits |= (four(y_min + 4 * k) <= own.y_max) & (four(y_max + 4 * k) >= own.y_min) &
+                (four(z_min + 4 * k) <= own.z_max) & (four(z_max + 4 * k) >= own.z_min) & kBits[k];
+    uint64_t two[2];
+    std::memcpy(two, &hits, sizeof(two));
+    const uint64_t bits = two[0] | two[1];
+    return static_cast<uint32_t>(bits | bits >> 32);
 }
 
 // Where four fifths of the boxes lie farthest apart, judged by some of them: runaways do not count.
@@ -33,55 +61,73 @@ int widest_axis(std::span<const Aabb> boxes, std::span<const uint8_t> is_usable)
 
 }  // namespace
 
-uint64_t OverlapSweep::sort(std::span<const Aabb> boxes, std::span<const uint8_t> is_usable) {
-    axis_ = widest_axis(boxes, is_usable);
+// In the order of the last time, if the boxes are the same: what moves little is nearly sorted.
+void OverlapSweep::take_up(std::span<const Aabb> boxes, std::span<const uint8_t> is_usable) {
+    const auto n_usable = static_cast<size_t>(std::ranges::count(is_usable, uint8_t{1}));
+    const auto is_there = [&](const Start& s) { return s.box < boxes.size() && is_usable[s.box]; };
+    if (start_.size() == n_usable && std::ranges::all_of(start_, is_there)) {
+        for (Start& s : start_) s.at = boxes[s.box].min[axis_];
+        return;
+    }
     start_.clear();
     for (uint32_t i = 0; i < boxes.size(); ++i)
         if (is_usable[i]) start_.push_back({boxes[i].min[axis_], i});
-    std::ranges::sort(start_, {}, [](const Start& s) { return std::pair(s.at, s.box); });
-    const size_t n = start_.size();
-    end_.resize(n);
-    uint64_t n_tests = 0;
-    for (size_t k = 0; k < n; ++k) {
-        const auto after =
-            std::upper_bound(start_.begin() + static_cast<std::ptrdiff_t>(k), start_.end(),
-                             boxes[start_[k].box].max[axis_], [](double end, const Start& s) { return end < s.at; });
-        end_[k] = static_cast<uint32_t>(after - start_.begin());
-        n_tests += end_[k] - k;
+}
+
+void OverlapSweep::restore_order() {
+    size_t moves = 8 * start_.size();  // beyond it sorting anew is cheaper
+    for (size_t k = 1; k < start_.size(); ++k) {
+        const Start own = start_[k];
+        size_t to = k;
+        while (to > 0 && own < start_[to - 1] && moves > 0) start_[to] = start_[to - 1], --to, --moves;
+        start_[to] = own;
+        if (moves == 0) {
+            std::ranges::sort(start_, std::less<>());
+            return;
+        }
     }
+}
+
+uint64_t OverlapSweep::sort(std::span<const Aabb> boxes, std::span<const uint8_t> is_usable,
+                            const WorkerPool& workers) {
+    constexpr size_t kGrain = 256;
+    axis_ = widest_axis(boxes, is_usable);
+    take_up(boxes, is_usable);
+    restore_order();
+    const size_t n = start_.size();
+    box_.resize(n), end_.resize(n);
+    for (std::vector<float>& side : across_) side.assign(n + kTogether, 3e38f);
+    workers.for_range(n, kGrain, [&](size_t first, size_t last) {
+        for (size_t k = first; k < last; ++k) {
+            const Aabb& box = box_[k] = boxes[start_[k].box];
+            for (int side = 0; side < 4; ++side) {
+                const int axis = (axis_ + 1 + side / 2) % 3;
+                across_[side][k] = side % 2 == 0 ? outwards(box.min[axis], -1) : outwards(box.max[axis], 1);
+            }
+            const auto after = std::upper_bound(start_.begin() + static_cast<std::ptrdiff_t>(k), start_.end(),
+                                                box.max[axis_], [](double end, const Start& s) { return end < s.at; });
+            end_[k] = static_cast<uint32_t>(after - start_.begin());
+        }
+    });
+    uint64_t n_tests = 0;
+    for (size_t k = 0; k < n; ++k) n_tests += end_[k] - k;
     return n_tests;
 }
 
-void OverlapSweep::find(std::span<const Aabb> boxes, std::vector<std::pair<uint32_t, uint32_t>>& out) {
-    constexpr size_t kWord = 8;  // answers that are looked at together
-    const size_t n = start_.size();
-    for (int side = 0; side < 4; ++side) {
-        const int axis = (axis_ + 1 + side / 2) % 3;
-        across_[side].resize(n);
-        for (size_t k = 0; k < n; ++k) {
-            const Aabb& box = boxes[start_[k].box];
-            across_[side][k] = side % 2 == 0 ? outwards(box.min[axis], -1) : outwards(box.max[axis], 1);
-        }
-    }
-    hit_.resize(n + kWord);
-    uint8_t* const hit = hit_.data();
+void OverlapSweep::find(size_t begin, size_t end, std::vector<std::pair<uint32_t, uint32_t>>& out) const {
     const float *const y_min = across_[0].data(), *const y_max = across_[1].data(), *const z_min = across_[2].data(),
                        *const z_max = across_[3].data();
-    for (size_t k = 0; k < n; ++k) {
-        const size_t first = k + 1, count = end_[k] > first ? end_[k] - first : 0;
-        const float own_y_min = y_min[k], own_y_max = y_max[k], own_z_min = z_min[k], own_z_max = z_max[k];
-        for (size_t j = 0; j < count; ++j)
-            hit[j] = (y_min[first + j] <= own_y_max) & (y_max[first + j] >= own_y_min) &
-                     (z_min[first + j] <= own_z_max) & (z_max[first + j] >= own_z_min);
-        std::memset(hit + count, 0, kWord);
-        for (size_t j = 0; j < count; j += kWord) {
-            uint64_t word;
-            std::memcpy(&word, hit + j, kWord);
-            if (word == 0) continue;
-            for (size_t m = j; m < j + kWord; ++m) {
-                if (!hit[m]) continue;
-                const uint32_t a = start_[k].box, b = start_[first + m].box;
-                if (overlap(boxes[a], boxes[b])) out.push_back({a, b});
+    const Start* const start = start_.data();
+    const Aabb* const box = box_.data();
+    for (size_t k = begin; k < end; ++k) {
+        const Limits own = {y_min[k], y_max[k], z_min[k], z_max[k]};
+        const size_t beyond = end_[k];
+        for (size_t j = k + 1; j < beyond; j += kTogether) {
+            uint32_t hits = hits_of(own, y_min + j, y_max + j, z_min + j, z_max + j);
+            if (beyond - j < kTogether) hits &= (1u << (beyond - j)) - 1;
+            for (; hits != 0; hits &= hits - 1) {
+                const size_t m = j + static_cast<size_t>(std::countr_zero(hits));
+                if (overlap(box[k], box[m])) out.push_back({start[k].box, start[m].box});
             }
         }
     }

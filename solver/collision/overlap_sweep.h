@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "solver/data/math.h"
+#include "solver/parallel.h"
 
 namespace sunder {
 
@@ -14,23 +15,30 @@ namespace sunder {
 class OverlapSweep {
 public:
     /// Takes up the boxes that `is_usable` tells (n_boxes). Returns how many pairs overlap along the axis: each costs
-    /// `find` less than a nanosecond, so it pays up to thousands a box.
-    uint64_t sort(std::span<const Aabb> boxes, std::span<const uint8_t> is_usable);
+    /// `find` less than a nanosecond, so it pays up to thousands a box. Cheapest where boxes lie as in the last call.
+    uint64_t sort(std::span<const Aabb> boxes, std::span<const uint8_t> is_usable, const WorkerPool& workers);
 
-    /// All overlapping pairs of the boxes that were sorted (closed: touching counts), in no order, either first.
-    void find(std::span<const Aabb> boxes, std::vector<std::pair<uint32_t, uint32_t>>& out);
+    size_t n_rows() const { return start_.size(); }
+
+    /// Appends the overlapping pairs of the boxes that were sorted (closed: touching counts), either first, in an order
+    /// that depends on the boxes alone: of each pair the box that begins first is in rows [begin, end).
+    void find(size_t begin, size_t end, std::vector<std::pair<uint32_t, uint32_t>>& out) const;
 
 private:
     struct Start {
         double at;
         uint32_t box;
+        bool operator<(const Start& o) const { return at < o.at || (at == o.at && box < o.box); }
     };
+    void take_up(std::span<const Aabb> boxes, std::span<const uint8_t> is_usable);
+    void restore_order();
+
     int axis_ = 0;
     std::vector<Start> start_;   // ascending
+    std::vector<Aabb> box_;      // as start_
     std::vector<uint32_t> end_;  // of each in start_: those from there on begin beyond it
     std::vector<float>
-        across_[4];  // ends on the two other axes, rounded outwards: lower, upper, lower, upper (as start_)
-    std::vector<uint8_t> hit_;
+        across_[4];  // ends on the two other axes, rounded outwards: lower, upper, lower, upper (as start_, padded)
 };
 
 }  // namespace sunder

@@ -185,7 +185,7 @@ void PiecePairs::take_in(const PairFilter& filter, Piece& io_piece) {
 void PiecePairs::find_pairs(const PairFilter& filter, Piece& io_piece) {
     Piece& p = io_piece;
     OverlapScratch scratch;
-    find_overlaps(p.grown, {}, scratch, p.pairs);
+    find_overlaps(p.grown, {}, WorkerPool(1), scratch, p.pairs);  // other threads have other pieces
     for (auto& [i, j] : p.pairs) i = p.member[i], j = p.member[j];
     p.excluded.clear();
     filter.remove_excluded(scratch.near, p.pairs, &p.excluded);
@@ -226,17 +226,23 @@ void PairsBetweenPieces::take_pieces(std::span<const uint32_t> piece, size_t n_m
 }
 
 std::span<const Pair> PairsBetweenPieces::update(std::span<const Aabb> boxes, std::span<const uint32_t> piece,
-                                                 PairFilter filter) {
+                                                 PairFilter filter, const WorkerPool& workers) {
+    constexpr size_t kGrain = 256;
     if (!are_known_) take_pieces(piece, boxes.size());
     are_known_ = true;
     const size_t n_items = begin_.size() - 1;
-    box_.assign(n_items, Aabb());
-    for (size_t i = 0; i < boxes.size(); ++i) box_[item_[i]].extend(boxes[i].min), box_[item_[i]].extend(boxes[i].max);
-    find_overlaps(box_, {}, scratch_, meetings_);
+    const auto members = [&](size_t p) { return std::span(member_).subspan(begin_[p], begin_[p + 1] - begin_[p]); };
+    box_.resize(n_items);
+    workers.for_range(n_items, kGrain, [&](size_t first, size_t last) {
+        for (size_t p = first; p < last; ++p) {
+            box_[p] = Aabb();
+            for (const uint32_t i : members(p)) box_[p].extend(boxes[i].min), box_[p].extend(boxes[i].max);
+        }
+    });
+    find_overlaps(box_, {}, workers, of_pieces_, meetings_);
     pairs_.clear();
     if (meetings_.empty()) return pairs_;
 
-    const auto members = [&](uint32_t p) { return std::span(member_).subspan(begin_[p], begin_[p + 1] - begin_[p]); };
     partners_.assign(n_items, 0);
     for (const auto& [p, q] : meetings_) ++partners_[p], ++partners_[q];
     exposed_.assign(boxes.size(), Aabb());
@@ -250,7 +256,7 @@ std::span<const Pair> PairsBetweenPieces::update(std::span<const Aabb> boxes, st
     for (const auto& [p, q] : meetings_) expose(p, box_[q]), expose(q, box_[p]);
     filter.item = item_;
     filter.rings = {};  // those of different pieces hold nothing in common
-    find_overlaps(exposed_, filter, scratch_, pairs_);
+    find_overlaps(exposed_, filter, workers, of_movables_, pairs_);
     for (auto& [i, j] : pairs_)
         if (i > j) std::swap(i, j);
     return pairs_;

@@ -68,7 +68,8 @@ public:
     void reset() { are_known_ = false; }
 
     /// The overlapping pairs of `boxes` (n_movables), first < second, in an order that depends on the boxes alone.
-    std::span<const Pair> update(std::span<const Aabb> boxes, std::span<const uint32_t> piece, PairFilter filter);
+    std::span<const Pair> update(std::span<const Aabb> boxes, std::span<const uint32_t> piece, PairFilter filter,
+                                 const WorkerPool& workers);
 
 private:
     void take_pieces(std::span<const uint32_t> piece, size_t n_movables);
@@ -78,7 +79,7 @@ private:
     std::vector<uint32_t> begin_, member_;  // movables, piece after piece
     std::vector<uint32_t> partners_;        // (n_pieces and rigid bodies)
     std::vector<Aabb> box_, exposed_;       // of pieces; of what meets another piece's box, else empty
-    OverlapScratch scratch_;
+    OverlapScratch of_pieces_, of_movables_;
     std::vector<Pair> meetings_, pairs_;
 };
 

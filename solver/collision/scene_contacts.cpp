@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "solver/motion.h"
 
@@ -13,6 +14,7 @@ constexpr double kMarginShare = 0.02;
 // A broken piece is a polyhedron, its ellipsoid is not: it must be tipped over an edge before it rolls. The arm of that
 // resistance is this share of the particle's smallest radius.
 constexpr double kRollingShare = 0.2;
+constexpr size_t kGrain = 256;  // fewest a thread is worth waking for
 
 struct Surface {
     double friction, restitution;
@@ -39,16 +41,24 @@ double contact_margin(const Scene& scene) {
     return kMarginShare * size / std::max<double>(1, n > 0 ? n : double(n_rigid));
 }
 
-// Called for ascending pairs; what was in contact in the substep before is known.
-double SceneContacts::rest_gap_of(const SimulationMesh& rest, uint32_t a, uint32_t b) {
+// Pairs of one body, ascending as contacts are; what was in contact in the substep before is known.
+void SceneContacts::list_neighbours(const SimulationMesh& rest) {
+    const size_t n = rest.n_particles();
     const auto name = [&](uint32_t i) { return uint64_t{rest.body[i]} << 32 | rest.fragment[i]; };
-    const std::pair pair(name(a), name(b));
-    while (next_former_ < former_.size() && std::pair(former_[next_former_].a, former_[next_former_].b) < pair)
-        ++next_former_;
-    const bool is_known =
-        next_former_ < former_.size() && std::pair(former_[next_former_].a, former_[next_former_].b) == pair;
-    neighbours_.push_back({pair.first, pair.second, is_known ? former_[next_former_].gap : rest_gap(rest, a, b)});
-    return neighbours_.back().gap;
+    std::swap(neighbours_, former_);
+    neighbours_.clear();
+    neighbours_of_.assign(contacts_.size(), SimulationMesh::kNone);
+    auto former = former_.begin();
+    for (size_t k = 0; k < contacts_.size(); ++k) {
+        const Contact& c = contacts_[k];
+        if (c.a >= n || c.b >= n || rest.body[c.a] != rest.body[c.b]) continue;
+        const std::pair pair(name(c.a), name(c.b));
+        while (former != former_.end() && std::pair(former->a, former->b) < pair) ++former;
+        const bool is_known = former != former_.end() && std::pair(former->a, former->b) == pair;
+        neighbours_of_[k] = static_cast<uint32_t>(neighbours_.size());
+        neighbours_.push_back(
+            {pair.first, pair.second, is_known ? former->gap : std::numeric_limits<double>::quiet_NaN()});
+    }
 }
 
 void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live,
@@ -58,9 +68,11 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     const uint32_t n = static_cast<uint32_t>(rest.n_particles());
     hulls_.update(rest, motion.plastic_deformation, workers);
     ellipsoids_.resize(n);
-    for (uint32_t i = 0; i < n; ++i)
-        ellipsoids_[i] = {motion.position[i], (motion.rotation[i] * rest.rest_orientation[i]).toRotationMatrix(),
-                          rest.radii[i]};
+    workers.for_range(n, kGrain, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i)
+            ellipsoids_[i] = {motion.position[i], (motion.rotation[i] * rest.rest_orientation[i]).toRotationMatrix(),
+                              rest.radii[i]};
+    });
     rigid_bodies_.clear();
     for (size_t r = 0; r < scene.rigid_bodies.size(); ++r)
         rigid_bodies_.push_back({scene.rigid_bodies[r].shape, {motion.position[n + r], motion.rotation[n + r]}});
@@ -95,12 +107,13 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     const auto rolling_arm = [&](uint32_t movable) {
         return movable < n ? kRollingShare * rest.radii[movable].minCoeff() : 0.0;
     };
-    std::swap(neighbours_, former_);
-    neighbours_.clear();
-    next_former_ = 0;
-    out.assign(contacts_.size(), ActiveContact());
-    for (size_t k = 0; k < contacts_.size(); ++k) {
-        ActiveContact& c = out[k];
+    const auto rest_gap_of = [&](size_t k) {
+        Neighbours& pair = neighbours_[neighbours_of_[k]];
+        if (std::isnan(pair.gap)) pair.gap = rest_gap(rest, contacts_[k].a, contacts_[k].b);
+        return pair.gap;
+    };
+    const auto describe = [&](size_t k) {
+        ActiveContact c;
         const Contact& contact = c.contact = contacts_[k];
         const Surface a = surface_of(scene, input, contact.a);
         Surface b;
@@ -118,15 +131,18 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
             c.rolling_arm = std::max(c.rolling_arm, rolling_arm(contact.b));
             c.allowed_gap = std::min(
                 0.0, -standing_out_of(contact.a, -contact.normal) - standing_out_of(contact.b, contact.normal));
-            if (contact.a < n && contact.b < n) {
-                c.separate_pieces = live.piece(contact.a) != live.piece(contact.b);
-                if (rest.body[contact.a] == rest.body[contact.b])
-                    c.allowed_gap = std::min(c.allowed_gap, rest_gap_of(rest, contact.a, contact.b));
-            }
+            if (contact.a < n && contact.b < n) c.separate_pieces = live.piece(contact.a) != live.piece(contact.b);
+            if (neighbours_of_[k] != SimulationMesh::kNone) c.allowed_gap = std::min(c.allowed_gap, rest_gap_of(k));
         }
         c.friction = std::sqrt(a.friction * b.friction);
         c.restitution = std::max(a.restitution, b.restitution);
-    }
+        return c;
+    };
+    list_neighbours(rest);
+    out.resize(contacts_.size());
+    workers.for_range(contacts_.size(), kGrain, [&](size_t begin, size_t end) {
+        for (size_t k = begin; k < end; ++k) out[k] = describe(k);
+    });
 }
 
 }  // namespace sunder

@@ -48,14 +48,14 @@ public:
 private:
     struct Neighbours {
         uint64_t a, b;  // body and fragment, which no wake or sleep numbers anew
-        double gap;     // at rest, m
+        double gap;     // at rest, m; NaN: not known yet
     };
-    double rest_gap_of(const SimulationMesh& rest, uint32_t a, uint32_t b);
+    void list_neighbours(const SimulationMesh& rest);
 
     ContactScratch scratch_;
     HullReach hulls_;
     std::vector<Neighbours> neighbours_, former_;  // pairs of one body in contact, now and before; ascending
-    size_t next_former_ = 0;
+    std::vector<uint32_t> neighbours_of_;          // place in neighbours_, or kNone (as contacts_)
     std::vector<Ellipsoid> ellipsoids_;
     std::vector<PlacedShape> rigid_bodies_;
     std::vector<MovingShape> colliders_;

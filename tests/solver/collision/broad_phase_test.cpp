@@ -28,7 +28,7 @@ std::vector<Pair> ascending(std::vector<Pair> pairs) {
 std::vector<Pair> overlaps(std::span<const Aabb> boxes, const PairFilter& filter = {}) {
     OverlapScratch scratch;
     std::vector<Pair> pairs, in_grid;
-    find_overlaps(boxes, filter, scratch, pairs);
+    find_overlaps(boxes, filter, WorkerPool(3), scratch, pairs);
     find_in_grid(boxes, scratch, in_grid);
     filter.remove_excluded(scratch.near, in_grid);
     EXPECT_TRUE(ascending(pairs) == ascending(in_grid)) << pairs.size() << ", in the grid " << in_grid.size();
@@ -90,8 +90,32 @@ TEST(broad_phase, long_rods_across_one_another_go_to_the_grid) {
         boxes.push_back(box_at(uniform3(rng, -1, 1), half));
     }
     OverlapSweep sweep;
-    EXPECT_GT(sweep.sort(boxes, std::vector<uint8_t>(boxes.size(), 1)), 2000 * boxes.size());
+    EXPECT_GT(sweep.sort(boxes, std::vector<uint8_t>(boxes.size(), 1), WorkerPool(1)), 2000 * boxes.size());
     expect_same_as_brute_force(boxes, 500);
+}
+
+// What is kept of the order changes no pair, whether boxes creep, jump, come or go; nor do threads.
+TEST(broad_phase, boxes_that_were_sorted_before_are_found_as_if_they_were_not) {
+    auto rng = generator(38);
+    std::vector<Aabb> boxes = cloud(37, 900, 3, 0.5);
+    OverlapScratch kept;
+    std::vector<Pair> pairs, serial;
+    const WorkerPool alone(1), three(3);
+    for (int step = 0; step < 30; ++step) {
+        const double way = step % 5 == 4 ? 0.5 : 0.002;
+        for (Aabb& box : boxes) {
+            const Vec3 shift = uniform3(rng, -way, way);
+            box.min += shift, box.max += shift;
+        }
+        if (step % 7 == 6) boxes[step] = Aabb();
+        if (step % 11 == 10) boxes.resize(boxes.size() - 20);
+        find_overlaps(boxes, {}, three, kept, pairs);
+        OverlapScratch fresh;
+        find_overlaps(boxes, {}, alone, fresh, serial);
+        EXPECT_TRUE(pairs == serial);
+        EXPECT_TRUE(ascending(pairs) == every_overlap(boxes, {}));
+        EXPECT_GT(pairs.size(), 100u);
+    }
 }
 
 TEST(broad_phase, coinciding_boxes_and_points_give_every_pair_once) {

@@ -144,7 +144,7 @@ TEST(detection, ranges_put_together_give_the_same_bits) {
     sweep_boxes(in, 0, n, whole);
     OverlapScratch scratch;
     std::vector<Pair> pairs;
-    find_overlaps(whole, {}, scratch, pairs);
+    find_overlaps(whole, {}, WorkerPool(1), scratch, pairs);
     std::vector<Contact> all, all_static;
     contacts_of_pairs(in, whole, pairs, all);
     contacts_with_colliders(in, whole, 0, n, all_static);

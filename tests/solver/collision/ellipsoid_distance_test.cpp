@@ -128,9 +128,9 @@ TEST(ellipsoid_distance, pairs_side_by_side_keep_their_bits) {
     }
     solids[7] = solids[6];
     std::vector<Separation> together(pairs.size()), portable(pairs.size());
-    ellipsoid_distances(solids, pairs, together);
+    ellipsoid_distances(solids, {}, pairs, together);
     setenv("SUNDER_INSTRUCTIONS", "portable", 1);
-    ellipsoid_distances(solids, pairs, portable);
+    ellipsoid_distances(solids, {}, pairs, portable);
     unsetenv("SUNDER_INSTRUCTIONS");
     for (size_t k = 0; k < pairs.size(); ++k) {
         const Separation alone = ellipsoid_distance(solids[pairs[k].first], solids[pairs[k].second]);

@@ -1,0 +1,85 @@
+// Contacts of movables with colliders.
+#include <cmath>
+
+#include "solver/collision/detection_parts.h"
+#include "solver/collision/grid_contacts.h"
+
+namespace sunder {
+using namespace detail;
+namespace {
+
+// A collider, and what is the same for all that it may meet.
+struct Met {
+    explicit Met(const MovingShape& collider)
+        : moving(collider),
+          placed{collider.shape, collider.begin},
+          box(bounding_box(placed)),
+          angle(collider.begin.orientation.angularDistance(collider.end.orientation)),
+          plane_normal(collider.begin.orientation * Vec3::UnitZ()) {}
+    const MovingShape& moving;
+    PlacedShape placed;
+    Aabb box;
+    double angle;  // by which it turns, rad
+    Vec3 plane_normal;
+
+    // It stays on its side of the plane, whatever its shape.
+    bool is_plane_beyond(const Vec3& center, double radius, const Vec3& shift, double reach) const {
+        if (placed.shape.kind != ShapeKind::plane) return false;
+        const double height = plane_normal.dot(center - placed.pose.position), approach = -plane_normal.dot(shift);
+        return height - radius - std::max(approach, 0.0) - kRounding * (std::abs(height) + radius) > reach;
+    }
+};
+
+void contacts_with_collider(const DetectionInput& in, const Aabb& swept, uint32_t i, const Met& met, uint32_t c,
+                            std::vector<Separation>& io_on_mesh, std::vector<Contact>& out) {
+    const PlacedShape& placed = met.placed;
+    const Vec3 own_shift = in.duration * in.velocity[i];
+    const Vec3 shift = shift_seen_from(met.moving.begin, met.moving.end, center(in, i), own_shift);
+    // Here the collider stands still and its motion is a's: so its box needs no sweep, but a's box does.
+    Aabb box = swept;
+    const Vec3 slack = Vec3::Constant(0.5 * in.margin), further = shift - own_shift;
+    box.min += further.cwiseMin(0.0) - slack;
+    box.max += further.cwiseMax(0.0) + slack;
+    const double own = is_particle(in, i) ? in.particles[i].radii.maxCoeff() : bounding_radius(rigid(in, i).shape);
+    const bool by_corners = placed.shape.kind == ShapeKind::plane && is_particle(in, i) && !in.corners.empty();
+    const double corners = by_corners ? in.corners[i] : 0.0;
+    const double turning = std::min(met.angle, 1.0) * own;  // across the size of a, the collider's field differs
+    box.min.array() -= turning + corners;
+    box.max.array() += turning + corners;
+    if (!overlap(box, met.box)) return;
+    const double reach = in.margin + turning_reach(in, i) + turning + corners;
+    if (met.is_plane_beyond(center(in, i), own, shift, reach)) return;
+    if (placed.shape.kind == ShapeKind::mesh) {
+        if (is_particle(in, i))
+            grid_contacts(in.particles[i], placed, shift, reach, io_on_mesh);
+        else
+            grid_contacts(rigid(in, i), placed, shift, reach, io_on_mesh);
+        for (const Separation& s : io_on_mesh) add(i, Contact::kStatic | c, s, out);
+    } else if (is_particle(in, i)) {
+        const auto at = [&](const Vec3& offset) {
+            Ellipsoid a = in.particles[i];
+            a.center += offset;
+            return ellipsoid_shape_distance(a, placed);
+        };
+        add_single(i, Contact::kStatic | c, at, shift, reach, out);
+    } else {
+        add_manifold(i, Contact::kStatic | c, rigid(in, i), placed, shift, reach, out);
+    }
+}
+
+}  // namespace
+
+void contacts_with_colliders(const DetectionInput& in, std::span<const Aabb> boxes, size_t begin, size_t end,
+                             std::vector<Contact>& out) {
+    std::vector<Met> met;
+    std::vector<Separation> on_mesh;
+    for (const MovingShape& collider : in.colliders) met.emplace_back(collider);
+    for (size_t k = begin; k < end; ++k) {
+        const auto i = static_cast<uint32_t>(k);
+        if (is_driven(in, i)) continue;
+        for (uint32_t c = 0; c < met.size(); ++c)
+            if (met[c].moving.active) contacts_with_collider(in, boxes[i], i, met[c], c, on_mesh, out);
+    }
+}
+
+}  // namespace sunder
