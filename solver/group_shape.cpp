@@ -65,8 +65,7 @@ void GroupShapes::find_moment(const SimulationMesh& rest, size_t i) {
 void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
                            std::span<const Mat3> plastic_deformation, const FormerNumbers& former) {
     const uint32_t n = static_cast<uint32_t>(rest.n_particles());
-    const std::vector<GroupShape> group_before = std::move(group);
-    const std::vector<MemberShape> member_before = std::move(member);
+    std::swap(group, group_before_), std::swap(member, member_before_);
     const std::vector<Sym3> moment_before = std::move(particle_moment);
     group.resize(n), member.resize(live.n_slots()), particle_moment.resize(n);
     edge_weight.assign(rest.n_edges(), 0);  // of broken ones it does not matter
@@ -90,11 +89,11 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
             rebuild(rest, live, plastic_deformation[g], g);
             continue;
         }
-        const auto slots = member_before.begin() + former.live.begin(before);
+        const auto slots = member_before_.begin() + former.live.begin(before);
         std::copy_n(slots, live.count(g), member.begin() + live.begin(g));
         each_edge([&](uint32_t, uint32_t s) { return member[s].weight; });
         if (former.plastic_deformation[before] == plastic_deformation[g])
-            group[g] = group_before[before];
+            group[g] = group_before_[before];
         else
             rebuild(rest, live, plastic_deformation[g], g);
     }

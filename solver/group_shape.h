@@ -75,6 +75,8 @@ struct GroupShapes {
 private:
     void find_moment(const SimulationMesh& rest, size_t i);
     uint32_t resets_ = 0;
+    std::vector<GroupShape> group_before_;  // of renumber: kept, for fresh memory costs more than the copies
+    std::vector<MemberShape> member_before_;
     double weight(uint32_t edge) const { return edge == SimulationMesh::kNone ? 1.0 : edge_weight[edge]; }
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "solver/data/simulation_mesh.h"
@@ -15,8 +16,9 @@ namespace sunder {
 /// contact both may come so much closer than their ellipsoids.
 double standing_out(const SimulationMesh& rest, uint32_t i, const Mat3& F_P, const Vec3& direction);
 
-/// The gap of the ellipsoids of two particles at rest, m; negative: they overlap, as those of neighbours do.
-double rest_gap(const SimulationMesh& rest, uint32_t i, uint32_t j);
+/// The gaps of the ellipsoids of pairs of particles at rest, m; negative: they overlap, as those of neighbours do.
+/// Writes out (n_pairs).
+void rest_gaps(const SimulationMesh& rest, std::span<const std::pair<uint32_t, uint32_t>> pairs, double* out);
 
 /// How far hulls stand out of their ellipsoids at most, found anew where F_P is not the one it was found for.
 class HullReach {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "solver/motion.h"
 
@@ -42,11 +41,12 @@ double contact_margin(const Scene& scene) {
 }
 
 // Pairs of one body, ascending as contacts are; what was in contact in the substep before is known.
-void SceneContacts::list_neighbours(const SimulationMesh& rest) {
+void SceneContacts::list_neighbours(const SimulationMesh& rest, const WorkerPool& workers) {
+    constexpr size_t kPairs = 32;  // fewest a thread is worth waking for
     const size_t n = rest.n_particles();
     const auto name = [&](uint32_t i) { return uint64_t{rest.body[i]} << 32 | rest.fragment[i]; };
     std::swap(neighbours_, former_);
-    neighbours_.clear();
+    neighbours_.clear(), unknown_.clear(), pair_of_unknown_.clear();
     neighbours_of_.assign(contacts_.size(), SimulationMesh::kNone);
     auto former = former_.begin();
     for (size_t k = 0; k < contacts_.size(); ++k) {
@@ -56,9 +56,14 @@ void SceneContacts::list_neighbours(const SimulationMesh& rest) {
         while (former != former_.end() && std::pair(former->a, former->b) < pair) ++former;
         const bool is_known = former != former_.end() && std::pair(former->a, former->b) == pair;
         neighbours_of_[k] = static_cast<uint32_t>(neighbours_.size());
-        neighbours_.push_back(
-            {pair.first, pair.second, is_known ? former->gap : std::numeric_limits<double>::quiet_NaN()});
+        if (!is_known) unknown_.push_back(neighbours_of_[k]), pair_of_unknown_.push_back({c.a, c.b});
+        neighbours_.push_back({pair.first, pair.second, is_known ? former->gap : 0});
     }
+    gap_of_unknown_.resize(unknown_.size());
+    workers.for_range(unknown_.size(), kPairs, [&](size_t begin, size_t end) {
+        rest_gaps(rest, std::span(pair_of_unknown_).subspan(begin, end - begin), gap_of_unknown_.data() + begin);
+    });
+    for (size_t m = 0; m < unknown_.size(); ++m) neighbours_[unknown_[m]].gap = gap_of_unknown_[m];
 }
 
 void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live,
@@ -107,11 +112,6 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     const auto rolling_arm = [&](uint32_t movable) {
         return movable < n ? kRollingShare * rest.radii[movable].minCoeff() : 0.0;
     };
-    const auto rest_gap_of = [&](size_t k) {
-        Neighbours& pair = neighbours_[neighbours_of_[k]];
-        if (std::isnan(pair.gap)) pair.gap = rest_gap(rest, contacts_[k].a, contacts_[k].b);
-        return pair.gap;
-    };
     const auto describe = [&](size_t k) {
         ActiveContact c;
         const Contact& contact = c.contact = contacts_[k];
@@ -132,13 +132,14 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
             c.allowed_gap = std::min(
                 0.0, -standing_out_of(contact.a, -contact.normal) - standing_out_of(contact.b, contact.normal));
             if (contact.a < n && contact.b < n) c.separate_pieces = live.piece(contact.a) != live.piece(contact.b);
-            if (neighbours_of_[k] != SimulationMesh::kNone) c.allowed_gap = std::min(c.allowed_gap, rest_gap_of(k));
+            if (neighbours_of_[k] != SimulationMesh::kNone)
+                c.allowed_gap = std::min(c.allowed_gap, neighbours_[neighbours_of_[k]].gap);
         }
         c.friction = std::sqrt(a.friction * b.friction);
         c.restitution = std::max(a.restitution, b.restitution);
         return c;
     };
-    list_neighbours(rest);
+    list_neighbours(rest, workers);
     out.resize(contacts_.size());
     workers.for_range(contacts_.size(), kGrain, [&](size_t begin, size_t end) {
         for (size_t k = begin; k < end; ++k) out[k] = describe(k);

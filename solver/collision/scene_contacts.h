@@ -48,14 +48,17 @@ public:
 private:
     struct Neighbours {
         uint64_t a, b;  // body and fragment, which no wake or sleep numbers anew
-        double gap;     // at rest, m; NaN: not known yet
+        double gap;     // at rest, m
     };
-    void list_neighbours(const SimulationMesh& rest);
+    void list_neighbours(const SimulationMesh& rest, const WorkerPool& workers);
 
     ContactScratch scratch_;
     HullReach hulls_;
     std::vector<Neighbours> neighbours_, former_;  // pairs of one body in contact, now and before; ascending
     std::vector<uint32_t> neighbours_of_;          // place in neighbours_, or kNone (as contacts_)
+    std::vector<uint32_t> unknown_;                // those whose gap is still to be measured
+    std::vector<Pair> pair_of_unknown_;
+    std::vector<double> gap_of_unknown_;
     std::vector<Ellipsoid> ellipsoids_;
     std::vector<PlacedShape> rigid_bodies_;
     std::vector<MovingShape> colliders_;

@@ -20,7 +20,10 @@ TEST(hull_support, faces_are_nearer_than_the_ellipsoid_and_corners_farther) {
     EXPECT_NEAR(standing_out(mesh, 0, none, diagonal), 0.6 - 0.5 * std::sqrt(3.0), 1e-6);
     EXPECT_NEAR(standing_out(mesh, 0, drawn, Vec3::UnitX()), 0.6 - 1.0, 1e-6);
     EXPECT_NEAR(standing_out(mesh, 0, drawn, Vec3::UnitZ()), 0.6 - 0.5 * std::sqrt(0.5), 1e-6);
-    EXPECT_NEAR(rest_gap(mesh, 0, 1), 1 - 1.2, 1e-9);
+    const std::pair<uint32_t, uint32_t> pair(0, 1);
+    double gap = 0;
+    rest_gaps(mesh, {&pair, 1}, &gap);
+    EXPECT_NEAR(gap, 1 - 1.2, 1e-9);
     HullReach hulls;
     hulls.update(mesh, std::vector<Mat3>{none, none}, WorkerPool(1));
     EXPECT_NEAR(hulls.reach()[1], 0.5 * std::sqrt(3.0) - 0.6, 1e-6);
