@@ -67,14 +67,16 @@ void NormalParts::update(const SplitTopology& topology, const RangeRunner& run) 
             std::accumulate(leads_.begin() + first_part(chunk), leads_.begin() + first_part(chunk + 1), first[chunk]);
     leader_.resize(first.back()), vertex_.resize(first.back());
     run(n_chunks, 2, [&](size_t begin, size_t end) {
+        const uint32_t *const led_by = led_by_.data(), *const fan = part_fan_.data();
+        uint32_t *const leader = leader_.data(), *const vertex = vertex_.data(), *const number = number_.data();
         for (size_t chunk = begin; chunk < end; ++chunk) {
             uint32_t n = first[chunk];
-            for (uint32_t part = first_part(chunk); part < first_part(chunk + 1); ++part) {
-                if (leads_[part]) {
-                    leader_[n] = part, vertex_[n] = topology.vertex_of_fan(part_fan_[part]);
-                    number_[part] = n++;
-                } else if (led_by_[part] != kNone) {
-                    number_[part] = number_[led_by_[part]];
+            for (uint32_t part = first_part(chunk), last = first_part(chunk + 1); part < last; ++part) {
+                if (led_by[part] == part) {
+                    leader[n] = part, vertex[n] = topology.vertex_of_fan(fan[part]);
+                    number[part] = n++;
+                } else if (led_by[part] != kNone) {
+                    number[part] = number[led_by[part]];
                 }
             }
         }

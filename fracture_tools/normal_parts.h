@@ -21,16 +21,17 @@ public:
     void update(const SplitTopology& topology, const RangeRunner& run);
 
     size_t n_normals() const { return leader_.size(); }
-    uint32_t leader(size_t normal) const { return leader_[normal]; }
-    uint32_t visual_vertex(size_t normal) const { return vertex_[normal]; }
-    /// Of a corner that is listed. (corner: of FragmentFaces)
-    uint32_t normal_of(uint32_t corner) const { return number_[corner_part_[corner]]; }
+    std::span<const uint32_t> leader() const { return leader_; }         // part              (n_normals), ascending
+    std::span<const uint32_t> visual_vertex() const { return vertex_; }  // (n_normals)
+    /// Normal of a part that is listed. (n_parts)
+    std::span<const uint32_t> number() const { return number_; }
 
     size_t n_parts() const { return part_fan_.size(); }
-    /// The listed part after this one that hangs together with it, kNone after the last.
-    uint32_t next(uint32_t part) const { return next_[part]; }
-    /// Corners of a part are corners()[offset(part)] and those behind, ascending.
-    uint32_t offset(uint32_t part) const { return part_offset_[part]; }
+    std::span<const uint32_t> corner_part() const { return corner_part_; }  // of FragmentFaces     (3 n_faces)
+    /// The listed part after this one that hangs together with it, kNone after the last. (n_parts)
+    std::span<const uint32_t> next() const { return next_; }
+    /// Corners of a part are corners()[offset()[part]] and those behind, ascending. (n_parts + 1)
+    std::span<const uint32_t> offset() const { return part_offset_; }
     std::span<const uint32_t> corners() const { return part_corner_; }
     uint32_t smooth(uint32_t part) const { return part_smooth_[part]; }
 

@@ -22,7 +22,7 @@ inline __attribute__((always_inline)) void blend(std::span<const SkinBinding::In
     Lanes c0{}, c1{}, c2{}, c3{};
     for (const auto& [p, w] : influences) {
         const Lanes* m = reinterpret_cast<const Lanes*>(map[p].column);
-        const Lanes weight = {w, w, w, w};
+        const Lanes weight = Lanes{} + double{w};
         c0 += weight * m[0], c1 += weight * m[1], c2 += weight * m[2], c3 += weight * m[3];
     }
     out.column[0] = c0, out.column[1] = c1, out.column[2] = c2, out.column[3] = c3;
@@ -122,7 +122,7 @@ void SkinMotion::move_chunk(const SkinBinding& binding, size_t chunk) {
 
 Mat3 SkinMotion::linear_at(const SkinBinding& binding, size_t vertex) const {
     Mat3 linear = Mat3::Zero();
-    for (const auto& [p, w] : binding.influences(vertex)) linear += w * particle_[p].linear;
+    for (const auto& [p, w] : binding.influences(vertex)) linear += double{w} * particle_[p].linear;
     return linear;
 }
 

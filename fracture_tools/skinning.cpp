@@ -1,18 +1,20 @@
 #include "fracture_tools/skinning.h"
 
 #include <algorithm>
-#include <cmath>
+#include <bit>
 #include <limits>
 #include <numeric>
 
-namespace sunder {
+#include "fracture_tools/vector_clones.h"
 
-void SkinChunk::add(uint32_t vertex_key, uint32_t pool, uint32_t nearest_particle,
-                    std::span<const Influence> influences) {
-    key.push_back(vertex_key), pool_vertex.push_back(pool), nearest.push_back(nearest_particle);
-    influence.insert(influence.end(), influences.begin(), influences.end());
-    influence_offset.push_back(static_cast<uint32_t>(influence.size()));
-}
+namespace sunder {
+namespace {
+
+typedef double Lanes __attribute__((vector_size(32), may_alias, aligned(8)));
+typedef int64_t Order __attribute__((vector_size(32)));
+constexpr size_t kLanes = 4;
+
+}  // namespace
 
 size_t SkinBinding::chunk_of(size_t vertex) const {
     return std::upper_bound(first_vertex.begin(), first_vertex.end(), vertex) - first_vertex.begin() - 1;
@@ -54,7 +56,7 @@ Skin::Skin(std::vector<Vec3> rest_vertex, const SimulationMesh& rest, const Skin
     binding_ = std::move(unbound);
     // Weighted by area: a neighbour behind a sliver of an interface says little about how far apart particles are.
     // The support is the one of the rest state also after edges broke, or weights would jump without need.
-    inv_square_support_.resize(rest.n_particles());
+    place_.reserve(rest.n_particles() + 1);
     for (uint32_t i = 0; i < rest.n_particles(); ++i) {
         double area = 0, area_length = 0, length = 0;
         uint32_t count = 0;
@@ -66,8 +68,11 @@ Skin::Skin(std::vector<Vec3> rest_vertex, const SimulationMesh& rest, const Skin
         }
         const double mean = area > 0 ? area_length / area : count > 0 ? length / count : 0;
         const double support = mean > 0 ? kernel_.reach * mean : 1.0;  // alone: whatever, it has no rival
-        inv_square_support_[i] = 1 / (support * support);
+        const Vec3& x = rest_particle_[i];
+        place_.push_back({x.x(), x.y(), x.z(), 1 / (support * support)});
     }
+    constexpr double kNowhere = 1e200;  // its square is infinite
+    place_.push_back({kNowhere, kNowhere, kNowhere, 1});
 }
 
 void Skin::list_fans_of_fragments(const SplitTopology& topology) {
@@ -100,6 +105,23 @@ void Skin::find_changes(const SplitTopology& topology, std::span<const uint8_t> 
     edge_intact_.assign(edge_intact.begin(), edge_intact.end());
 }
 
+struct Skin::Scratch {
+    explicit Scratch(size_t n_particles) : is_candidate(n_particles / 64 + 1, 0), lists(kLists) {}
+
+    // Neighbours often have the same fragments connected: the lists of the last ones met, at the place that these hash
+    // to.
+    struct List {
+        std::vector<uint32_t> connected, candidate;
+    };
+    static constexpr size_t kLists = 256;
+
+    std::vector<uint32_t> connected;
+    std::vector<uint64_t> is_candidate;  // a bit a particle, all 0 between calls
+    std::vector<List> lists;
+    std::vector<double> number;                // of each candidate: squared distance in supports, weight
+    std::vector<SkinChunk::Influence> weight;  // of a chunk so far
+};
+
 void Skin::bind(const SplitTopology& topology, std::span<const uint8_t> edge_intact, const RangeRunner& run) {
     find_changes(topology, edge_intact);
     const size_t n_chunks = topology.n_chunks();
@@ -112,8 +134,7 @@ void Skin::bind(const SplitTopology& topology, std::span<const uint8_t> edge_int
     for (uint32_t c = 0; c < n_chunks; ++c)
         if (chunk_changed_[c]) changed.push_back(c);
     run(changed.size(), 1, [&](size_t begin, size_t end) {
-        Scratch scratch;
-        scratch.is_candidate.assign(rest_particle_.size(), 0);
+        Scratch scratch(rest_particle_.size());
         for (size_t i = begin; i < end; ++i) bind_chunk(topology, changed[i], scratch, *next);
     });
     binding_ = std::move(next);
@@ -122,72 +143,123 @@ void Skin::bind(const SplitTopology& topology, std::span<const uint8_t> edge_int
 void Skin::bind_chunk(const SplitTopology& topology, size_t chunk, Scratch& io_scratch, SkinBinding& io_next) const {
     const SkinChunk none, &old = io_next.chunks[chunk] ? *io_next.chunks[chunk] : none;
     const auto made = std::make_shared<SkinChunk>();
-    SkinChunk& out = *made;
-    const size_t n = io_next.first_vertex[chunk + 1] - io_next.first_vertex[chunk];
-    out.key.reserve(n), out.pool_vertex.reserve(n), out.nearest.reserve(n), out.influence_offset.reserve(n + 1);
-    out.influence.reserve(old.influence.size() + 8 * (n > old.key.size() ? n - old.key.size() : 0));
+    const uint32_t first = io_next.first_vertex[chunk], n = io_next.first_vertex[chunk + 1] - first;
+    made->key.resize(n), made->pool_vertex.resize(n), made->nearest.resize(n), made->influence_offset.resize(n + 1);
+    for (uint32_t v = 0; v < n; ++v)
+        made->key[v] = topology.vertex_class(first + v), made->pool_vertex[v] = topology.pool_vertex(first + v);
+
     std::vector<uint32_t>& connected = io_scratch.connected;
-    size_t before = 0;
-    for (uint32_t v = io_next.first_vertex[chunk]; v < io_next.first_vertex[chunk + 1]; ++v) {
-        const uint32_t key = topology.vertex_class(v), pool = topology.pool_vertex(v);
-        while (before < old.key.size() && old.key[before] < key) ++before;
-        if (!class_changed_[key] && before < old.key.size() && old.key[before] == key) {
-            out.add(key, pool, old.nearest[before], old.influences(before));
+    std::vector<SkinChunk::Influence>& weight = io_scratch.weight;
+    uint32_t used = 0;  // of `weight`
+    const auto make_room = [&](size_t more) {
+        if (used + more > weight.size()) weight.resize(2 * (used + more));
+    };
+    const uint32_t n_old = static_cast<uint32_t>(old.n_vertices());
+    for (uint32_t v = 0, before = 0; v < n;) {
+        uint32_t run = 0;  // of vertices that keep what they have
+        while (before < n_old && old.key[before] < made->key[v]) ++before;
+        while (v + run < n && before + run < n_old && old.key[before + run] == made->key[v + run] &&
+               !class_changed_[made->key[v + run]])
+            ++run;
+        if (run > 0) {
+            const uint32_t begin = old.influence_offset[before], end = old.influence_offset[before + run];
+            make_room(end - begin);
+            std::copy(old.influence.begin() + begin, old.influence.begin() + end, weight.begin() + used);
+            for (uint32_t i = 0; i < run; ++i) {
+                made->nearest[v + i] = old.nearest[before + i];
+                made->influence_offset[v + i + 1] = old.influence_offset[before + i + 1] + (used - begin);
+            }
+            v += run, before += run, used += end - begin;
             continue;
         }
-        topology.fragments_of_class(key, connected);
-        const Vec3& x = (*io_next.rest_vertex)[pool];
-        find_candidates(io_scratch);
-        weigh(x, io_scratch);
-        const uint32_t nearest = *std::min_element(connected.begin(), connected.end(), [&](uint32_t i, uint32_t j) {
+        topology.fragments_of_class(made->key[v], connected);
+        const Vec3& x = (*io_next.rest_vertex)[made->pool_vertex[v]];
+        const std::span<const uint32_t> candidates = find_candidates(io_scratch);
+        make_room(candidates.size());
+        used += static_cast<uint32_t>(weigh(place_.data(), candidates, x, io_scratch, weight.data() + used));
+        made->influence_offset[v + 1] = used;
+        made->nearest[v] = *std::min_element(connected.begin(), connected.end(), [&](uint32_t i, uint32_t j) {
             return (rest_particle_[i] - x).squaredNorm() < (rest_particle_[j] - x).squaredNorm();
         });
-        out.add(key, pool, nearest, io_scratch.weights);
+        ++v;
     }
+    made->influence.assign(weight.begin(), weight.begin() + used);
     io_next.chunks[chunk] = made;
 }
 
-// Ascending, so that sums over them are taken in the same order on every way to the same state.
-void Skin::find_candidates(Scratch& io_scratch) const {
-    auto& [connected, connected_before, candidate, is_candidate, weights] = io_scratch;
-    if (connected == connected_before) return;  // neighbours often have the same
-    connected_before = connected;
-    candidate.clear();
-    for (uint32_t i : connected)
+// Of the fragments that are connected, ascending, so that sums over them are taken in the same order on every way to
+// the same state; filled up to whole registers with the place where nobody is.
+std::span<const uint32_t> Skin::find_candidates(Scratch& io_scratch) const {
+    const std::vector<uint32_t>& connected = io_scratch.connected;
+    uint32_t hash = 0;
+    for (const uint32_t i : connected) hash = 31 * hash + i;
+    auto& [known, candidate] = io_scratch.lists[hash % Scratch::kLists];
+    if (known == connected) return candidate;
+    known = connected, candidate.clear();
+    std::vector<uint64_t>& bits = io_scratch.is_candidate;
+    uint32_t low = std::numeric_limits<uint32_t>::max(), high = 0;
+    for (const uint32_t i : connected)
         for (uint32_t s = group_offset_[i]; s < group_offset_[i + 1]; ++s) {
             const uint32_t j = group_member_[s];
-            if (is_candidate[j] || (member_edge_[s] != SimulationMesh::kNone && !edge_intact_[member_edge_[s]]))
-                continue;
-            is_candidate[j] = 1;
-            candidate.push_back(j);
+            if (member_edge_[s] != SimulationMesh::kNone && !edge_intact_[member_edge_[s]]) continue;
+            bits[j / 64] |= uint64_t{1} << j % 64;
+            low = std::min(low, j), high = std::max(high, j);
         }
-    if (connected.size() > 1) std::sort(candidate.begin(), candidate.end());  // one ring is
-    for (uint32_t j : candidate) is_candidate[j] = 0;
+    for (uint32_t word = low / 64; word <= high / 64; ++word)
+        for (; bits[word] != 0; bits[word] &= bits[word] - 1)
+            candidate.push_back(64 * word + static_cast<uint32_t>(std::countr_zero(bits[word])));
+    while (candidate.size() % kLanes != 0) candidate.push_back(static_cast<uint32_t>(place_.size() - 1));
+    return candidate;
 }
 
-void Skin::weigh(const Vec3& x, Scratch& io_scratch) const {
-    std::vector<SkinBinding::Influence>& out = io_scratch.weights;
-    out.resize(io_scratch.candidate.size());
-    double closest = std::numeric_limits<double>::infinity();  // squares, in supports
-    for (size_t i = 0; i < out.size(); ++i) {
-        const uint32_t j = io_scratch.candidate[i];
-        const double t = (rest_particle_[j] - x).squaredNorm() * inv_square_support_[j];
-        closest = std::min(closest, t);
-        out[i] = {j, t};
+// Writes the influences of a vertex at x, and gives their number; `out` has room for all of `particle`.
+SUNDER_VECTOR_CLONES size_t Skin::weigh(const Place* place, std::span<const uint32_t> particle, const Vec3& x,
+                                        Scratch& io_scratch, SkinChunk::Influence* out) {
+    const size_t n = particle.size();
+    if (io_scratch.number.size() < n) io_scratch.number.resize(2 * n);
+    double* const number = io_scratch.number.data();
+    const auto numbers = [&](size_t i) -> Lanes& { return reinterpret_cast<Lanes&>(number[i]); };
+    const auto at = [&](size_t i) -> const Lanes& { return reinterpret_cast<const Lanes&>(place[particle[i]]); };
+    const Lanes x0 = Lanes{} + x.x(), x1 = Lanes{} + x.y(), x2 = Lanes{} + x.z();
+
+    Lanes closest = Lanes{} + std::numeric_limits<double>::infinity();
+    for (size_t i = 0; i < n; i += kLanes) {
+        const Lanes a = at(i), b = at(i + 1), c = at(i + 2), d = at(i + 3);
+        const Lanes ab_xz = __builtin_shuffle(a, b, Order{0, 4, 2, 6}),
+                    ab_yr = __builtin_shuffle(a, b, Order{1, 5, 3, 7});
+        const Lanes cd_xz = __builtin_shuffle(c, d, Order{0, 4, 2, 6}),
+                    cd_yr = __builtin_shuffle(c, d, Order{1, 5, 3, 7});
+        const Lanes dx = __builtin_shuffle(ab_xz, cd_xz, Order{0, 1, 4, 5}) - x0;
+        const Lanes dy = __builtin_shuffle(ab_yr, cd_yr, Order{0, 1, 4, 5}) - x1;
+        const Lanes dz = __builtin_shuffle(ab_xz, cd_xz, Order{2, 3, 6, 7}) - x2;
+        const Lanes t = (dx * dx + dy * dy + dz * dz) * __builtin_shuffle(ab_yr, cd_yr, Order{2, 3, 6, 7});
+        numbers(i) = t;
+        closest = t < closest ? t : closest;
     }
     // Far out (a spike, a long thin piece) the supports grow with the distance, so that the nearest always has a say.
     constexpr double kFarOut = 0.75 * 0.75;
-    const double grow = std::max(1.0, closest / kFarOut);
-    double sum = 0;
-    size_t n = 0;
-    for (const auto& [j, t] : out) {
-        if (!(t < grow)) continue;
-        const double k = 1 - t / grow;
-        out[n++] = {j, k * k * k};
-        sum += out[n - 1].weight;
+    const double least = std::min(std::min(closest[0], closest[1]), std::min(closest[2], closest[3]));
+    const double shrink = 1 / std::max(1.0, least / kFarOut);
+    Lanes sums = {};
+    for (size_t i = 0; i < n; i += kLanes) {
+        const Lanes left = 1 - numbers(i) * shrink, k = left > 0 ? left : Lanes{};
+        numbers(i) = k * k * k;
+        sums += numbers(i);
     }
-    out.resize(n);
-    for (SkinBinding::Influence& i : out) i.weight /= sum;
+    constexpr double kOne = 16777216;  // 2^24 parts
+    const double scale = kOne / ((sums[0] + sums[1]) + (sums[2] + sums[3]));
+    int32_t rest = static_cast<int32_t>(kOne);
+    float most = 0;
+    size_t largest = 0, kept = 0;
+    for (size_t i = 0; i < n; ++i) {  // without branches, which nothing would foretell
+        const int32_t parts = static_cast<int32_t>(number[i] * scale + 0.5);
+        const float weight = static_cast<float>(parts) * static_cast<float>(1 / kOne);
+        out[kept] = {particle[i], weight};
+        largest = weight > most ? kept : largest, most = weight > most ? weight : most;
+        rest -= parts, kept += parts > 0;
+    }
+    out[largest].weight += static_cast<float>(rest) * static_cast<float>(1 / kOne);
+    return kept;
 }
 
 }  // namespace sunder

@@ -23,7 +23,7 @@ struct SkinKernel {
 struct SkinChunk {
     struct Influence {
         uint32_t particle;
-        double weight;
+        float weight;  // a multiple of 2^-24
     };
 
     std::vector<uint32_t> key;                     // what tells a vertex from others of its mesh  (n), ascending
@@ -37,12 +37,11 @@ struct SkinChunk {
         const uint32_t begin = influence_offset[vertex], end = influence_offset[vertex + 1];
         return {influence.data() + begin, end - begin};
     }
-    void add(uint32_t vertex_key, uint32_t pool, uint32_t nearest_particle, std::span<const Influence> influences);
 };
 
 /// Which particles move each visual vertex and how much: all that a renderer needs to skin by itself (Choi 2014,
 /// section 4.2). It changes only where edges broke. Influences of one vertex are ascending by particle, their weights
-/// sum to one.
+/// sum to one exactly.
 struct SkinBinding {
     using Influence = SkinChunk::Influence;
 
@@ -74,7 +73,11 @@ struct SkinBinding {
 ///
 /// The reach is a measured choice (boxes of 220 k-means fragments, stretched by 20 %, bent, twisted): shorter ones
 /// crease at the fragments' borders, with longer ones the set of candidates ends before the kernel does, which creases
-/// too. Weights of one vertex sum to one; vertices of a loose fragment have weight 1 for it alone.
+/// too. Vertices of a loose fragment have weight 1 for it alone.
+///
+/// Weights are rounded to multiples of 2^-24, which a float holds, the largest such that all sum to one: a common
+/// motion moves a vertex by its own bits, however far away, and what rounding does (3e-8 of the differences between the
+/// maps of neighbours) lies below the resolution of the positions that are given out.
 class Skin {
 public:
     /// `rest_vertex`: pool vertices in rest coordinates, m. `rest`: the body's slice, particle i = fragment i.
@@ -89,20 +92,21 @@ public:
     const std::shared_ptr<const SkinBinding>& binding() const { return binding_; }
 
 private:
-    struct Scratch {  // of one thread
-        std::vector<uint32_t> connected, connected_before, candidate;
-        std::vector<uint8_t> is_candidate;  // (n_particles)
-        std::vector<SkinBinding::Influence> weights;
+    struct alignas(32) Place {
+        double x, y, z;             // m
+        double inv_square_support;  // 1 / r_j^2, 1/m2
     };
+    struct Scratch;  // of one thread
 
     void list_fans_of_fragments(const SplitTopology& topology);
     void find_changes(const SplitTopology& topology, std::span<const uint8_t> edge_intact);
     void bind_chunk(const SplitTopology& topology, size_t chunk, Scratch& io_scratch, SkinBinding& io_next) const;
-    void find_candidates(Scratch& io_scratch) const;
-    void weigh(const Vec3& x, Scratch& io_scratch) const;
+    std::span<const uint32_t> find_candidates(Scratch& io_scratch) const;
+    static size_t weigh(const Place* place, std::span<const uint32_t> particle, const Vec3& x, Scratch& io_scratch,
+                        SkinChunk::Influence* out);
 
-    std::vector<Vec3> rest_particle_;         // (n_particles x 3), m
-    std::vector<double> inv_square_support_;  // 1 / r_j^2, 1/m2                (n_particles)
+    std::vector<Vec3> rest_particle_;  // (n_particles x 3), m
+    std::vector<Place> place_;         // the same, and one farther away than any support reaches    (n_particles + 1)
     std::vector<Edge> edges_;
     std::vector<uint32_t> group_offset_, group_member_, member_edge_;
     SkinKernel kernel_;

@@ -218,7 +218,8 @@ void SplitTopology::number_vertices(const RangeRunner& run) {
     run(n_chunks(), 4, [&](size_t begin, size_t end) {
         for (size_t chunk = begin; chunk < end; ++chunk) {
             uint32_t vertex = chunk_vertex_[chunk];
-            for (size_t fan = chunk * kFanChunk; fan < std::min(n, (chunk + 1) * kFanChunk); ++fan) {
+            const size_t last = std::min(n, (chunk + 1) * kFanChunk);
+            for (size_t fan = chunk * kFanChunk; fan < last; ++fan) {
                 fan_visual_[fan] = class_seen_[fan] ? vertex : kNone;
                 if (class_seen_[fan]) vertex_class_[vertex++] = static_cast<uint32_t>(fan);
             }
@@ -245,15 +246,17 @@ void SplitTopology::list_triangles(const RangeRunner& run) {
     triangle_face_.resize(first.back());
     triangles_ = {};
     auto& slot = recycler_.take(first.back(), n_faces);
-    Triangle* out = slot.object->data();
     run(n_chunks, 2, [&](size_t begin, size_t end) {
+        const bool all = listed_ == ListedFaces::all;
+        const uint8_t* const hidden = face_hidden_.data();
+        const uint32_t *const fan = corner_fan_.data(), *const visual = fan_visual_.data();
         for (uint32_t chunk = static_cast<uint32_t>(begin); chunk < end; ++chunk) {
-            uint32_t t = first[chunk];
-            for (uint32_t f = chunk * kChunk; f < std::min(n_faces, (chunk + 1) * kChunk); ++f) {
-                if (!is_listed(f)) continue;
-                const uint32_t* fan = &corner_fan_[3 * f];
-                out[t] = {fan_visual_[fan[0]], fan_visual_[fan[1]], fan_visual_[fan[2]]};
-                triangle_face_[t++] = f;
+            Triangle* out = slot.object->data() + first[chunk];
+            uint32_t* face = triangle_face_.data() + first[chunk];
+            for (uint32_t f = chunk * kChunk, last = std::min(n_faces, f + kChunk); f < last; ++f) {
+                if (!all && hidden[f]) continue;
+                *out++ = {visual[fan[3 * f]], visual[fan[3 * f + 1]], visual[fan[3 * f + 2]]};
+                *face++ = f;
             }
         }
     });

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "fracture_tools/disjoint_sets.h"
+#include "fracture_tools/vector_clones.h"
 
 namespace sunder {
 namespace {
@@ -33,7 +34,16 @@ FaceNormal face_normal(const Vec3& a, const Vec3& b, const Vec3& c) {
     return {n, !(n.norm() > kSliver * longest)};
 }
 
-float length_of(const FourFloats& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+// In all four lanes.
+inline FourFloats length_of(const FourFloats& v) {
+    typedef int Order __attribute__((vector_size(16)));
+    const FourFloats s = v * v;
+    const FourFloats squared = __builtin_shuffle(s, Order{0, 0, 0, 0}) + __builtin_shuffle(s, Order{1, 1, 1, 1}) +
+                               __builtin_shuffle(s, Order{2, 2, 2, 2});
+    FourFloats length;
+    for (int i = 0; i < 4; ++i) length[i] = std::sqrt(squared[i]);
+    return length;
+}
 
 // Shorter ones have vanished (a flattened blend).
 constexpr float kShortest = 1e-12f;
@@ -45,6 +55,47 @@ Vec3 turned(const Mat3& linear, const Vec3& n) {
     const Vec3 image = cofactor * n;
     const double length = image.norm();
     return length > kShortest ? Vec3(image / length) : n;
+}
+
+// Normals [begin, end): the artist's, turned by the map of their vertex; or the sum of what faces tell, part after
+// part. Whether some are told by none.
+SUNDER_VECTOR_CLONES bool find_normals(const NormalParts& parts, std::span<const Vec3f> part_artist,
+                                       std::span<const uint32_t> part_angle, std::span<const NormalMap> normal_map,
+                                       std::span<const CornerWeights> corner_weights, size_t begin, size_t end,
+                                       CornerNormal* out) {
+    const auto leader = parts.leader(), vertex = parts.visual_vertex(), next = parts.next(), offset = parts.offset();
+    const float* weights = reinterpret_cast<const float*>(corner_weights.data());
+    bool any_unsaid = false;
+    for (size_t n = begin; n < end; ++n) {
+        FourFloats& normal = reinterpret_cast<FourFloats&>(out[n]);
+        const Vec3f& artist = part_artist[leader[n]];
+        if (artist.x() != 0 || artist.y() != 0 || artist.z() != 0) {
+            const FourFloats* column = reinterpret_cast<const FourFloats*>(normal_map[vertex[n]].column);
+            const FourFloats image = column[0] * artist.x() + column[1] * artist.y() + column[2] * artist.z();
+            const FourFloats length = length_of(image);
+            normal = length[0] > kShortest ? image / length : FourFloats{artist.x(), artist.y(), artist.z(), 0};
+            continue;
+        }
+        FourFloats sum = {};
+        for (uint32_t p = leader[n]; p != NormalParts::kNone; p = next[p])
+            for (uint32_t i = offset[p]; i < offset[p + 1]; ++i) {
+                const uint32_t angle = part_angle[i];
+                sum += weights[angle] * reinterpret_cast<const FourFloats&>(weights[angle / kFloats * kFloats]);
+            }
+        const FourFloats length = length_of(sum);
+        const bool is_said = length[0] > 1e-6f;
+        normal = is_said ? sum / length : FourFloats{0, 0, 0, 1};
+        any_unsaid |= !is_said;
+    }
+    return any_unsaid;
+}
+
+// `slot`: which normal each of n corners has. The fourth number of each is written over by the next.
+SUNDER_VECTOR_CLONES void list_normals(const CornerNormal* normal, const uint32_t* slot, size_t n, Vec3f* out) {
+    float* to = reinterpret_cast<float*>(out);
+#pragma GCC unroll 4
+    for (size_t c = 0; c + 1 < n; ++c, to += 3) std::memcpy(to, normal + slot[c], sizeof(CornerNormal));
+    if (n > 0) out[n - 1] = normal[slot[n - 1]].unit;
 }
 
 }  // namespace
@@ -153,8 +204,10 @@ void SurfaceNormals::bind(const SplitTopology& topology, const RangeRunner& run)
     const auto face = topology.triangle_face();
     slot_.resize(3 * face.size()), normal_.resize(parts_->n_normals()), normal_moved_.resize(parts_->n_normals());
     run(face.size(), kGrain, [&](size_t begin, size_t end) {
+        const auto part = parts_->corner_part(), number = parts_->number();
+        uint32_t* const slot = slot_.data();
         for (size_t t = begin; t < end; ++t)
-            for (uint32_t c = 0; c < 3; ++c) slot_[3 * t + c] = parts_->normal_of(3 * face[t] + c);
+            for (uint32_t c = 0; c < 3; ++c) slot[3 * t + c] = number[part[3 * face[t] + c]];
     });
     chunk_changed_.assign((slot_.size() + kChunk - 1) / kChunk, 0);
 }
@@ -165,17 +218,16 @@ SharedArray<Vec3f> SurfaceNormals::evaluate(const SplitTopology& topology, const
     const size_t first = first_teller_;  // faces below it are all listed
     run(n_triangles - first, kGrain,
         [&](size_t begin, size_t end) { weigh_moved(topology, motion, first + begin, first + end); });
-    run(normal_.size(), kGrain, [&](size_t begin, size_t end) {
-        for (size_t n = begin; n < end; ++n) {
-            normal_moved_[n] = motion.all_moved() || touches_moved(n, motion);
-            if (normal_moved_[n]) find_normal(n, motion);
-        }
-    });
+    if (motion.all_moved()) any_unsaid_ = false;
+    run(normal_.size(), kGrain, [&](size_t begin, size_t end) { find_moved(motion, begin, end); });
     auto& slot = recycler_.take(slot_.size(), slot_.capacity());
     run(chunk_changed_.size(), 4, [&](size_t begin, size_t end) {
         for (size_t chunk = begin; chunk < end; ++chunk) {
             if (motion.all_moved() || any_moved(chunk)) chunk_changed_[chunk] = motion.frame();
-            if (chunk_changed_[chunk] > slot.written) list(chunk, topology, binding, motion, slot.object->data());
+            if (chunk_changed_[chunk] <= slot.written) continue;
+            const size_t first = chunk * kChunk, last = std::min(slot_.size(), first + kChunk);
+            list_normals(normal_.data(), slot_.data() + first, last - first, slot.object->data() + first);
+            if (any_unsaid_) turn_unsaid(chunk, topology, binding, motion, slot.object->data());
         }
     });
     slot.written = motion.frame();
@@ -204,37 +256,33 @@ void SurfaceNormals::weigh_moved(const SplitTopology& topology, const SkinMotion
 }
 
 bool SurfaceNormals::touches_moved(size_t normal, const SkinMotion& motion) const {
-    const uint32_t leader = parts_->leader(normal);
-    if (motion.moved()[parts_->visual_vertex(normal)]) return true;
+    const uint32_t leader = parts_->leader()[normal];
+    if (motion.moved()[parts_->visual_vertex()[normal]]) return true;
     if (!part_artist_[leader].isZero(0)) return false;
-    for (uint32_t p = leader; p != NormalParts::kNone; p = parts_->next(p))
-        for (const uint32_t angle : angles_of(p))
-            if (teller_moved_[angle / kFloats]) return true;
+    for (uint32_t p = leader; p != NormalParts::kNone; p = parts_->next()[p])
+        for (uint32_t i = parts_->offset()[p]; i < parts_->offset()[p + 1]; ++i)
+            if (teller_moved_[part_angle_[i] / kFloats]) return true;
     return false;
 }
 
-void SurfaceNormals::find_normal(size_t normal, const SkinMotion& motion) {
-    const uint32_t leader = parts_->leader(normal);
-    const Vec3f& artist = part_artist_[leader];
-    FourFloats& out = reinterpret_cast<FourFloats&>(normal_[normal]);
-    if (!artist.isZero(0)) {
-        const NormalMap& map = motion.normal_maps()[parts_->visual_vertex(normal)];
-        const auto column = [&](int k) { return *reinterpret_cast<const FourFloats*>(map.column[k]); };
-        const FourFloats n = column(0) * artist.x() + column(1) * artist.y() + column(2) * artist.z();
-        const float length = length_of(n);
-        out = length > kShortest ? n / length : FourFloats{artist.x(), artist.y(), artist.z(), 0};
-        out[3] = 0;
-        return;
+void SurfaceNormals::find_moved(const SkinMotion& motion, size_t begin, size_t end) {
+    const auto find = [&](size_t from, size_t to) {
+        if (from < to &&
+            find_normals(*parts_, part_artist_, part_angle_, motion.normal_maps(), weights_, from, to, normal_.data()))
+            any_unsaid_ = true;
+    };
+    if (motion.all_moved()) {
+        std::fill(normal_moved_.begin() + begin, normal_moved_.begin() + end, 1);
+        return find(begin, end);
     }
-    const float* weights = reinterpret_cast<const float*>(weights_.data());
-    FourFloats sum = {};
-    for (uint32_t p = leader; p != NormalParts::kNone; p = parts_->next(p))
-        for (const uint32_t angle : angles_of(p)) {
-            const float* of_face = weights + angle / kFloats * kFloats;
-            sum += weights[angle] * *reinterpret_cast<const FourFloats*>(of_face);
-        }
-    const float length = length_of(sum);
-    out = length > 1e-6f ? sum / length : FourFloats{0, 0, 0, 1};
+    size_t still = begin;  // those before it are done
+    for (size_t n = begin; n < end; ++n) {
+        normal_moved_[n] = touches_moved(n, motion);
+        if (normal_moved_[n]) continue;
+        find(still, n);
+        still = n + 1;
+    }
+    find(still, end);
 }
 
 bool SurfaceNormals::any_moved(size_t chunk) const {
@@ -244,19 +292,10 @@ bool SurfaceNormals::any_moved(size_t chunk) const {
     return false;
 }
 
-void SurfaceNormals::list(size_t chunk, const SplitTopology& topology, const SkinBinding& binding,
-                          const SkinMotion& motion, Vec3f* out) const {
-    const size_t begin = chunk * kChunk, end = std::min(slot_.size(), begin + kChunk);
-    FourFloats sum = {};
-    for (size_t c = begin; c + 1 < end; ++c) {  // the fourth number is written over by the next corner
-        const FourFloats n = reinterpret_cast<const FourFloats&>(normal_[slot_[c]]);
-        std::memcpy(out[c].data(), &n, sizeof(n));
-        sum += n;
-    }
-    const Normal& last = normal_[slot_[end - 1]];
-    out[end - 1] = last.unit;
-    if (sum[3] + last.unsaid == 0) return;
-    for (size_t c = begin; c < end; ++c) {
+void SurfaceNormals::turn_unsaid(size_t chunk, const SplitTopology& topology, const SkinBinding& binding,
+                                 const SkinMotion& motion, Vec3f* out) const {
+    const size_t end = std::min(slot_.size(), (chunk + 1) * kChunk);
+    for (size_t c = chunk * kChunk; c < end; ++c) {
         if (normal_[slot_[c]].unsaid == 0) continue;
         const Mat3 linear = motion.linear_at(binding, topology.triangles()[c / 3][c % 3]);
         out[c] = turned(linear, rest_normal_[topology.triangle_face()[c / 3]]).cast<float>();

@@ -1,6 +1,7 @@
 // Corner normals of the visual mesh: smooth on the artist's surface, sharp where it broke.
 #pragma once
 
+#include <atomic>
 #include <optional>
 #include <span>
 #include <vector>
@@ -14,6 +15,11 @@
 #include "solver/data/fragment_set.h"
 
 namespace sunder {
+
+struct alignas(16) CornerNormal {
+    Vec3f unit;
+    float unsaid = 0;  // 1 where no triangle tells a normal
+};
 
 /// Which corners share a normal is decided at rest, around each vertex: two faces with a common edge are smooth there
 /// if their rest normals differ by less than 60 degrees (outer faces), or less than the set's interior smooth angle
@@ -47,24 +53,16 @@ private:
     static constexpr size_t kChunk = 1536;  // corners that are written together: of 512 triangles
     static constexpr size_t kGrain = 1024;  // triangles or normals that are worth a thread
 
-    struct alignas(16) Normal {
-        Vec3f unit;
-        float unsaid = 0;  // 1 where no triangle tells a normal
-    };
-
     void find_rest_normals(const FragmentFaces& faces, std::span<const Vec3> rest_vertex,
                            std::span<const Vec3> interface_normals);
     std::vector<uint32_t> find_smooth_corners(const FragmentFaces& faces, double interior_cosine) const;
     void find_equal_corners(const FragmentFaces& faces, std::vector<uint32_t>& io_smooth) const;
     void weigh_moved(const SplitTopology& topology, const SkinMotion& motion, size_t begin, size_t end);
     bool touches_moved(size_t normal, const SkinMotion& motion) const;
-    void find_normal(size_t normal, const SkinMotion& motion);
-    std::span<const uint32_t> angles_of(uint32_t part) const {
-        return std::span(part_angle_).subspan(parts_->offset(part), parts_->offset(part + 1) - parts_->offset(part));
-    }
+    void find_moved(const SkinMotion& motion, size_t begin, size_t end);
     bool any_moved(size_t chunk) const;
-    void list(size_t chunk, const SplitTopology& topology, const SkinBinding& binding, const SkinMotion& motion,
-              Vec3f* out) const;
+    void turn_unsaid(size_t chunk, const SplitTopology& topology, const SkinBinding& binding, const SkinMotion& motion,
+                     Vec3f* out) const;
 
     std::vector<Vec3f> artist_normal_;  // unit                           (3 n_outer x 3), or empty
     uint32_t first_teller_ = 0;         // faces from here on have a say in normals: with the artist's, inner ones alone
@@ -79,9 +77,10 @@ private:
     std::vector<uint32_t> slot_;          // normal of a listed corner          (3 n_triangles)
     std::vector<CornerWeights> weights_;  // of faces from first_teller_ on; zero where one is not listed or is silent
     std::vector<uint8_t> teller_moved_;   // as weights_
-    std::vector<Normal> normal_;          // (n_normals)
+    std::vector<CornerNormal> normal_;    // (n_normals)
     std::vector<uint8_t> normal_moved_;
-    std::vector<uint64_t> chunk_changed_;  // SkinMotion::frame in which a chunk changed last
+    std::atomic<bool> any_unsaid_ = false;  // false: no normal is
+    std::vector<uint64_t> chunk_changed_;   // SkinMotion::frame in which a chunk changed last
     ArrayRecycler<Vec3f> recycler_;
 };
 

@@ -249,7 +249,11 @@ struct VisualMeshBuilder::Impl {
             SkinChunk chunk;
             for (uint32_t fan = first; fan < last; ++fan) {
                 const uint32_t v = topology->vertex_of_fan(fan);
-                chunk.add(fan, of_split.pool_vertex(v), of_split.nearest(v), of_split.influences(v));
+                const auto influences = of_split.influences(v);
+                chunk.key.push_back(fan), chunk.pool_vertex.push_back(of_split.pool_vertex(v));
+                chunk.nearest.push_back(of_split.nearest(v));
+                chunk.influence.insert(chunk.influence.end(), influences.begin(), influences.end());
+                chunk.influence_offset.push_back(static_cast<uint32_t>(chunk.influence.size()));
             }
             out->chunks.push_back(std::make_shared<const SkinChunk>(std::move(chunk)));
             out->first_vertex.push_back(last);

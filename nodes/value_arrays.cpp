@@ -291,7 +291,7 @@ const std::vector<Entry<BodyMesh>>& entries_of(const BodyMesh*) {
         {"influence_weight", [](const M& m) {
              return made_of_chunks<double, 1>(
                  *m.mesh.skin, [](const SkinChunk& c) -> auto& { return c.influence; },
-                 [](const auto& i) { return std::array{i.weight}; });
+                 [](const auto& i) { return std::array{double{i.weight}}; });
          }}};
     return entries;
 }
