@@ -227,20 +227,23 @@ void AwakeScene::take_rings(const SimulationMesh& rest) {
         const uint32_t n_slots = awake(i) ? rest.group_offset[i + 1] - rest.group_offset[i] : 1;
         m.group_offset.push_back(m.group_offset.back() + n_slots);
     }
-    m.group_member.clear(), m.member_edge.clear(), m.member_twin.clear();
+    const uint32_t n_slots = m.group_offset.back();
+    m.group_member.resize(n_slots), m.member_edge.resize(n_slots), m.member_twin.resize(n_slots);
     for (uint32_t k = 0; k < particle_.size(); ++k) {
         const uint32_t i = particle_[k];
-        for (uint32_t s = rest.group_offset[i]; s < rest.group_offset[i + 1]; ++s) {
-            const uint32_t j = rest.group_member[s], e = rest.member_edge[s];
-            if (!awake(i) && j != i) continue;
-            const bool known = j == i || awake(j);
-            m.member_edge.push_back(j == i ? kNone : known ? edge_here[e] : broken);
-            m.group_member.push_back(known ? index_[j] : k);
-            const uint32_t own = static_cast<uint32_t>(m.member_twin.size());
-            m.member_twin.push_back(
-                j == i || !known ? own : m.group_offset[index_[j]] + rest.member_twin[s] - rest.group_offset[j]);
+        uint32_t own = m.group_offset[k];
+        if (!awake(i)) {
+            m.group_member[own] = k, m.member_edge[own] = kNone, m.member_twin[own] = own;
+            m.group_uneven[k] = 0;
+            continue;
         }
-        if (!awake(i)) m.group_uneven[k] = 0;
+        for (uint32_t s = rest.group_offset[i]; s < rest.group_offset[i + 1]; ++s, ++own) {
+            const uint32_t j = rest.group_member[s], e = rest.member_edge[s];
+            const bool known = awake(j);
+            m.group_member[own] = known ? index_[j] : k;
+            m.member_edge[own] = j == i ? kNone : known ? edge_here[e] : broken;
+            m.member_twin[own] = known ? m.group_offset[index_[j]] + rest.member_twin[s] - rest.group_offset[j] : own;
+        }
     }
 }
 
