@@ -3,16 +3,15 @@
 #include <algorithm>
 #include <numeric>
 
+#include "fracture_tools/counting_sort.h"
+
 namespace sunder {
 
 NormalParts::NormalParts(const SplitTopology& topology, std::span<const uint32_t> smooth) {
     const uint32_t n_corners = static_cast<uint32_t>(smooth.size());
-    part_corner_.resize(n_corners);  // by fan with a counting sort, then among the few corners of one fan
-    std::vector<uint32_t> fan_offset(topology.n_fans() + 1, 0);
-    for (uint32_t c = 0; c < n_corners; ++c) ++fan_offset[topology.corner_fan(c) + 1];
-    std::partial_sum(fan_offset.begin(), fan_offset.end(), fan_offset.begin());
-    std::vector<uint32_t> next(fan_offset.begin(), fan_offset.end() - 1);
-    for (uint32_t c = 0; c < n_corners; ++c) part_corner_[next[topology.corner_fan(c)]++] = c;
+    auto [fan_offset, by_fan] = group_by(n_corners, static_cast<uint32_t>(topology.n_fans()),
+                                         [&](uint32_t c) { return topology.corner_fan(c); });
+    part_corner_ = std::move(by_fan);
     for (size_t f = 0; f + 1 < fan_offset.size(); ++f)
         std::sort(part_corner_.begin() + fan_offset[f], part_corner_.begin() + fan_offset[f + 1],
                   [&](uint32_t x, uint32_t y) { return std::pair(smooth[x], x) < std::pair(smooth[y], y); });

@@ -5,9 +5,8 @@
 #include <cstddef>
 #include <cstring>
 #include <numbers>
-#include <numeric>
-#include <tuple>
 
+#include "fracture_tools/counting_sort.h"
 #include "fracture_tools/disjoint_sets.h"
 #include "fracture_tools/vector_clones.h"
 
@@ -126,17 +125,13 @@ SurfaceNormals::SurfaceNormals(const SplitTopology& topology, std::span<const Ve
 
 // Outer corners of one vertex with the same normal share it, whatever lies between them.
 void SurfaceNormals::find_equal_corners(const FragmentFaces& faces, std::vector<uint32_t>& io_smooth) const {
-    std::vector<uint32_t> offset(faces.n_vertices + 1, 0), corner(3 * size_t{faces.n_outer});
-    for (uint32_t c = 0; c < corner.size(); ++c) ++offset[faces.triangles[c / 3][c % 3] + 1];
-    std::partial_sum(offset.begin(), offset.end(), offset.begin());
-    std::vector<uint32_t> next(offset.begin(), offset.end() - 1);
-    for (uint32_t c = 0; c < corner.size(); ++c) corner[next[faces.triangles[c / 3][c % 3]]++] = c;
+    const Groups around =
+        group_by(3 * faces.n_outer, faces.n_vertices, [&](uint32_t c) { return faces.triangles[c / 3][c % 3]; });
     for (uint32_t v = 0; v < faces.n_vertices; ++v)
-        for (uint32_t i = offset[v]; i < offset[v + 1]; ++i) {
-            uint32_t first = offset[v];
-            while (artist_normal_[corner[first]] != artist_normal_[corner[i]]) ++first;
-            io_smooth[corner[i]] = corner[first];
-        }
+        for (const uint32_t corner : around[v])
+            io_smooth[corner] = *std::find_if(around[v].begin(), around[v].end(), [&](uint32_t first) {
+                return artist_normal_[first] == artist_normal_[corner];
+            });
 }
 
 void SurfaceNormals::find_rest_normals(const FragmentFaces& faces, std::span<const Vec3> rest_vertex,
@@ -157,23 +152,18 @@ void SurfaceNormals::find_rest_normals(const FragmentFaces& faces, std::span<con
 }
 
 std::vector<uint32_t> SurfaceNormals::find_smooth_corners(const FragmentFaces& faces, double interior_cosine) const {
+    const auto low_end = [&](uint32_t corner) {  // of the edge that runs from a corner to the next of its face
+        const Triangle& t = faces.triangles[corner / 3];
+        return std::min(t[corner % 3], t[(corner + 1) % 3]);
+    };
+    const Groups edges = group_by(3 * faces.n_faces(), faces.n_vertices, low_end);
     struct Side {  // a face at one of its edges
-        uint32_t low, high;
+        uint32_t high;
         uint32_t kind;  // 0 outer, else the break surface of which fragment
         uint32_t face;
+        auto key() const { return std::pair(high, kind); }
     };
     std::vector<Side> sides;
-    sides.reserve(3 * size_t{faces.n_faces()});
-    for (uint32_t f = 0; f < faces.n_faces(); ++f)
-        for (int c = 0; c < 3; ++c) {
-            const uint32_t v = faces.triangles[f][c], w = faces.triangles[f][(c + 1) % 3];
-            const uint32_t kind = faces.is_outer(f) ? 0 : 1 + faces.fragment[f];
-            sides.push_back({std::min(v, w), std::max(v, w), kind, f});
-        }
-    auto key = [](const Side& s) { return std::tuple(s.low, s.high, s.kind); };
-    std::sort(sides.begin(), sides.end(), [&](const Side& x, const Side& y) {
-        return std::tuple_cat(key(x), std::tuple(x.face)) < std::tuple_cat(key(y), std::tuple(y.face));
-    });
 
     std::vector<uint32_t> smooth = disjoint_sets(3 * size_t{faces.n_faces()});
     auto corner_at = [&](uint32_t f, uint32_t v) {
@@ -181,16 +171,26 @@ std::vector<uint32_t> SurfaceNormals::find_smooth_corners(const FragmentFaces& f
         return 3 * f + (t[0] == v ? 0 : t[1] == v ? 1 : 2);
     };
     auto join = [&](uint32_t f, uint32_t g, uint32_t v) { unite(smooth, corner_at(f, v), corner_at(g, v)); };
-    for (size_t i = 0; i < sides.size(); ++i)
-        for (size_t j = i + 1; j < sides.size() && key(sides[j]) == key(sides[i]); ++j) {
-            const uint32_t f = sides[i].face, g = sides[j].face;
-            const double limit = sides[i].kind == 0 ? kOuterCreaseCosine : interior_cosine;
-            // Slivers go with what is beside them; across two interfaces they have the normals of these.
-            const bool may_be_sliver = faces.interface[f] == faces.interface[g];
-            if (!(may_be_sliver && (sliver_[f] || sliver_[g])) && rest_normal_[f].dot(rest_normal_[g]) < limit)
-                continue;
-            join(f, g, sides[i].low), join(f, g, sides[i].high);
+    for (uint32_t low = 0; low < faces.n_vertices; ++low) {
+        sides.clear();
+        for (const uint32_t corner : edges[low]) {
+            const uint32_t f = corner / 3;
+            const Triangle& t = faces.triangles[f];
+            sides.push_back(
+                {std::max(t[corner % 3], t[(corner + 1) % 3]), faces.is_outer(f) ? 0 : 1 + faces.fragment[f], f});
         }
+        std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) { return x.key() < y.key(); });
+        for (size_t i = 0; i < sides.size(); ++i)
+            for (size_t j = i + 1; j < sides.size() && sides[j].key() == sides[i].key(); ++j) {
+                const uint32_t f = sides[i].face, g = sides[j].face;
+                const double limit = sides[i].kind == 0 ? kOuterCreaseCosine : interior_cosine;
+                // Slivers go with what is beside them; across two interfaces they have the normals of these.
+                const bool may_be_sliver = faces.interface[f] == faces.interface[g];
+                if (!(may_be_sliver && (sliver_[f] || sliver_[g])) && rest_normal_[f].dot(rest_normal_[g]) < limit)
+                    continue;
+                join(f, g, low), join(f, g, sides[i].high);
+            }
+    }
     for (uint32_t c = 0; c < smooth.size(); ++c) smooth[c] = lowest(smooth, c);
     return smooth;
 }
@@ -216,12 +216,12 @@ SharedArray<Vec3f> SurfaceNormals::evaluate(const SplitTopology& topology, const
                                             const SkinMotion& motion, const RangeRunner& run) {
     const size_t n_triangles = topology.triangles().size();
     const size_t first = first_teller_;  // faces below it are all listed
-    run(n_triangles - first, kGrain,
-        [&](size_t begin, size_t end) { weigh_moved(topology, motion, first + begin, first + end); });
+    run_by_turns(run, n_triangles - first, kGrain,
+                 [&](size_t begin, size_t end) { weigh_moved(topology, motion, first + begin, first + end); });
     if (motion.all_moved()) any_unsaid_ = false;
-    run(normal_.size(), kGrain, [&](size_t begin, size_t end) { find_moved(motion, begin, end); });
+    run_by_turns(run, normal_.size(), kGrain, [&](size_t begin, size_t end) { find_moved(motion, begin, end); });
     auto& slot = recycler_.take(slot_.size(), slot_.capacity());
-    run(chunk_changed_.size(), 4, [&](size_t begin, size_t end) {
+    run_by_turns(run, chunk_changed_.size(), 4, [&](size_t begin, size_t end) {
         for (size_t chunk = begin; chunk < end; ++chunk) {
             if (motion.all_moved() || any_moved(chunk)) chunk_changed_[chunk] = motion.frame();
             if (chunk_changed_[chunk] <= slot.written) continue;
