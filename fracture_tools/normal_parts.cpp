@@ -3,20 +3,18 @@
 #include <algorithm>
 #include <numeric>
 
+#include "fracture_tools/counting_sort.h"
+
 namespace sunder {
 
 NormalParts::NormalParts(const SplitTopology& topology, std::span<const uint32_t> smooth) {
     const uint32_t n_corners = static_cast<uint32_t>(smooth.size());
-    part_corner_.resize(n_corners);  // by fan with a counting sort, then among the few corners of one fan
-    std::vector<uint32_t> fan_offset(topology.n_fans() + 1, 0);
-    for (uint32_t c = 0; c < n_corners; ++c) ++fan_offset[topology.corner_fan(c) + 1];
-    std::partial_sum(fan_offset.begin(), fan_offset.end(), fan_offset.begin());
-    std::vector<uint32_t> next(fan_offset.begin(), fan_offset.end() - 1);
-    for (uint32_t c = 0; c < n_corners; ++c) part_corner_[next[topology.corner_fan(c)]++] = c;
+    auto [fan_offset, by_fan] = group_by(n_corners, static_cast<uint32_t>(topology.n_fans()),
+                                         [&](uint32_t c) { return topology.corner_fan(c); });
+    part_corner_ = std::move(by_fan);
     for (size_t f = 0; f + 1 < fan_offset.size(); ++f)
         std::sort(part_corner_.begin() + fan_offset[f], part_corner_.begin() + fan_offset[f + 1],
                   [&](uint32_t x, uint32_t y) { return std::pair(smooth[x], x) < std::pair(smooth[y], y); });
-    corner_part_.resize(n_corners);
     vertex_part_.assign(topology.faces().n_vertices + 1, 0);
     for (uint32_t i = 0; i < n_corners; ++i) {
         const uint32_t c = part_corner_[i], fan = topology.corner_fan(c);
@@ -24,12 +22,11 @@ NormalParts::NormalParts(const SplitTopology& topology, std::span<const uint32_t
             part_fan_.push_back(fan), part_smooth_.push_back(smooth[c]), part_offset_.push_back(i);
             ++vertex_part_[topology.fan_pool_vertex(fan) + 1];
         }
-        corner_part_[c] = static_cast<uint32_t>(part_fan_.size() - 1);
     }
     part_offset_.push_back(n_corners);
     std::partial_sum(vertex_part_.begin(), vertex_part_.end(), vertex_part_.begin());
     led_by_.resize(n_parts()), leads_.resize(n_parts());
-    next_.resize(n_parts()), number_.resize(n_parts());
+    next_.resize(n_parts()), corner_leader_.resize(n_corners);
     leader_.reserve(n_parts()), vertex_.reserve(n_parts());  // what is not written to takes no memory
 }
 
@@ -50,6 +47,8 @@ void NormalParts::join_around(uint32_t pool_vertex, const SplitTopology& topolog
                 break;
             }
         if (led_by_[part] == kNone) led_by_[part] = part, leads_[part] = 1;
+        for (uint32_t i = part_offset_[part]; i < part_offset_[part + 1]; ++i)
+            corner_leader_[part_corner_[i]] = led_by_[part];
     }
 }
 
@@ -67,18 +66,12 @@ void NormalParts::update(const SplitTopology& topology, const RangeRunner& run) 
             std::accumulate(leads_.begin() + first_part(chunk), leads_.begin() + first_part(chunk + 1), first[chunk]);
     leader_.resize(first.back()), vertex_.resize(first.back());
     run(n_chunks, 2, [&](size_t begin, size_t end) {
-        const uint32_t *const led_by = led_by_.data(), *const fan = part_fan_.data();
-        uint32_t *const leader = leader_.data(), *const vertex = vertex_.data(), *const number = number_.data();
+        const uint8_t* const leads = leads_.data();
+        const uint32_t* const fan = part_fan_.data();
         for (size_t chunk = begin; chunk < end; ++chunk) {
-            uint32_t n = first[chunk];
-            for (uint32_t part = first_part(chunk), last = first_part(chunk + 1); part < last; ++part) {
-                if (led_by[part] == part) {
-                    leader[n] = part, vertex[n] = topology.vertex_of_fan(fan[part]);
-                    number[part] = n++;
-                } else if (led_by[part] != kNone) {
-                    number[part] = number[led_by[part]];
-                }
-            }
+            uint32_t *leader = leader_.data() + first[chunk], *vertex = vertex_.data() + first[chunk];
+            for (uint32_t part = first_part(chunk), last = first_part(chunk + 1); part < last; ++part)
+                if (leads[part]) *leader++ = part, *vertex++ = topology.vertex_of_fan(fan[part]);
         }
     });
 }

@@ -10,24 +10,24 @@
 namespace sunder {
 
 /// Corners of one fan that share a normal at rest are a part. Listed parts of one visual vertex whose corners share it
-/// hang together: they are led by the lowest, and have one normal. Normals are numbered in the order of their leaders.
+/// hang together: they are led by the lowest, and have one normal, which goes by the number of that part for as long as
+/// nothing breaks there.
 class NormalParts {
 public:
     /// `smooth`: lowest corner that a corner shares its normal with, as long as nothing breaks (3 n_faces).
     NormalParts(const SplitTopology& topology, std::span<const uint32_t> smooth);
 
-    /// Joins parts anew around the pool vertices that the topology's last update changed, and numbers the normals of
+    /// Joins parts anew around the pool vertices that the topology's last update changed, and lists the normals of
     /// visual vertices. A function of the topology alone.
     void update(const SplitTopology& topology, const RangeRunner& run);
 
     size_t n_normals() const { return leader_.size(); }
     std::span<const uint32_t> leader() const { return leader_; }         // part              (n_normals), ascending
     std::span<const uint32_t> visual_vertex() const { return vertex_; }  // (n_normals)
-    /// Normal of a part that is listed. (n_parts)
-    std::span<const uint32_t> number() const { return number_; }
+    /// The leader of the part of a corner, where its face is listed. (corners of FragmentFaces: 3 n_faces)
+    std::span<const uint32_t> corner_leader() const { return corner_leader_; }
 
     size_t n_parts() const { return part_fan_.size(); }
-    std::span<const uint32_t> corner_part() const { return corner_part_; }  // of FragmentFaces     (3 n_faces)
     /// The listed part after this one that hangs together with it, kNone after the last. (n_parts)
     std::span<const uint32_t> next() const { return next_; }
     /// Corners of a part are corners()[offset()[part]] and those behind, ascending. (n_parts + 1)
@@ -40,7 +40,7 @@ public:
 private:
     void join_around(uint32_t pool_vertex, const SplitTopology& topology);
 
-    std::vector<uint32_t> corner_part_;                // (3 n_faces)
+    std::vector<uint32_t> corner_leader_;              // (3 n_faces)
     std::vector<uint32_t> part_fan_;                   // ascending                           (n_parts)
     std::vector<uint32_t> part_smooth_;                // entry of `smooth` of its corners    (n_parts)
     std::vector<uint32_t> part_offset_, part_corner_;  // corners of a part                   (n_parts + 1)
@@ -48,7 +48,6 @@ private:
     std::vector<uint32_t> led_by_;           // lowest that it hangs together with, kNone: not listed (n_parts)
     std::vector<uint32_t> next_;             // kNone: the last                     (n_parts)
     std::vector<uint8_t> leads_;             // 1: it leads itself                  (n_parts)
-    std::vector<uint32_t> number_;           // of its normal; listed ones          (n_parts)
     std::vector<uint32_t> leader_, vertex_;  // (n_normals)
 };
 

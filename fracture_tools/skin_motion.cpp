@@ -91,7 +91,7 @@ bool SkinMotion::move(const SkinBinding& binding, bool is_rebound, std::span<con
     position_.resize(n), moved_.resize(n), velocity_.resize(rate.empty() ? 0 : n);
     if (extras_ == SkinExtras::normal_maps) normal_map_.resize(n);
     chunk_changed_.resize(n_chunks);
-    run(n_chunks, 2, [&](size_t begin, size_t end) {
+    run_by_turns(run, n_chunks, 2, [&](size_t begin, size_t end) {
         for (size_t chunk = begin; chunk < end; ++chunk) move_chunk(binding, chunk);
     });
     return true;

@@ -1,10 +1,11 @@
 #include "fracture_tools/skinning.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <limits>
-#include <numeric>
 
+#include "fracture_tools/counting_sort.h"
 #include "fracture_tools/vector_clones.h"
 
 namespace sunder {
@@ -76,12 +77,10 @@ Skin::Skin(std::vector<Vec3> rest_vertex, const SimulationMesh& rest, const Skin
 }
 
 void Skin::list_fans_of_fragments(const SplitTopology& topology) {
-    const size_t n_fans = topology.n_fans();
-    fragment_fan_offset_.assign(rest_particle_.size() + 1, 0), fragment_fan_.resize(n_fans);
-    for (uint32_t fan = 0; fan < n_fans; ++fan) ++fragment_fan_offset_[topology.fan_fragment(fan) + 1];
-    std::partial_sum(fragment_fan_offset_.begin(), fragment_fan_offset_.end(), fragment_fan_offset_.begin());
-    std::vector<uint32_t> next(fragment_fan_offset_.begin(), fragment_fan_offset_.end() - 1);
-    for (uint32_t fan = 0; fan < n_fans; ++fan) fragment_fan_[next[topology.fan_fragment(fan)]++] = fan;
+    Groups of_fragment =
+        group_by(static_cast<uint32_t>(topology.n_fans()), static_cast<uint32_t>(rest_particle_.size()),
+                 [&](uint32_t fan) { return topology.fan_fragment(fan); });
+    fragment_fan_ = std::move(of_fragment.member), fragment_fan_offset_ = std::move(of_fragment.offset);
 }
 
 // A vertex changes with the fans that hang together in it, and with the ring of a fragment that is connected there.
@@ -108,16 +107,17 @@ void Skin::find_changes(const SplitTopology& topology, std::span<const uint8_t> 
 struct Skin::Scratch {
     explicit Scratch(size_t n_particles) : is_candidate(n_particles / 64 + 1, 0), lists(kLists) {}
 
-    // Neighbours often have the same fragments connected: the lists of the last ones met, at the place that these hash
-    // to.
+    // Neighbours often have the same fragments connected: what was found for the last ones met, at the place that these
+    // hash to.
     struct List {
-        std::vector<uint32_t> connected, candidate;
+        uint32_t begin = 0, n_connected = 0, n_candidates = 0;  // in `listed`
     };
     static constexpr size_t kLists = 256;
 
     std::vector<uint32_t> connected;
     std::vector<uint64_t> is_candidate;  // a bit a particle, all 0 between calls
     std::vector<List> lists;
+    std::vector<uint32_t> listed;              // fragments connected, then candidates
     std::vector<double> number;                // of each candidate: squared distance in supports, weight
     std::vector<SkinChunk::Influence> weight;  // of a chunk so far
 };
@@ -133,9 +133,11 @@ void Skin::bind(const SplitTopology& topology, std::span<const uint8_t> edge_int
     std::vector<uint32_t> changed;
     for (uint32_t c = 0; c < n_chunks; ++c)
         if (chunk_changed_[c]) changed.push_back(c);
-    run(changed.size(), 1, [&](size_t begin, size_t end) {
+    std::atomic<size_t> turn{0};
+    run(changed.size(), 1, [&](size_t, size_t) {  // whichever thread is free, with a memory of its own
         Scratch scratch(rest_particle_.size());
-        for (size_t i = begin; i < end; ++i) bind_chunk(topology, changed[i], scratch, *next);
+        for (size_t i; (i = turn.fetch_add(1, std::memory_order_relaxed)) < changed.size();)
+            bind_chunk(topology, changed[i], scratch, *next);
     });
     binding_ = std::move(next);
 }
@@ -193,9 +195,16 @@ std::span<const uint32_t> Skin::find_candidates(Scratch& io_scratch) const {
     const std::vector<uint32_t>& connected = io_scratch.connected;
     uint32_t hash = 0;
     for (const uint32_t i : connected) hash = 31 * hash + i;
-    auto& [known, candidate] = io_scratch.lists[hash % Scratch::kLists];
-    if (known == connected) return candidate;
-    known = connected, candidate.clear();
+    std::vector<uint32_t>& listed = io_scratch.listed;
+    Scratch::List& list = io_scratch.lists[hash % Scratch::kLists];
+    const auto known = listed.begin() + list.begin;
+    if (std::equal(connected.begin(), connected.end(), known, known + list.n_connected))
+        return {&*known + list.n_connected, list.n_candidates};
+    constexpr size_t kMost = 1 << 16;
+    if (listed.size() > kMost)
+        listed.clear(), std::fill(io_scratch.lists.begin(), io_scratch.lists.end(), Scratch::List{});
+    list.begin = static_cast<uint32_t>(listed.size()), list.n_connected = static_cast<uint32_t>(connected.size());
+    listed.insert(listed.end(), connected.begin(), connected.end());
     std::vector<uint64_t>& bits = io_scratch.is_candidate;
     uint32_t low = std::numeric_limits<uint32_t>::max(), high = 0;
     for (const uint32_t i : connected)
@@ -207,9 +216,11 @@ std::span<const uint32_t> Skin::find_candidates(Scratch& io_scratch) const {
         }
     for (uint32_t word = low / 64; word <= high / 64; ++word)
         for (; bits[word] != 0; bits[word] &= bits[word] - 1)
-            candidate.push_back(64 * word + static_cast<uint32_t>(std::countr_zero(bits[word])));
-    while (candidate.size() % kLanes != 0) candidate.push_back(static_cast<uint32_t>(place_.size() - 1));
-    return candidate;
+            listed.push_back(64 * word + static_cast<uint32_t>(std::countr_zero(bits[word])));
+    const size_t first = list.begin + connected.size();
+    while ((listed.size() - first) % kLanes != 0) listed.push_back(static_cast<uint32_t>(place_.size() - 1));
+    list.n_candidates = static_cast<uint32_t>(listed.size() - first);
+    return {listed.data() + first, list.n_candidates};
 }
 
 // Writes the influences of a vertex at x, and gives their number; `out` has room for all of `particle`.

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "fracture_tools/counting_sort.h"
 #include "fracture_tools/disjoint_sets.h"
 
 namespace sunder {
@@ -22,89 +23,85 @@ Result<SplitTopology> SplitTopology::make(FragmentFaces faces, ListedFaces liste
 // an edge are united, also where a fragment touches itself along it: no pairing is needed, and the edge stays balanced.
 Status SplitTopology::make_fans() {
     const uint32_t n_corners = 3 * faces_.n_faces();
-    struct EdgeEnd {
-        uint32_t vertex, fragment, other, corner;
-        bool leaves;  // the face runs from `vertex` to `other`
+    const auto vertex_of = [&](uint32_t corner) { return faces_.triangles[corner / 3][corner % 3]; };
+    const Groups around = group_by(n_corners, faces_.n_vertices, vertex_of);
+    struct EdgeEnd {  // of one vertex
+        uint32_t fragment, other, corner;
+        bool leaves;  // the face runs from the vertex to `other`
+        auto edge() const { return std::pair(fragment, other); }
     };
     std::vector<EdgeEnd> ends;
-    ends.reserve(2 * size_t{n_corners});
-    for (uint32_t f = 0; f < faces_.n_faces(); ++f)
-        for (uint32_t c = 0; c < 3; ++c) {
-            const Triangle& t = faces_.triangles[f];
-            ends.push_back({t[c], faces_.fragment[f], t[(c + 1) % 3], 3 * f + c, true});
-            ends.push_back({t[c], faces_.fragment[f], t[(c + 2) % 3], 3 * f + c, false});
-        }
-    auto key = [](const EdgeEnd& e) { return std::tuple(e.vertex, e.fragment, e.other); };
-    std::sort(ends.begin(), ends.end(), [&](const EdgeEnd& x, const EdgeEnd& y) {
-        return std::tuple_cat(key(x), std::tuple(x.corner)) < std::tuple_cat(key(y), std::tuple(y.corner));
-    });
-
     std::vector<uint32_t> parent = disjoint_sets(n_corners);
-    for (size_t i = 0; i < ends.size();) {
-        int surplus = 0;
-        size_t j = i;
-        for (; j < ends.size() && key(ends[j]) == key(ends[i]); ++j) {
-            surplus += ends[j].leaves ? 1 : -1;
-            unite(parent, ends[i].corner, ends[j].corner);
-        }
-        if (surplus != 0)
-            return bad_input("fragment " + std::to_string(ends[i].fragment),
-                             "the surface is open at the edge between vertices " + std::to_string(ends[i].vertex) +
-                                 " and " + std::to_string(ends[i].other),
-                             "fracture the mesh again");
-        i = j;
-    }
-
-    // `ends` meets corners in the order of (vertex, fragment): number fans as they come up.
     corner_fan_.assign(n_corners, kNone);
-    fan_offset_.assign(faces_.n_vertices + 1, 0);
-    for (const EdgeEnd& e : ends) {
-        uint32_t& fan = corner_fan_[lowest(parent, e.corner)];
-        if (fan != kNone) continue;
-        fan = static_cast<uint32_t>(fan_vertex_.size());
-        fan_vertex_.push_back(e.vertex);
-        fan_fragment_.push_back(e.fragment);
-        ++fan_offset_[e.vertex + 1];
+    fan_offset_.assign(1, 0), fan_offset_.reserve(faces_.n_vertices + 1);
+    for (uint32_t v = 0; v < faces_.n_vertices; ++v) {
+        ends.clear();
+        for (const uint32_t corner : around[v]) {
+            const Triangle& t = faces_.triangles[corner / 3];
+            const uint32_t c = corner % 3, fragment = faces_.fragment[corner / 3];
+            ends.push_back({fragment, t[(c + 1) % 3], corner, true});
+            ends.push_back({fragment, t[(c + 2) % 3], corner, false});
+        }
+        std::sort(ends.begin(), ends.end(), [](const EdgeEnd& x, const EdgeEnd& y) {
+            return std::tuple(x.fragment, x.other, x.corner) < std::tuple(y.fragment, y.other, y.corner);
+        });
+        for (size_t i = 0; i < ends.size();) {
+            int surplus = 0;
+            size_t j = i;
+            for (; j < ends.size() && ends[j].edge() == ends[i].edge(); ++j) {
+                surplus += ends[j].leaves ? 1 : -1;
+                unite(parent, ends[i].corner, ends[j].corner);
+            }
+            if (surplus != 0)
+                return bad_input("fragment " + std::to_string(ends[i].fragment),
+                                 "the surface is open at the edge between vertices " + std::to_string(v) + " and " +
+                                     std::to_string(ends[i].other),
+                                 "fracture the mesh again");
+            i = j;
+        }
+        for (const EdgeEnd& e : ends) {  // in the order of fragments: number fans as they come up
+            uint32_t& fan = corner_fan_[lowest(parent, e.corner)];
+            if (fan != kNone) continue;
+            fan = static_cast<uint32_t>(fan_vertex_.size());
+            fan_vertex_.push_back(v), fan_fragment_.push_back(e.fragment);
+        }
+        fan_offset_.push_back(static_cast<uint32_t>(fan_vertex_.size()));
     }
     for (uint32_t c = 0; c < n_corners; ++c) corner_fan_[c] = corner_fan_[lowest(parent, c)];
-    std::partial_sum(fan_offset_.begin(), fan_offset_.end(), fan_offset_.begin());
-
-    corner_offset_.assign(fan_vertex_.size() + 1, 0), fan_corner_.resize(n_corners);
-    for (uint32_t fan : corner_fan_) ++corner_offset_[fan + 1];
-    std::partial_sum(corner_offset_.begin(), corner_offset_.end(), corner_offset_.begin());
-    std::vector<uint32_t> next(corner_offset_.begin(), corner_offset_.end() - 1);
-    for (uint32_t c = 0; c < n_corners; ++c) fan_corner_[next[corner_fan_[c]]++] = c;
+    Groups of_fan = group_by(n_corners, static_cast<uint32_t>(n_fans()), [&](uint32_t c) { return corner_fan_[c]; });
+    corner_offset_ = std::move(of_fan.offset), fan_corner_ = std::move(of_fan.member);
     return {};
 }
 
 void SplitTopology::make_joins() {
-    auto by_vertex_first = [&](const Join& j) {
-        return std::tuple(fan_vertex_[j.fan_a], j.fan_a, j.fan_b, j.interface);
-    };
+    std::vector<Join> all;
+    all.reserve(3 * size_t{faces_.n_interface});
     uint32_t n_interfaces = 0;
     for (uint32_t f = faces_.n_outer; f < faces_.n_outer + faces_.n_interface; ++f) {
         n_interfaces = std::max(n_interfaces, faces_.interface[f] + 1);
         for (int c = 0; c < 3; ++c)
-            joins_.push_back({corner_fan_[3 * f + c], corner_fan_[3 * faces_.twin(f) + FragmentFaces::twin_corner(c)],
-                              faces_.interface[f]});
+            all.push_back({corner_fan_[3 * f + c], corner_fan_[3 * faces_.twin(f) + FragmentFaces::twin_corner(c)],
+                           faces_.interface[f]});
     }
-    std::sort(joins_.begin(), joins_.end(),
-              [&](const Join& x, const Join& y) { return by_vertex_first(x) < by_vertex_first(y); });
-    joins_.erase(std::unique(joins_.begin(), joins_.end(),
-                             [&](const Join& x, const Join& y) { return by_vertex_first(x) == by_vertex_first(y); }),
-                 joins_.end());
-    join_offset_.assign(faces_.n_vertices + 1, 0);
-    for (const Join& j : joins_) ++join_offset_[fan_vertex_[j.fan_a] + 1];
-    std::partial_sum(join_offset_.begin(), join_offset_.end(), join_offset_.begin());
+    const auto key = [](const Join& j) { return std::tuple(j.fan_a, j.fan_b, j.interface); };
+    const Groups at = group_by(static_cast<uint32_t>(all.size()), faces_.n_vertices,
+                               [&](uint32_t j) { return fan_vertex_[all[j].fan_a]; });
+    std::vector<Join> here;
+    join_offset_.assign(1, 0), join_offset_.reserve(faces_.n_vertices + 1);
+    for (uint32_t v = 0; v < faces_.n_vertices; ++v) {
+        here.clear();
+        for (const uint32_t j : at[v]) here.push_back(all[j]);
+        std::sort(here.begin(), here.end(), [&](const Join& x, const Join& y) { return key(x) < key(y); });
+        const auto end =
+            std::unique(here.begin(), here.end(), [&](const Join& x, const Join& y) { return key(x) == key(y); });
+        joins_.insert(joins_.end(), here.begin(), end);
+        join_offset_.push_back(static_cast<uint32_t>(joins_.size()));
+    }
 
-    interface_offset_.assign(n_interfaces + 1, 0);
-    interface_face_.resize(faces_.n_interface);
-    for (uint32_t f = faces_.n_outer; f < faces_.n_outer + faces_.n_interface; ++f)
-        ++interface_offset_[faces_.interface[f] + 1];
-    std::partial_sum(interface_offset_.begin(), interface_offset_.end(), interface_offset_.begin());
-    std::vector<uint32_t> next(interface_offset_.begin(), interface_offset_.end() - 1);
-    for (uint32_t f = faces_.n_outer; f < faces_.n_outer + faces_.n_interface; ++f)
-        interface_face_[next[faces_.interface[f]]++] = f;
+    Groups of_interface =
+        group_by(faces_.n_interface, n_interfaces, [&](uint32_t i) { return faces_.interface[faces_.n_outer + i]; });
+    interface_offset_ = std::move(of_interface.offset), interface_face_ = std::move(of_interface.member);
+    for (uint32_t& face : interface_face_) face += faces_.n_outer;
 }
 
 bool SplitTopology::update(std::span<const uint8_t> interface_intact, const RangeRunner& run) {

@@ -5,9 +5,8 @@
 #include <cstddef>
 #include <cstring>
 #include <numbers>
-#include <numeric>
-#include <tuple>
 
+#include "fracture_tools/counting_sort.h"
 #include "fracture_tools/disjoint_sets.h"
 #include "fracture_tools/vector_clones.h"
 
@@ -67,7 +66,7 @@ SUNDER_VECTOR_CLONES bool find_normals(const NormalParts& parts, std::span<const
     const float* weights = reinterpret_cast<const float*>(corner_weights.data());
     bool any_unsaid = false;
     for (size_t n = begin; n < end; ++n) {
-        FourFloats& normal = reinterpret_cast<FourFloats&>(out[n]);
+        FourFloats& normal = reinterpret_cast<FourFloats&>(out[leader[n]]);
         const Vec3f& artist = part_artist[leader[n]];
         if (artist.x() != 0 || artist.y() != 0 || artist.z() != 0) {
             const FourFloats* column = reinterpret_cast<const FourFloats*>(normal_map[vertex[n]].column);
@@ -90,12 +89,18 @@ SUNDER_VECTOR_CLONES bool find_normals(const NormalParts& parts, std::span<const
     return any_unsaid;
 }
 
-// `slot`: which normal each of n corners has. The fourth number of each is written over by the next.
-SUNDER_VECTOR_CLONES void list_normals(const CornerNormal* normal, const uint32_t* slot, size_t n, Vec3f* out) {
+// Of the corners of n faces; the fourth number of each is written over by the next.
+SUNDER_VECTOR_CLONES void list_normals(const CornerNormal* normal, const uint32_t* corner_leader, const uint32_t* face,
+                                       size_t n, Vec3f* out) {
     float* to = reinterpret_cast<float*>(out);
-#pragma GCC unroll 4
-    for (size_t c = 0; c + 1 < n; ++c, to += 3) std::memcpy(to, normal + slot[c], sizeof(CornerNormal));
-    if (n > 0) out[n - 1] = normal[slot[n - 1]].unit;
+    const uint32_t* leader = corner_leader;
+    for (size_t t = 0; t < n; ++t, to += 9) {
+        leader = corner_leader + 3 * size_t{face[t]};
+        std::memcpy(to, normal + leader[0], sizeof(CornerNormal));
+        std::memcpy(to + 3, normal + leader[1], sizeof(CornerNormal));
+        if (t + 1 < n) std::memcpy(to + 6, normal + leader[2], sizeof(CornerNormal));
+    }
+    if (n > 0) out[3 * n - 1] = normal[leader[2]].unit;
 }
 
 }  // namespace
@@ -120,23 +125,18 @@ SurfaceNormals::SurfaceNormals(const SplitTopology& topology, std::span<const Ve
     for (const uint32_t c : parts_->corners())
         part_angle_.push_back(c < 3 * first_teller_ ? 0 : kFloats * (c / 3 - first_teller_) + kAngle + c % 3);
     weights_.assign(faces.n_faces() - first_teller_, {}), teller_moved_.resize(weights_.size());
-    slot_.reserve(3 * size_t{faces.n_faces()}), normal_.reserve(parts_->n_parts());
-    normal_moved_.reserve(parts_->n_parts());
+    normal_.resize(parts_->n_parts()), normal_moved_.resize(parts_->n_parts());
 }
 
 // Outer corners of one vertex with the same normal share it, whatever lies between them.
 void SurfaceNormals::find_equal_corners(const FragmentFaces& faces, std::vector<uint32_t>& io_smooth) const {
-    std::vector<uint32_t> offset(faces.n_vertices + 1, 0), corner(3 * size_t{faces.n_outer});
-    for (uint32_t c = 0; c < corner.size(); ++c) ++offset[faces.triangles[c / 3][c % 3] + 1];
-    std::partial_sum(offset.begin(), offset.end(), offset.begin());
-    std::vector<uint32_t> next(offset.begin(), offset.end() - 1);
-    for (uint32_t c = 0; c < corner.size(); ++c) corner[next[faces.triangles[c / 3][c % 3]]++] = c;
+    const Groups around =
+        group_by(3 * faces.n_outer, faces.n_vertices, [&](uint32_t c) { return faces.triangles[c / 3][c % 3]; });
     for (uint32_t v = 0; v < faces.n_vertices; ++v)
-        for (uint32_t i = offset[v]; i < offset[v + 1]; ++i) {
-            uint32_t first = offset[v];
-            while (artist_normal_[corner[first]] != artist_normal_[corner[i]]) ++first;
-            io_smooth[corner[i]] = corner[first];
-        }
+        for (const uint32_t corner : around[v])
+            io_smooth[corner] = *std::find_if(around[v].begin(), around[v].end(), [&](uint32_t first) {
+                return artist_normal_[first] == artist_normal_[corner];
+            });
 }
 
 void SurfaceNormals::find_rest_normals(const FragmentFaces& faces, std::span<const Vec3> rest_vertex,
@@ -157,23 +157,18 @@ void SurfaceNormals::find_rest_normals(const FragmentFaces& faces, std::span<con
 }
 
 std::vector<uint32_t> SurfaceNormals::find_smooth_corners(const FragmentFaces& faces, double interior_cosine) const {
+    const auto low_end = [&](uint32_t corner) {  // of the edge that runs from a corner to the next of its face
+        const Triangle& t = faces.triangles[corner / 3];
+        return std::min(t[corner % 3], t[(corner + 1) % 3]);
+    };
+    const Groups edges = group_by(3 * faces.n_faces(), faces.n_vertices, low_end);
     struct Side {  // a face at one of its edges
-        uint32_t low, high;
+        uint32_t high;
         uint32_t kind;  // 0 outer, else the break surface of which fragment
         uint32_t face;
+        auto key() const { return std::pair(high, kind); }
     };
     std::vector<Side> sides;
-    sides.reserve(3 * size_t{faces.n_faces()});
-    for (uint32_t f = 0; f < faces.n_faces(); ++f)
-        for (int c = 0; c < 3; ++c) {
-            const uint32_t v = faces.triangles[f][c], w = faces.triangles[f][(c + 1) % 3];
-            const uint32_t kind = faces.is_outer(f) ? 0 : 1 + faces.fragment[f];
-            sides.push_back({std::min(v, w), std::max(v, w), kind, f});
-        }
-    auto key = [](const Side& s) { return std::tuple(s.low, s.high, s.kind); };
-    std::sort(sides.begin(), sides.end(), [&](const Side& x, const Side& y) {
-        return std::tuple_cat(key(x), std::tuple(x.face)) < std::tuple_cat(key(y), std::tuple(y.face));
-    });
 
     std::vector<uint32_t> smooth = disjoint_sets(3 * size_t{faces.n_faces()});
     auto corner_at = [&](uint32_t f, uint32_t v) {
@@ -181,16 +176,26 @@ std::vector<uint32_t> SurfaceNormals::find_smooth_corners(const FragmentFaces& f
         return 3 * f + (t[0] == v ? 0 : t[1] == v ? 1 : 2);
     };
     auto join = [&](uint32_t f, uint32_t g, uint32_t v) { unite(smooth, corner_at(f, v), corner_at(g, v)); };
-    for (size_t i = 0; i < sides.size(); ++i)
-        for (size_t j = i + 1; j < sides.size() && key(sides[j]) == key(sides[i]); ++j) {
-            const uint32_t f = sides[i].face, g = sides[j].face;
-            const double limit = sides[i].kind == 0 ? kOuterCreaseCosine : interior_cosine;
-            // Slivers go with what is beside them; across two interfaces they have the normals of these.
-            const bool may_be_sliver = faces.interface[f] == faces.interface[g];
-            if (!(may_be_sliver && (sliver_[f] || sliver_[g])) && rest_normal_[f].dot(rest_normal_[g]) < limit)
-                continue;
-            join(f, g, sides[i].low), join(f, g, sides[i].high);
+    for (uint32_t low = 0; low < faces.n_vertices; ++low) {
+        sides.clear();
+        for (const uint32_t corner : edges[low]) {
+            const uint32_t f = corner / 3;
+            const Triangle& t = faces.triangles[f];
+            sides.push_back(
+                {std::max(t[corner % 3], t[(corner + 1) % 3]), faces.is_outer(f) ? 0 : 1 + faces.fragment[f], f});
         }
+        std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) { return x.key() < y.key(); });
+        for (size_t i = 0; i < sides.size(); ++i)
+            for (size_t j = i + 1; j < sides.size() && sides[j].key() == sides[i].key(); ++j) {
+                const uint32_t f = sides[i].face, g = sides[j].face;
+                const double limit = sides[i].kind == 0 ? kOuterCreaseCosine : interior_cosine;
+                // Slivers go with what is beside them; across two interfaces they have the normals of these.
+                const bool may_be_sliver = faces.interface[f] == faces.interface[g];
+                if (!(may_be_sliver && (sliver_[f] || sliver_[g])) && rest_normal_[f].dot(rest_normal_[g]) < limit)
+                    continue;
+                join(f, g, low), join(f, g, sides[i].high);
+            }
+    }
     for (uint32_t c = 0; c < smooth.size(); ++c) smooth[c] = lowest(smooth, c);
     return smooth;
 }
@@ -201,33 +206,27 @@ void SurfaceNormals::bind(const SplitTopology& topology, const RangeRunner& run)
         silent_[f] = sliver_[f] | topology.face_hidden()[f];
         if (f >= first_teller_) weights_[f - first_teller_] = {};
     }
-    const auto face = topology.triangle_face();
-    slot_.resize(3 * face.size()), normal_.resize(parts_->n_normals()), normal_moved_.resize(parts_->n_normals());
-    run(face.size(), kGrain, [&](size_t begin, size_t end) {
-        const auto part = parts_->corner_part(), number = parts_->number();
-        uint32_t* const slot = slot_.data();
-        for (size_t t = begin; t < end; ++t)
-            for (uint32_t c = 0; c < 3; ++c) slot[3 * t + c] = number[part[3 * face[t] + c]];
-    });
-    chunk_changed_.assign((slot_.size() + kChunk - 1) / kChunk, 0);
+    chunk_changed_.assign((topology.triangle_face().size() + kChunk - 1) / kChunk, 0);
 }
 
 SharedArray<Vec3f> SurfaceNormals::evaluate(const SplitTopology& topology, const SkinBinding& binding,
                                             const SkinMotion& motion, const RangeRunner& run) {
     const size_t n_triangles = topology.triangles().size();
     const size_t first = first_teller_;  // faces below it are all listed
-    run(n_triangles - first, kGrain,
-        [&](size_t begin, size_t end) { weigh_moved(topology, motion, first + begin, first + end); });
+    run_by_turns(run, n_triangles - first, kGrain,
+                 [&](size_t begin, size_t end) { weigh_moved(topology, motion, first + begin, first + end); });
     if (motion.all_moved()) any_unsaid_ = false;
-    run(normal_.size(), kGrain, [&](size_t begin, size_t end) { find_moved(motion, begin, end); });
-    auto& slot = recycler_.take(slot_.size(), slot_.capacity());
-    run(chunk_changed_.size(), 4, [&](size_t begin, size_t end) {
+    run_by_turns(run, parts_->n_normals(), kGrain, [&](size_t begin, size_t end) { find_moved(motion, begin, end); });
+    const std::span<const uint32_t> face = topology.triangle_face();
+    auto& slot = recycler_.take(3 * face.size(), 3 * size_t{topology.faces().n_faces()});
+    run_by_turns(run, chunk_changed_.size(), 4, [&](size_t begin, size_t end) {
         for (size_t chunk = begin; chunk < end; ++chunk) {
-            if (motion.all_moved() || any_moved(chunk)) chunk_changed_[chunk] = motion.frame();
+            const size_t t = chunk * kChunk, n = std::min(kChunk, face.size() - t);
+            if (motion.all_moved() || any_moved(face.subspan(t, n))) chunk_changed_[chunk] = motion.frame();
             if (chunk_changed_[chunk] <= slot.written) continue;
-            const size_t first = chunk * kChunk, last = std::min(slot_.size(), first + kChunk);
-            list_normals(normal_.data(), slot_.data() + first, last - first, slot.object->data() + first);
-            if (any_unsaid_) turn_unsaid(chunk, topology, binding, motion, slot.object->data());
+            Vec3f* out = slot.object->data();
+            list_normals(normal_.data(), parts_->corner_leader().data(), &face[t], n, out + 3 * t);
+            if (any_unsaid_) turn_unsaid(topology, binding, motion, t, t + n, out);
         }
     });
     slot.written = motion.frame();
@@ -271,35 +270,35 @@ void SurfaceNormals::find_moved(const SkinMotion& motion, size_t begin, size_t e
             find_normals(*parts_, part_artist_, part_angle_, motion.normal_maps(), weights_, from, to, normal_.data()))
             any_unsaid_ = true;
     };
-    if (motion.all_moved()) {
-        std::fill(normal_moved_.begin() + begin, normal_moved_.begin() + end, 1);
-        return find(begin, end);
-    }
+    if (motion.all_moved()) return find(begin, end);
     size_t still = begin;  // those before it are done
     for (size_t n = begin; n < end; ++n) {
-        normal_moved_[n] = touches_moved(n, motion);
-        if (normal_moved_[n]) continue;
+        uint8_t& is_moved = normal_moved_[parts_->leader()[n]];
+        is_moved = touches_moved(n, motion);
+        if (is_moved) continue;
         find(still, n);
         still = n + 1;
     }
     find(still, end);
 }
 
-bool SurfaceNormals::any_moved(size_t chunk) const {
-    const size_t end = std::min(slot_.size(), (chunk + 1) * kChunk);
-    for (size_t c = chunk * kChunk; c < end; ++c)
-        if (normal_moved_[slot_[c]]) return true;
-    return false;
+bool SurfaceNormals::any_moved(std::span<const uint32_t> faces) const {
+    const auto leader = parts_->corner_leader();
+    return std::any_of(faces.begin(), faces.end(), [&](uint32_t f) {
+        return normal_moved_[leader[3 * f]] || normal_moved_[leader[3 * f + 1]] || normal_moved_[leader[3 * f + 2]];
+    });
 }
 
-void SurfaceNormals::turn_unsaid(size_t chunk, const SplitTopology& topology, const SkinBinding& binding,
-                                 const SkinMotion& motion, Vec3f* out) const {
-    const size_t end = std::min(slot_.size(), (chunk + 1) * kChunk);
-    for (size_t c = chunk * kChunk; c < end; ++c) {
-        if (normal_[slot_[c]].unsaid == 0) continue;
-        const Mat3 linear = motion.linear_at(binding, topology.triangles()[c / 3][c % 3]);
-        out[c] = turned(linear, rest_normal_[topology.triangle_face()[c / 3]]).cast<float>();
-    }
+void SurfaceNormals::turn_unsaid(const SplitTopology& topology, const SkinBinding& binding, const SkinMotion& motion,
+                                 size_t begin, size_t end, Vec3f* out) const {
+    const auto leader = parts_->corner_leader();
+    for (size_t t = begin; t < end; ++t)
+        for (uint32_t c = 0; c < 3; ++c) {
+            const uint32_t f = topology.triangle_face()[t];
+            if (normal_[leader[3 * f + c]].unsaid == 0) continue;
+            const Mat3 linear = motion.linear_at(binding, topology.triangles()[t][c]);
+            out[3 * t + c] = turned(linear, rest_normal_[f]).cast<float>();
+        }
 }
 
 }  // namespace sunder

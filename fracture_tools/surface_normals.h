@@ -39,8 +39,8 @@ public:
     /// Whether `evaluate` reads the motion's normal maps.
     SkinExtras needs() const { return artist_normal_.empty() ? SkinExtras::none : SkinExtras::normal_maps; }
 
-    /// Finds which corners share a normal: anew around the pool vertices that changed, then one pass over all listed
-    /// corners. Call after each update of `topology` that changed something; the next `evaluate` takes all as moved.
+    /// Finds which corners share a normal, around the pool vertices that changed, and lists normals in one pass. Call
+    /// after each update of `topology` that changed something; the next `evaluate` takes all as moved.
     void bind(const SplitTopology& topology, const RangeRunner& run);
 
     /// Of the vertices as `motion` has just moved them. Gives a unit vector for each corner, degenerate triangles
@@ -50,7 +50,7 @@ public:
                                 const RangeRunner& run);
 
 private:
-    static constexpr size_t kChunk = 1536;  // corners that are written together: of 512 triangles
+    static constexpr size_t kChunk = 512;   // triangles whose corners are written together
     static constexpr size_t kGrain = 1024;  // triangles or normals that are worth a thread
 
     void find_rest_normals(const FragmentFaces& faces, std::span<const Vec3> rest_vertex,
@@ -60,9 +60,9 @@ private:
     void weigh_moved(const SplitTopology& topology, const SkinMotion& motion, size_t begin, size_t end);
     bool touches_moved(size_t normal, const SkinMotion& motion) const;
     void find_moved(const SkinMotion& motion, size_t begin, size_t end);
-    bool any_moved(size_t chunk) const;
-    void turn_unsaid(size_t chunk, const SplitTopology& topology, const SkinBinding& binding, const SkinMotion& motion,
-                     Vec3f* out) const;
+    bool any_moved(std::span<const uint32_t> faces) const;
+    void turn_unsaid(const SplitTopology& topology, const SkinBinding& binding, const SkinMotion& motion, size_t begin,
+                     size_t end, Vec3f* out) const;
 
     std::vector<Vec3f> artist_normal_;  // unit                           (3 n_outer x 3), or empty
     uint32_t first_teller_ = 0;         // faces from here on have a say in normals: with the artist's, inner ones alone
@@ -74,11 +74,10 @@ private:
     std::vector<Vec3f> part_artist_;    // the artist's normal; zero: what triangles say      (n_parts)
     std::vector<uint32_t> part_angle_;  // of NormalParts::corners(): where weights_ has the angle, in floats
 
-    std::vector<uint32_t> slot_;          // normal of a listed corner          (3 n_triangles)
-    std::vector<CornerWeights> weights_;  // of faces from first_teller_ on; zero where one is not listed or is silent
-    std::vector<uint8_t> teller_moved_;   // as weights_
-    std::vector<CornerNormal> normal_;    // (n_normals)
-    std::vector<uint8_t> normal_moved_;
+    std::vector<CornerWeights> weights_;    // of faces from first_teller_ on; zero where one is not listed or is silent
+    std::vector<uint8_t> teller_moved_;     // as weights_
+    std::vector<CornerNormal> normal_;      // at the number of the part that leads it   (n_parts)
+    std::vector<uint8_t> normal_moved_;     // the same; not kept up where all moved
     std::atomic<bool> any_unsaid_ = false;  // false: no normal is
     std::vector<uint64_t> chunk_changed_;   // SkinMotion::frame in which a chunk changed last
     ArrayRecycler<Vec3f> recycler_;

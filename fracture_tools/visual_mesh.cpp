@@ -230,7 +230,7 @@ struct VisualMeshBuilder::Impl {
         const SkinBinding& binding = *mesh.skin;
         auto& slot = io_recycler.take(binding.n_vertices(), topology->n_fans());
         std::vector<Vec3f>& out = *slot.object;
-        run(binding.chunks.size(), 4, [&](size_t begin, size_t end) {
+        run_by_turns(run, binding.chunks.size(), 4, [&](size_t begin, size_t end) {
             for (size_t chunk = begin; chunk < end; ++chunk) {
                 if (!is_constant && motion->changed(chunk) <= slot.written) continue;
                 for (uint32_t v = binding.first_vertex[chunk]; v < binding.first_vertex[chunk + 1]; ++v)

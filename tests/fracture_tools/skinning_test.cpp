@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <Eigen/SVD>
+#include <cmath>
 #include <map>
 
 #include "fracture_tools/skin_motion.h"
@@ -102,6 +103,20 @@ TEST(skinning, weights_sum_to_one_and_none_is_negative) {
             sum += weight;
         }
         ASSERT_NEAR(sum, 1, 1e-14);
+    }
+}
+
+TEST(skinning, weights_are_whole_parts_of_one_and_none_is_lost) {
+    const Skinned s(with_breaks(kmeans_box(), 0.3, 3));
+    for (uint32_t v = 0; v < s.positions.size(); ++v) {
+        int64_t parts = 0;
+        for (const auto& [particle, weight] : s.skin.binding()->influences(v)) {
+            const double part = double{weight} * (1 << 24);
+            ASSERT_EQ(part, std::floor(part));
+            ASSERT_GT(part, 0);
+            parts += static_cast<int64_t>(part);
+        }
+        ASSERT_EQ(parts, 1 << 24) << v;
     }
 }
 
