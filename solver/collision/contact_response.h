@@ -34,6 +34,7 @@ struct ContactImpulse {
     Vec3 friction = Vec3::Zero();  // kg m
     Vec3 rolling = Vec3::Zero();   // kg m2
 
+    bool is_zero() const { return normal == 0 && friction.isZero(0) && rolling.isZero(0); }
     friend ContactImpulse operator+(const ContactImpulse& p, const ContactImpulse& q) {
         return {p.normal + q.normal, p.friction + q.friction, p.rolling + q.rolling};
     }

@@ -34,7 +34,7 @@ class ContactRound {
 public:
     enum class Which {
         first,    // impulses that contacts have are still to be given
-        between,  // they were
+        between,  // they were; pushes divide as in the round before
         last      // they were, and no shape matching follows: contacts within a piece, which no motion of the whole can
                   // part, are left alone
     };
@@ -44,7 +44,7 @@ public:
 
     /// Displacement of a's touching point less that of b's since the start of the substep, m; of the contact at `place`
     /// of the islands' list.
-    Vec3 motion(size_t place) const { return motion(rows_[place]); }
+    Vec3 motion(size_t place) const;
 
     /// Solves every island to where no pass changes a gap by more than `enough` (m), within so many passes as pay: 60,
     /// or 12 where something hangs on hinges; accelerated like nonlinear conjugate gradients (Silcowitz-Hansen,
@@ -57,51 +57,82 @@ public:
              std::span<PieceMotion> io_motion) const;
 
 private:
-    // One side of a contact: slots of what is pushed, and how.
+    // Slots of what a side of a contact pushes; those of colliders come last, where nothing ever moves.
     struct Side {
         uint32_t movable = 0, piece = 0;
-        bool moves = false;
-        Vec3 arm = Vec3::Zero();
-        PushDivision division;
+        Vec3 arm = Vec3::Zero();  // from the movable's centre to the touching point, m
     };
-    struct Row {
+    // What a pass reads and writes of a contact: first what one reads that pushes nothing.
+    struct alignas(64) Row {
         Side a, b;
         Vec3 normal = Vec3::Zero();
+        double missing = 0;       // of the gap, where nothing moves since the round began, m
+        double inverse_mass = 0;  // along the normal, 1/kg; 0: is let alone
+        bool idle = true;         // no impulse, and none to follow
+        bool on_collider = false;
         Vec3 motion = Vec3::Zero(), rolled = Vec3::Zero();  // a's less b's where the round began, m and rad
-        Mat3 response = Mat3::Zero();                       // of that motion to a unit impulse, 1/kg
-        Vec3 along_normal = Vec3::Zero();                   // response to the normal
-        double inverse_mass = 0;                            // of it, along the normal; 0: is let alone
-        double gap = 0, wanted_gap = 0, friction = 0, rolling_arm = 0;
-        ContactImpulse impulse, impulse_before;  // impulse_before: where the round began
+        Vec3 along_normal = Vec3::Zero();                   // that motion by a unit impulse along the normal, 1/kg
+        double slip_mass = 0;                               // the least along any tangent, kg
+        double rolling_inertia = 0;                         // the least about any axis, kg m2
+        double friction = 0, rolling_arm = 0;
+        // The last pass changed the impulse by `change`; `direction` is what passes moved it by, followed so far.
+        ContactImpulse impulse, change, direction;
     };
-    // What passes change.
-    struct Motions {
-        std::vector<ContactImpulse> impulse;  // as rows; those of now are in the rows
-        std::vector<Vec3> own;                // by slot of movables, m
-        std::vector<PieceMotion> whole;       // by slot of pieces
+    // Of a movable and of a piece, by slot: what passes move it by, and how pushes do (see PushDivision).
+    struct alignas(64) Movable {
+        Vec3 moved = Vec3::Zero(), lever = Vec3::Zero();  // m
+        double own = 0;
+    };
+    struct Piece {
+        PieceMotion moved;
+        Mat3 inverse_inertia = Mat3::Zero();
+        double whole = 0, orbit_share = 0;
+    };
+    // Since the start of the substep, where the round began.
+    struct Began {
+        Vec3 shift = Vec3::Zero(), turned = Vec3::Zero();  // m, rad
     };
     struct Range {
         uint32_t begin, end;
     };
+    // How far a pass follows the direction of those before it.
+    struct Following {
+        double share = 0;
+        bool keeps = true;  // else the direction is forgotten
+    };
+    struct PassResult {
+        double largest = 0;  // change of a gap, m
+        double size = 0;     // squared length of the change, as displacements weigh it, kg m2
+    };
 
+    void take_up_movables(const ContactBodies& bodies);
     Side side_of(const ContactBodies& bodies, uint32_t movable, const Vec3& arm) const;
-    Row row_of(const ContactBodies& bodies, const ActiveContact& contact, Which which) const;
     Mat3 response_of(const Side& side) const;
+    void describe(const ContactBodies& bodies, const ActiveContact& contact, Which which, Row& o_row) const;
+    void start(const ActiveContact& contact, Row& io_row) const;
     Vec3 moved(const Side& side) const;
-    Vec3 motion(const Row& row) const;
-    void push_side(const Side& side, const Vec3& impulse);
-    void turn_side(const Side& side, const Vec3& couple);
-    void move_by(const Row& row, const ContactImpulse& added);
-    double solve(Row& io_row);
+    void push(const Side& side, const Vec3& impulse);
+    void turn(const Side& side, const Vec3& couple);
+    void move_by(const Row& row, const Vec3& impulse);
+    void turn_by(const Row& row, const Vec3& couple);
+    void resist_slip(Row& io_row, const Vec3& moved_by, Vec3& io_impulse) const;
     void resist_rolling(Row& io_row);
-    double pass_over(const Range& rows);
-    static double size_of(const Row& row, const ContactImpulse& change);
+    void solve(Row& io_row, const Following& following, PassResult& io_result);
+    PassResult pass_over_all(const Range& rows, const Following& following, std::span<uint32_t>& o_active);
+    PassResult pass_over(std::span<const uint32_t> active, const Following& following);
+    void follow(const Range& movables, const Range& pieces, const Following& following);
     void relax_island(size_t island, double enough);
 
     const ContactIslands* islands_ = nullptr;
-    std::vector<Row> rows_;              // as the islands' contacts
-    std::vector<Mat3> inverse_inertia_;  // by slot of pieces
-    Motions now_, before_, direction_;
+    Which which_ = Which::first;
+    std::vector<Row> rows_;         // as the islands' contacts
+    std::vector<uint32_t> active_;  // rows, island by island
+    std::vector<Movable> movables_;
+    std::vector<Piece> pieces_;
+    std::vector<Began> began_;  // by slot of movables
+    // Of movables and pieces: where the last pass began, and the direction that passes follow.
+    std::vector<Vec3> movable_before_, movable_direction_;
+    std::vector<PieceMotion> piece_before_, piece_direction_;
     std::vector<uint8_t> hinged_;  // (n_islands)
 };
 
