@@ -90,7 +90,7 @@ void run(const Sweep& sweep, std::FILE* file) {
 
 int main(int argc, char** argv) {
     const bool is_short = argc == 3 && std::strcmp(argv[2], "--short") == 0;
-    if (argc < 2 || (argc == 3 && !is_short) || argc > 3) {
+    if (argc < 2 || argv[1][0] == '-' || (argc == 3 && !is_short) || argc > 3) {
         std::fprintf(stderr, "usage: sunder_chart FILE.csv [--short]\n");
         return 2;
     }
