@@ -8,7 +8,6 @@ import bisect
 import json
 import os
 import shutil
-import time
 
 import bpy
 
@@ -19,7 +18,6 @@ _NOTE = "blender.json"
 _GRAPH = "graph.json"
 LOOKS, LOOKS_FOLDER = "looks.json", "looks"
 _read_before = {}  # file: (stamp, content)
-_CLOCK_STEP = 2_000_000_000  # of the coarsest file system, ns: a file this young can be replaced and look the same
 
 
 class Manifest:
@@ -66,15 +64,10 @@ def _read(name, parse):
     try:
         status = os.stat(name)
         stamp = (status.st_mtime_ns, status.st_size, status.st_ino)
-        if name in _read_before and _read_before[name][0] == stamp:
-            return _read_before[name][1]
-        _read_before.pop(name, None)
-        is_settled = time.time_ns() - status.st_mtime_ns > _CLOCK_STEP
-        with open(name, encoding="utf-8") as file:
-            content = parse(json.load(file))
-        if is_settled:
-            _read_before[name] = (stamp, content)
-        return content
+        if name not in _read_before or _read_before[name][0] != stamp:
+            with open(name, encoding="utf-8") as file:
+                _read_before[name] = (stamp, parse(json.load(file)))
+        return _read_before[name][1]
     except (OSError, ValueError, KeyError, TypeError):
         _read_before.pop(name, None)
         return None
