@@ -32,13 +32,13 @@ struct Workspace {
     std::vector<ContactPush> push;                 // (n_movables)
     std::vector<ContactPiece> pieces;              // pieces, then rigid bodies (n_pieces + n_rigid_bodies)
     ContactRound round;
-    std::vector<RoundPush> round_push;             // zero between rounds (n_movables)
-    std::vector<PieceMotion> piece_motion;         // zero between rounds (as pieces)
-    std::vector<PieceVelocity> piece_change;       // what settling contacts gave them (as pieces)
-    std::vector<Mat3> inertia;                     // of particles, world (n_particles)
-    std::vector<GroupStiffness> stiffness;         // (n_particles)
-    std::vector<double> paper_stiffness;           // k in [0, 1]  (n_particles)
-    std::vector<GroupGoal> goals;                  // (n_particles)
+    std::vector<RoundPush> round_push;        // zero between rounds (n_movables)
+    std::vector<PieceMotion> piece_motion;    // zero between rounds (as pieces)
+    std::vector<PieceVelocity> piece_change;  // what settling contacts gave them (as pieces)
+    std::vector<Mat3> inertia;                // of particles, world (n_particles)
+    std::vector<GroupStiffness> stiffness;    // (n_particles)
+    std::vector<double> paper_stiffness;      // k in [0, 1]  (n_particles)
+    std::vector<GroupGoal> goals;             // (n_particles)
     NewtonStep newton;
     JacobiSweep jacobi;
     std::vector<MovingParticle> before_newton;  // (n_movables)
