@@ -43,6 +43,7 @@ Material material_of(const Parameters& p) {
     Material m;
     m.youngs_modulus = p.number("youngs_modulus");
     m.poisson_ratio = p.number("poisson_ratio");
+    m.damping_time = p.number("damping_time");
     m.yield = p.number_or("yield", kNever);
     m.flow_rate = p.number("flow_rate");
     m.hardening = p.number("hardening");
@@ -115,6 +116,14 @@ NodeType body_node() {
                   .max = 0.45,
                   .default_value = 0.0,
                   .sentence = "Thinning across per stretch along; solids keep their volume better as it nears 0.5"}),
+        material({.name = "damping_time",
+                  .label = "Damping Time",
+                  .unit = "s",
+                  .min = 0,
+                  .max = 1,
+                  .default_value = 2e-3,
+                  .sentence = "How long vibrations of the material resist: stress by strain rate over stiffness; one "
+                              "of period T falls by exp(-2 pi^2 x this / T) each time"}),
         // Not animatable: it is where each group's own yield starts, which then lives in the state and hardens.
         {.name = "yield",
          .label = "Yield",

@@ -13,8 +13,8 @@ void add(KeyHasher& io_hasher, const Shape& s) {
 }
 
 void add(KeyHasher& io_hasher, const Material& m) {
-    for (const double v : {m.youngs_modulus, m.poisson_ratio, m.yield, m.flow_rate, m.hardening, m.toughness,
-                           m.compressive_toughness, m.stiffness, m.friction, m.restitution})
+    for (const double v : {m.youngs_modulus, m.poisson_ratio, m.damping_time, m.yield, m.flow_rate, m.hardening,
+                           m.toughness, m.compressive_toughness, m.stiffness, m.friction, m.restitution})
         io_hasher.add(v);
 }
 

@@ -351,6 +351,7 @@ Json json_of(const Shape& s) {
 Json json_of(const Material& m) {
     return {{"youngs_modulus", m.youngs_modulus},
             {"poisson_ratio", m.poisson_ratio},
+            {"damping_time", m.damping_time},
             {"yield", json_of(m.yield)},
             {"flow_rate", m.flow_rate},
             {"hardening", m.hardening},

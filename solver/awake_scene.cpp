@@ -124,7 +124,11 @@ void AwakeScene::cover(const StepContext& whole, double h, double end, FrameStat
                            (boxes[i].max.array() <= covered_[i].max.array()).all();
         if (fixed_[i] || known) continue;
         leave(io_state);
-        return build(whole, io_state);
+        const std::vector<uint32_t> before = index_;
+        const SubstepPair pair = std::move(work_.pair);
+        build(whole, io_state);
+        work_.pair = pair.renumbered(picked(before, movable_), particle_.size());
+        return;
     }
 }
 

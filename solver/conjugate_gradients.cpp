@@ -45,6 +45,63 @@ void ConjugateGradients<Real>::take_up_group(const SweepInput& in, const LaneLay
              groups_[layout.lane(g) / kLanes].N);
 }
 
+template <class Real>
+CgArrays<Real> ConjugateGradients<Real>::arrays(const LaneLayout& layout) {
+    return {layout.row_begin(),     layout.neighbours(),
+            rows_.data(),           groups_.data(),
+            particles_.data(),      momentum_.data()->numbers,
+            pulls_.data()->numbers, magnitude_.data(),
+            curvature_.data(),      static_cast<Real>(kOrientationWeight)};
+}
+
+template <class Real>
+void ConjugateGradients<Real>::pull_on_motion(const LaneLayout& layout, std::span<NewtonParticles> io_newton,
+                                              const NewtonKernels<Real>& kernels, const WorkerPool& workers) {
+    const CgArrays<Real> arrays = this->arrays(layout);
+    const auto for_blocks = [&](const auto& body) {
+        workers.for_range(layout.n_blocks(), SweepStore<double>::kGrain, [&](size_t begin, size_t end) {
+            for (size_t block = begin; block < end; ++block)
+                for (size_t lane = 0; lane < kLanes; ++lane) body(block, lane);
+        });
+    };
+    const auto torque_of = [](const NewtonParticles& p, size_t lane, const Vec3& turn) {
+        Sym3 H;
+        for (size_t i = 0; i < 6; ++i) H[i] = p.inertia[i][lane];
+        return Vec3(to_matrix(H) * turn);
+    };
+    const auto vector = [](const double(*numbers)[8], size_t lane) {
+        return Vec3(numbers[0][lane], numbers[1][lane], numbers[2][lane]);
+    };
+    for_blocks([&](size_t block, size_t lane) {
+        const NewtonParticles& p = io_newton[block];
+        const Vec3 force = p.mass[lane] * vector(p.residual, lane);
+        const Vec3 torque = torque_of(p, lane, vector(p.residual + 3, lane));
+        Real* to = momentum_[block * kLanes + lane].numbers;
+        for (int i = 0; i < 3; ++i) to[i] = static_cast<Real>(force[i]), to[i + 4] = static_cast<Real>(torque[i]);
+        to[3] = to[7] = 0;
+        for (auto& numbers : particles_[block].residual)
+            numbers[lane] = 0;  // nothing of the particle's own in `product`
+    });
+    workers.for_range(layout.n_blocks(), SweepStore<double>::kGrain,
+                      [&](size_t begin, size_t end) { kernels.fit_groups(arrays, begin, end); });
+    workers.for_range(layout.n_blocks(), SweepStore<double>::kGrain,
+                      [&](size_t begin, size_t end) { kernels.gather_product(arrays, begin, end); });
+    for_blocks([&](size_t block, size_t lane) {
+        NewtonParticles& p = io_newton[block];
+        CgParticles<Real>& cg = particles_[block];
+        const double own[2] = {static_cast<double>(cg.own_shift[lane]) - 1, static_cast<double>(cg.own_turn[lane]) - 1};
+        for (size_t i = 0; i < 6; ++i) {
+            p.residual[i][lane] =
+                p.free[lane] * (-static_cast<double>(cg.product[i][lane]) - own[i / 3] * p.residual[i][lane]);
+            cg.product[i][lane] = 0;
+        }
+        const Vec3 shift = vector(p.residual, lane), turn = vector(p.residual + 3, lane);
+        if (lane == 0) p.magnitude = 0;
+        p.magnitude += static_cast<double>(cg.inverse_diagonal[lane]) *
+                       (p.mass[lane] * shift.squaredNorm() + turn.dot(torque_of(p, lane, turn)));
+    });
+}
+
 // The two scalar products of an iteration are taken together (Chronopoulos and Gear, 1989).
 template <class Real>
 template <class ForBlocks>
@@ -67,11 +124,7 @@ void ConjugateGradients<Real>::solve_unit(bool first_iteration, const LaneLayout
 
     const double scale = 1 / std::sqrt(initial);
     std::fill(scale_.begin() + begin, scale_.begin() + end, scale);
-    const CgArrays<Real> arrays{layout.row_begin(),     layout.neighbours(),
-                                rows_.data(),           groups_.data(),
-                                particles_.data(),      momentum_.data()->numbers,
-                                pulls_.data()->numbers, magnitude_.data(),
-                                curvature_.data(),      static_cast<Real>(kOrientationWeight)};
+    const CgArrays<Real> arrays = this->arrays(layout);
     for_blocks(begin, end, [&](size_t first, size_t last) {
         for (size_t block = first; block < last; ++block)
             for (int i = 0; i < 6; ++i)

@@ -25,6 +25,11 @@ public:
     void solve(bool first_iteration, const LaneLayout& layout, std::span<const NewtonParticles> newton,
                const NewtonKernels<Real>& kernels, const WorkerPool& workers, std::span<double> io_reference);
 
+    /// `io_newton` holds a motion z as its residual (shift, turn), held particles' too: makes it M^-1 (M - H) z, the
+    /// pull of the groups on what moves so, with its magnitude.
+    void pull_on_motion(const LaneLayout& layout, std::span<NewtonParticles> io_newton,
+                        const NewtonKernels<Real>& kernels, const WorkerPool& workers);
+
     bool is_moved(size_t lane) const {
         return scale_[lane / LaneLayout::kLanes] != 0 &&
                particles_[lane / LaneLayout::kLanes].inverse_diagonal[lane % LaneLayout::kLanes] != 0;
@@ -41,6 +46,7 @@ private:
         Real numbers[8];
     };
 
+    CgArrays<Real> arrays(const LaneLayout& layout);
     void take_up_group(const SweepInput& input, const LaneLayout& layout, uint32_t g);
     template <class ForBlocks>
     void solve_unit(bool first_iteration, const LaneLayout& layout, std::span<const NewtonParticles> newton,

@@ -24,18 +24,22 @@ PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Mat3> i
     return p;
 }
 
-void set_angular_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia,
-                          std::span<const uint32_t> particles, const Vec3& wanted, std::span<const Vec3> position,
-                          std::span<Vec3> io_velocity, std::span<Vec3> io_angular_velocity) {
-    const PieceMomentum p = piece_momentum(rest, inertia, particles, position, io_velocity, io_angular_velocity);
-    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(p.inertia);
+Vec3 rigid_spin(const PieceMomentum& piece, const Vec3& angular) {
+    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(piece.inertia);
     Vec3 inverse;
     for (int i = 0; i < 3; ++i) {
         const double h = eigen.eigenvalues()(i);
         inverse(i) = h > 1e-12 * eigen.eigenvalues()(2) ? 1.0 / h : 0.0;
     }
     const Mat3& V = eigen.eigenvectors();
-    const Vec3 spin = V * inverse.cwiseProduct(V.transpose() * (wanted - p.angular));
+    return V * inverse.cwiseProduct(V.transpose() * angular);
+}
+
+void set_angular_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia,
+                          std::span<const uint32_t> particles, const Vec3& wanted, std::span<const Vec3> position,
+                          std::span<Vec3> io_velocity, std::span<Vec3> io_angular_velocity) {
+    const PieceMomentum p = piece_momentum(rest, inertia, particles, position, io_velocity, io_angular_velocity);
+    const Vec3 spin = rigid_spin(p, wanted - p.angular);
     for (uint32_t j : particles) {
         io_velocity[j] += spin.cross(position[j] - p.center);
         io_angular_velocity[j] += spin;

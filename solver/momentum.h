@@ -23,6 +23,9 @@ PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Mat3> i
                              std::span<const uint32_t> particles, std::span<const Vec3> position,
                              std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity);
 
+/// H^-1 L, rad/s: 0 about axes without inertia (of a point).
+Vec3 rigid_spin(const PieceMomentum& piece, const Vec3& angular);
+
 /// Adds the rigid spin H^-1 (wanted - L) to the piece. A piece without inertia about some axis (a point) is not turned
 /// about it.
 void set_angular_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia,

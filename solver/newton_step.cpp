@@ -40,9 +40,8 @@ void NewtonStep::load(const SweepInput& in, std::span<const MovingParticle> part
 }
 
 template <class Real>
-void NewtonStep::apply_in(ConjugateGradients<Real>& gradients, const NewtonKernels<Real>& kernels, bool first_iteration,
-                          const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,
-                          std::span<MovingParticle> io_particles) {
+void NewtonStep::prepare(ConjugateGradients<Real>& gradients, const SweepInput& in, const WorkerPool& workers,
+                         std::span<GroupGoal> io_goals, std::span<const MovingParticle> particles) {
     const LaneLayout& layout = store_.layout();
     gradients.take_up(in, layout, workers);
     SweepArrays<double> arrays = store_.arrays();
@@ -51,8 +50,8 @@ void NewtonStep::apply_in(ConjugateGradients<Real>& gradients, const NewtonKerne
         workers.for_range(layout.n_blocks(), SweepStore<double>::kGrain, body);
     };
     for_blocks([&](size_t begin, size_t end) {
-        store_.load(in, io_particles, io_goals, begin, end);
-        load(in, io_particles, begin, end);
+        store_.load(in, particles, io_goals, begin, end);
+        load(in, particles, begin, end);
     });
     if constexpr (std::is_same_v<Real, float>)
         arrays.newton = gradients.groups();
@@ -68,9 +67,17 @@ void NewtonStep::apply_in(ConjugateGradients<Real>& gradients, const NewtonKerne
         else
             sweep_kernels_->gather_residual_full(arrays, newton_.data(), gradients.particles(), begin, end);
     });
+}
+
+template <class Real>
+void NewtonStep::apply_in(ConjugateGradients<Real>& gradients, const NewtonKernels<Real>& kernels, bool first_iteration,
+                          const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,
+                          std::span<MovingParticle> io_particles) {
+    const LaneLayout& layout = store_.layout();
+    prepare(gradients, in, workers, io_goals, io_particles);
     gradients.solve(first_iteration, layout, newton_, kernels, workers, reference_);
-    for_blocks([&](size_t begin, size_t end) {
-        for (size_t lane = begin * kLanes; lane < end * kLanes; ++lane) {
+    workers.for_range(layout.n_lanes(), kLanes * SweepStore<double>::kGrain, [&](size_t begin, size_t end) {
+        for (size_t lane = begin; lane < end; ++lane) {
             if (!gradients.is_moved(lane)) continue;
             MovingParticle& p = io_particles[layout.particle(lane)];
             p.x += gradients.shift(lane);
@@ -80,8 +87,29 @@ void NewtonStep::apply_in(ConjugateGradients<Real>& gradients, const NewtonKerne
     });
 }
 
-void NewtonStep::apply(bool first_iteration, const SweepInput& in, const WorkerPool& workers,
-                       std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles) {
+template <class Real>
+void NewtonStep::damp_in(ConjugateGradients<Real>& gradients, const NewtonKernels<Real>& kernels, const SweepInput& in,
+                         const WorkerPool& workers, std::span<GroupGoal> io_goals,
+                         std::span<const MovingParticle> particles, std::span<Vec3> io_shift, std::span<Vec3> io_turn) {
+    const LaneLayout& layout = store_.layout();
+    prepare(gradients, in, workers, io_goals, particles);
+    for (size_t lane = 0; lane < layout.n_lanes(); ++lane) {
+        const uint32_t j = layout.particle(lane);
+        if (j == LaneLayout::kNone) continue;
+        NewtonParticles& block = newton_[lane / kLanes];
+        put_lane(io_shift[j], lane % kLanes, block.residual), put_lane(io_turn[j], lane % kLanes, block.residual + 3);
+        io_shift[j] = io_turn[j] = Vec3::Zero();
+    }
+    gradients.pull_on_motion(layout, newton_, kernels, workers);
+    gradients.solve(true, layout, newton_, kernels, workers, reference_);
+    for (size_t lane = 0; lane < layout.n_lanes(); ++lane) {
+        if (!gradients.is_moved(lane)) continue;
+        const uint32_t j = layout.particle(lane);
+        io_shift[j] = gradients.shift(lane), io_turn[j] = gradients.turn(lane);
+    }
+}
+
+bool NewtonStep::take_up(const SweepInput& in, const WorkerPool& workers) {
     if (store_.take_up(in, workers)) {
         const LaneLayout& layout = store_.layout();
         newton_.assign(layout.n_blocks(), NewtonParticles());
@@ -90,11 +118,27 @@ void NewtonStep::apply(bool first_iteration, const SweepInput& in, const WorkerP
         reference_.resize(layout.units().size());
     }
     double stiffest = 0;
-    for (const GroupStiffness& s : in.stiffness) stiffest = std::max(stiffest, s.k * (1 + s.volume_ratio));
-    if (in.h * in.h * stiffest <= kStiffestSingle)
-        apply_in(single_, cg_kernels_->single, first_iteration, in, workers, io_goals, io_particles);
-    else
+    for (size_t g = 0; g < in.stiffness.size(); ++g) {
+        const GroupStiffness& s = in.stiffness[g];
+        stiffest = std::max(stiffest, in.span[g] * in.span[g] * s.k * (1 + s.volume_ratio));
+    }
+    return stiffest > kStiffestSingle;
+}
+
+void NewtonStep::apply(bool first_iteration, const SweepInput& in, const WorkerPool& workers,
+                       std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles) {
+    if (take_up(in, workers))
         apply_in(full_, cg_kernels_->full, first_iteration, in, workers, io_goals, io_particles);
+    else
+        apply_in(single_, cg_kernels_->single, first_iteration, in, workers, io_goals, io_particles);
+}
+
+void NewtonStep::damp(const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,
+                      std::span<const MovingParticle> particles, std::span<Vec3> io_shift, std::span<Vec3> io_turn) {
+    if (take_up(in, workers))
+        damp_in(full_, cg_kernels_->full, in, workers, io_goals, particles, io_shift, io_turn);
+    else
+        damp_in(single_, cg_kernels_->single, in, workers, io_goals, particles, io_shift, io_turn);
 }
 
 }  // namespace sunder

@@ -32,7 +32,22 @@ public:
     void apply(bool first_iteration, const SweepInput& input, const WorkerPool& workers, std::span<GroupGoal> io_goals,
                std::span<MovingParticle> io_particles);
 
+    /// The step of velocities v (`io_shift`, m/s; `io_turn`, rad/s) under the damping of stiffness alone: H v' = M v, b
+    /// being span^2 k. Leaves v' - v in them.
+    void damp(const SweepInput& input, const WorkerPool& workers, std::span<GroupGoal> io_goals,
+              std::span<const MovingParticle> particles, std::span<Vec3> io_shift, std::span<Vec3> io_turn);
+
 private:
+    /// True if conjugate gradients need double precision.
+    bool take_up(const SweepInput& input, const WorkerPool& workers);
+    // Particles, goal rotations, and the residual and diagonal of the implicit step.
+    template <class Real>
+    void prepare(ConjugateGradients<Real>& gradients, const SweepInput& input, const WorkerPool& workers,
+                 std::span<GroupGoal> io_goals, std::span<const MovingParticle> particles);
+    template <class Real>
+    void damp_in(ConjugateGradients<Real>& gradients, const NewtonKernels<Real>& kernels, const SweepInput& input,
+                 const WorkerPool& workers, std::span<GroupGoal> io_goals, std::span<const MovingParticle> particles,
+                 std::span<Vec3> io_shift, std::span<Vec3> io_turn);
     template <class Real>
     void apply_in(ConjugateGradients<Real>& gradients, const NewtonKernels<Real>& kernels, bool first_iteration,
                   const SweepInput& input, const WorkerPool& workers, std::span<GroupGoal> io_goals,

@@ -93,8 +93,9 @@ std::vector<uint64_t> conditions(const FrameInput& input, bool self_collision, F
         for (int i = 0; i < 3; ++i) field.insert(field.end(), {f.acceleration[i], f.wind[i], f.drag});
     hashes.push_back(hash_of(field));
     for (const Material& m : input.materials) {
-        const double numbers[] = {m.youngs_modulus, m.poisson_ratio,         m.yield,     m.flow_rate, m.hardening,
-                                  m.toughness,      m.compressive_toughness, m.stiffness, m.friction,  m.restitution};
+        const double numbers[] = {m.youngs_modulus, m.poisson_ratio, m.damping_time, m.yield,
+                                  m.flow_rate,      m.hardening,     m.toughness,    m.compressive_toughness,
+                                  m.stiffness,      m.friction,      m.restitution};
         hashes.push_back(hash_of(numbers));
     }
     for (const std::vector<DrivenPose>* driven : {&input.pins, &input.colliders})

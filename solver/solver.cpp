@@ -101,6 +101,7 @@ Status Material::check(const std::string& where) const {
     const double inf = kNever, tiny = 1e-12;
     for (const Range& r : {Range{"youngs_modulus", youngs_modulus, tiny, 1e13},
                            {"poisson_ratio", poisson_ratio, 0, 0.45},
+                           {"damping_time", damping_time, 0, 1},
                            {"yield", yield, tiny, inf},
                            {"flow_rate", flow_rate, 0, 1e6},
                            {"hardening", hardening, 0, 1e6},
@@ -138,8 +139,8 @@ struct Solver::Impl {
     Impl(Scene s, int threads) : scene(std::move(s)), workers(threads), margin(contact_margin(scene)) {}
     Status check_input(const FrameInput& input) const;
     void enter(const StepContext& whole, const FrameState& state);
-    Status advance(const StepContext& whole, double h, double begin, double end, bool measure, FrameState& io_state,
-                   StepReport& io_report);
+    Status advance(const StepContext& whole, Stage stage, double h, double begin, double end, bool measure,
+                   FrameState& io_state, StepReport& io_report);
     Result<StepReport> run_frame(const FrameInput& input, const SolverSettings& settings, const FrameState& before,
                                  FrameState& io_state, const Progress& progress);
 };
@@ -253,7 +254,7 @@ void Solver::Impl::enter(const StepContext& whole, const FrameState& state) {
 }
 
 // A substep of all that is awake, anew as long as it wakes something.
-Status Solver::Impl::advance(const StepContext& whole, double h, double begin, double end, bool measure,
+Status Solver::Impl::advance(const StepContext& whole, Stage stage, double h, double begin, double end, bool measure,
                              FrameState& io_state, StepReport& io_report) {
     while (anything_sleeps(io_state)) {
         if (awake.empty()) {
@@ -261,13 +262,14 @@ Status Solver::Impl::advance(const StepContext& whole, double h, double begin, d
             return {};
         }
         awake.cover(whole, h, end, io_state);
-        const Status ok = substep(awake.context(whole), h, begin, end, measure, awake.work(), awake.state(), io_report);
+        const Status ok =
+            substep(awake.context(whole), stage, h, begin, end, measure, awake.work(), awake.state(), io_report);
         if (!ok || awake.work().woken.empty()) return ok;
         awake.leave(io_state);
         wake(scene, awake.woken(), io_state);
         enter(whole, io_state);
     }
-    return substep(whole, h, begin, end, measure, work, io_state, io_report);
+    return substep(whole, stage, h, begin, end, measure, work, io_state, io_report);
 }
 
 // Spoils the state on an error; `before` is what it was.
@@ -299,7 +301,8 @@ Result<StepReport> Solver::Impl::run_frame(const FrameInput& input, const Solver
     for (int k = 0; k < effort.substeps && !done; ++k) {
         const double begin = double(k) / effort.substeps, end = double(k + 1) / effort.substeps;
         if (!progress.report(begin, "simulating")) return cancelled();
-        if (Status ok = advance(context, h, begin, end, k + 1 == effort.substeps, io_state, report); !ok)
+        const Stage stage = k % 2 == 1 ? Stage::second : k + 1 < effort.substeps ? Stage::first : Stage::alone;
+        if (Status ok = advance(context, stage, h, begin, end, k + 1 == effort.substeps, io_state, report); !ok)
             return ok.error();
     }
     if (anything_sleeps(io_state)) awake.leave(io_state);

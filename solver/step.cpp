@@ -33,7 +33,7 @@ void Substep::match_shapes(bool first_iteration) {
 
     for (uint32_t g = 0; g < n_particles(); ++g)  // a lone particle matches itself wherever it is
         if (work.live.count(g) == 1) work.goals[g].rotation = work.moving[g].d;
-    const SweepInput in{rest(), work.live, work.shapes, work.stiffness, work.inertia, work.held, h};
+    const SweepInput in{rest(), work.live, work.shapes, work.stiffness, work.inertia, work.held, work.span};
     if (settings.method == Method::projective) {
         work.before_newton = work.moving;
         work.newton.apply(first_iteration, in, context.workers, work.goals, work.moving);
@@ -118,6 +118,7 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
         w.shapes.reset(rest, w.live, state.plastic_deformation);
         fit_arrays(state, n, n_movables, w);
     }
+    w.pair.smooth.assign(n_movables, 0);
     for (size_t g = 0; g < n; ++g) {  // materials may be animated
         const Material& material = context.input.materials[rest.body[g]];
         w.stiffness[g] = group_stiffness(w.shapes.group[g], w.shapes.rest_trace[g], rest.volume[g], material);
@@ -126,9 +127,9 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
     }
 }
 
-Status substep(const StepContext& context, double h, double begin, double end, bool measure, Workspace& io_work,
-               FrameState& io_state, StepReport& io_report) {
-    Substep s{context, h, begin, end, measure, io_work, io_state, io_report};
+Status substep(const StepContext& context, Stage stage, double h, double begin, double end, bool measure,
+               Workspace& io_work, FrameState& io_state, StepReport& io_report) {
+    Substep s{context, stage, h, begin, end, measure, io_work, io_state, io_report};
     {
         Stopwatch watch(io_report.predict_s);
         s.load();
@@ -139,6 +140,7 @@ Status substep(const StepContext& context, double h, double begin, double end, b
         s.find_contacts();
     }
     if (!io_work.woken.empty()) return {};
+    s.pair_up();
     s.correct(context.settings.iterations);
     const bool pushed = s.contacts_push();
     if (!pushed) s.run_cracks();
@@ -147,6 +149,8 @@ Status substep(const StepContext& context, double h, double begin, double end, b
         turn_rigid_things(context, h, io_work);
         s.update_velocities();
         if (Status ok = s.check_finite("shape matching and fracture"); !ok) return ok;
+        s.take_up_inertia();
+        s.damp_vibrations();
         s.restore_momentum();
     }
     {

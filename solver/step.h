@@ -15,6 +15,25 @@
 
 namespace sunder {
 
+/// Where a substep stands in its pair (`Substep::pair_up`).
+enum class Stage { alone, first, second };
+
+/// How far a mode exp(i w t) of a piece that touches nothing gets out of phase in pairs of substeps of h seconds, over
+/// (w h)^2, -.
+double phase_error(double damping_time, double h);
+
+/// What the second substep of a pair needs of the first, of those that are `smooth`: that touched nothing (n_movables).
+struct SubstepPair {
+    std::vector<uint8_t> smooth;
+    std::vector<Vec3> begin_velocity, begin_spin;  // at the start of the pair
+    std::vector<Vec3> position, velocity, spin;    // after the first implicit step
+    std::vector<Quat> rotation;
+    std::vector<Mat3> inertia;
+
+    /// The same in a scene that was numbered anew; `former` (n_movables): the number in the scene before, or kNone.
+    SubstepPair renumbered(std::span<const uint32_t> former, size_t n_particles) const;
+};
+
 /// Scratch of the solver: derived from rest data and the state alone, so it may be rebuilt at any time without
 /// changing a bit of the result. Arrays of "movables" hold the particles, then the rigid bodies.
 struct Workspace {
@@ -27,10 +46,15 @@ struct Workspace {
     std::vector<Vec3> start_position;              // (n_movables)
     std::vector<Quat> start_rotation;              // (n_movables), since rest
     std::vector<Vec3> velocity, angular_velocity;  // (n_movables)
-    std::vector<double> inverse_mass;              // held: 0 (n_movables)
-    std::vector<uint32_t> piece;                   // of `pieces` (n_movables)
-    std::vector<ContactPush> push;                 // (n_movables)
-    std::vector<ContactPiece> pieces;              // pieces, then rigid bodies (n_pieces + n_rigid_bodies)
+    std::vector<double> span;                      // of the implicit step, s (n_movables)
+    std::vector<Vec3> base;                        // where it starts from, m (n_movables)
+    std::vector<Quat> base_rotation;               // (n_movables)
+    std::vector<double> gamma;                     // of what is in a pair: see Substep::pair_up (n_movables)
+    SubstepPair pair;
+    std::vector<double> inverse_mass;  // held: 0 (n_movables)
+    std::vector<uint32_t> piece;       // of `pieces` (n_movables)
+    std::vector<ContactPush> push;     // (n_movables)
+    std::vector<ContactPiece> pieces;  // pieces, then rigid bodies (n_pieces + n_rigid_bodies)
     ContactRound round;
     std::vector<RoundPush> round_push;        // zero between rounds (n_movables)
     std::vector<PieceMotion> piece_motion;    // zero between rounds (as pieces)
@@ -82,10 +106,11 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
 void renumber(const StepContext& context, const FrameState& state, std::span<const uint32_t> former,
               Workspace& io_work);
 
-/// Advances by h seconds; `begin` and `end` say where in the frame this is, in [0, 1]. `measure`: also write the strain
-/// of groups that neither flow nor break. On an error the state is spoilt: keep a copy. Where `woken` is not empty
-/// afterwards the state is as before: wake those, and take the substep again.
-Status substep(const StepContext& context, double h, double begin, double end, bool measure, Workspace& io_work,
-               FrameState& io_state, StepReport& io_report);
+/// Advances by h seconds, as the `stage` of a pair of equal substeps or alone; `begin` and `end` say where in the frame
+/// this is, in [0, 1]. `measure`: also write the strain of groups that neither flow nor break. On an error the state is
+/// spoilt: keep a copy. Where `woken` is not empty afterwards the state is as before: wake those, and take the substep
+/// again.
+Status substep(const StepContext& context, Stage stage, double h, double begin, double end, bool measure,
+               Workspace& io_work, FrameState& io_state, StepReport& io_report);
 
 }  // namespace sunder

@@ -21,9 +21,23 @@ private:
     std::chrono::steady_clock::time_point start_;
 };
 
+/// What gravity, wind and drag make of a velocity.
+struct FieldsOfForce {
+    explicit FieldsOfForce(const FrameInput& input);
+    Vec3 after(double seconds, const Vec3& velocity) const {
+        return (velocity + seconds * acceleration) / (1 + seconds * drag);  // implicit drag
+    }
+    Vec3 acceleration;
+    double drag = 0;  // 1/s
+};
+
+/// When in a substep pinned particles are taken to their pins: all, or those that are in a pair.
+enum class Pinned { at_the_end, in_the_first_stage, in_the_middle };
+
 /// Names for the arrays of one substep, and its parts in the order of `substep`.
 struct Substep {
     const StepContext& context;
+    const Stage stage;
     const double h, begin, end;
     const bool measure;
     Workspace& work;
@@ -41,11 +55,20 @@ struct Substep {
     // substep_motion.cpp
     void load();
     void predict();
-    void hold_pins();
+    void hold_pins(Pinned when);
     void fix_sleepers();
     void update_velocities();
+    void take_up_inertia();
     void restore_momentum();
     void store();
+
+    // substep_pairs.cpp
+    void pair_up();
+    void leave_out_what_touches();
+    void begin_stage(size_t movable);
+    void take_up_smooth_momentum();
+    void go_on_to_the_middle();
+    void damp_vibrations();
 
     // substep_contacts.cpp
     void mark_held_pieces();

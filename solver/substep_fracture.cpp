@@ -95,6 +95,7 @@ void Substep::run_cracks() {
             if (!break_edges(kLeading)) return;
         }
         take_up_pieces();
+        take_up_smooth_momentum();
         for (size_t i = 0; i < n_particles(); ++i) {
             MovingParticle& p = work.moving[i];
             p.x = p.x_inertial, p.d = p.d_inertial, p.D = p.d.toRotationMatrix();

@@ -36,15 +36,17 @@ void Substep::load() {
     }
 }
 
+FieldsOfForce::FieldsOfForce(const FrameInput& input) : acceleration(input.gravity) {
+    for (const Force& f : input.forces) acceleration += f.acceleration + f.drag * f.wind, drag += f.drag;
+}
+
 // Forces act on velocities; held particles take the speed of their pin.
 void Substep::predict() {
-    Vec3 acceleration = context.input.gravity, wind = Vec3::Zero();
-    double drag = 0;
-    for (const Force& f : context.input.forces) acceleration += f.acceleration, wind += f.drag * f.wind, drag += f.drag;
-    for (size_t i = 0; i < n_movables(); ++i)
-        work.velocity[i] = (work.velocity[i] + h * (acceleration + wind)) / (1 + h * drag);  // implicit drag
+    const FieldsOfForce fields(context.input);
+    for (Vec3& v : work.velocity) v = fields.after(h, v);
 
-    hold_pins();
+    std::fill(work.held.begin(), work.held.end(), uint8_t{0});
+    hold_pins(Pinned::at_the_end);
     fix_sleepers();
     mark_held_pieces();
     for (size_t i = 0; i < n_movables(); ++i) {
@@ -56,19 +58,26 @@ void Substep::predict() {
     }
 }
 
-void Substep::hold_pins() {
-    std::fill(work.held.begin(), work.held.end(), uint8_t{0});
+void Substep::hold_pins(Pinned when) {
     for (size_t k = 0; k < context.scene.pins.size(); ++k) {
         const DrivenPose& drive = context.input.pins[k];
         if (!drive.active) continue;
-        const Pose pose = interpolate(drive, end);
+        Pose pose;
+        double reached = -1;  // of the substep
         for (uint32_t i : context.scene.pins[k].particles) {
+            if (when != Pinned::at_the_end && !work.pair.smooth[i]) continue;
+            const double wanted = when == Pinned::in_the_first_stage ? 2 * work.gamma[i] : 1;
+            if (reached != wanted) {
+                reached = wanted;
+                pose = interpolate(drive, reached == 1 ? end : begin + reached * (end - begin));
+            }
             MovingParticle& p = work.moving[i];
             p.x = p.x_inertial = pose.apply(rest().rest_position[i]);
             p.d = p.d_inertial = pose.orientation;
             p.D = p.d.toRotationMatrix();
-            work.velocity[i] = (p.x - work.start_position[i]) / h;
-            work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / h;
+            const double seconds = reached * h;
+            work.velocity[i] = (p.x - work.start_position[i]) / seconds;
+            work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / seconds;
             work.inverse_mass[i] = 0;
             work.held[i] = 1;
         }
@@ -89,14 +98,13 @@ void Substep::fix_sleepers() {
 void Substep::update_velocities() {
     for (size_t i = 0; i < n_movables(); ++i) {
         const MovingParticle& p = work.moving[i];
-        work.velocity[i] = (p.x - work.start_position[i]) / h;
+        work.velocity[i] = (p.x - work.base[i]) / work.span[i];
         if (!work.pieces[work.piece[i]].rigid)
-            work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / h;
+            work.angular_velocity[i] = rotation_vector(p.d * work.base_rotation[i].conjugate()) / work.span[i];
     }
 }
 
-// Each free piece gets the angular momentum that it had, plus what contacts gave it.
-void Substep::restore_momentum() {
+void Substep::take_up_inertia() {
     context.workers.for_range(n_particles(), kParticleGrain, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; ++i) {
             const Mat3 M = to_matrix(work.shapes.particle_moment[i]);
@@ -104,6 +112,10 @@ void Substep::restore_momentum() {
             state.position[i] = work.moving[i].x;
         }
     });
+}
+
+// Each free piece gets the angular momentum that it had, plus what contacts gave it.
+void Substep::restore_momentum() {
     for (size_t piece = 0; piece < work.live.n_pieces(); ++piece) {
         if (work.piece_held[piece] || work.pieces[piece].rigid) continue;
         const auto particles = work.live.piece_particles(piece);
@@ -119,19 +131,24 @@ void Substep::restore_momentum() {
 }
 
 void Substep::store() {
-    const double keep = std::exp(-context.settings.damping * h);
+    go_on_to_the_middle();
+    // What is smooth came to the end of its pair undamped.
+    const double keep_once = std::exp(-context.settings.damping * h);
+    const auto keep = [&](size_t i) {
+        return stage == Stage::second && work.pair.smooth[i] ? keep_once * keep_once : keep_once;
+    };
     for (size_t i = 0; i < n_particles(); ++i) {
         const MovingParticle& p = work.moving[i];
         state.position[i] = p.x;
         state.orientation[i] = (p.d * rest().rest_orientation[i]).normalized();
-        state.velocity[i] = keep * work.velocity[i];
-        state.angular_velocity[i] = keep * work.angular_velocity[i];
+        state.velocity[i] = keep(i) * work.velocity[i];
+        state.angular_velocity[i] = keep(i) * work.angular_velocity[i];
         state.group_rotation[i] = work.goals[i].rotation;
     }
     for (size_t r = 0; r < state.rigid_bodies.size(); ++r) {
         const size_t i = n_particles() + r;
-        state.rigid_bodies[r] = {work.moving[i].x, work.moving[i].d, keep * work.velocity[i],
-                                 keep * work.angular_velocity[i]};
+        state.rigid_bodies[r] = {work.moving[i].x, work.moving[i].d, keep(i) * work.velocity[i],
+                                 keep(i) * work.angular_velocity[i]};
     }
     state.time += h;
 }

@@ -77,7 +77,7 @@ void SweepStore<Real>::load(const SweepInput& in, std::span<const MovingParticle
         for (int i = 0; i < 4; ++i) to.d[i] = static_cast<Real>(p.d.coeffs()(i));
 
         SweepGroups<Real>& group = groups_[l / kLanes];
-        const double b = in.h * in.h * in.stiffness[j].k, ratio = in.stiffness[j].volume_ratio;
+        const double b = in.span[j] * in.span[j] * in.stiffness[j].k, ratio = in.stiffness[j].volume_ratio;
         group.b[l % kLanes] = static_cast<Real>(b);
         group.bound[l % kLanes] = static_cast<Real>(b * (bounds_[l].elastic + ratio * bounds_[l].pressure));
         group.volume_ratio[l % kLanes] = static_cast<Real>(ratio);

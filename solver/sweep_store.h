@@ -18,7 +18,7 @@ struct SweepInput {
     std::span<const GroupStiffness> stiffness;
     std::span<const Mat3> inertia;  // H_j of the particles' ellipsoids, world, kg m2
     std::span<const uint8_t> held;  // these stay
-    double h;                       // s
+    std::span<const double> span;   // of the implicit step, of each piece's own, s
 };
 
 template <class Real>

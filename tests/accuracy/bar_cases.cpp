@@ -89,7 +89,7 @@ double LoadedBar::reaction() const {
     for (Vec3& v : state.velocity) v.setZero();
     for (Vec3& w : state.angular_velocity) w.setZero();
     Material elastic = bar_.material;
-    elastic.flow_rate = 0;
+    elastic.flow_rate = elastic.damping_time = 0;
     FrameInput in = quiet_input(bar_.scene, elastic, h);
     const Pose pose = head_pose(load_, amount_);
     in.pins[1] = {pose, pose, false};

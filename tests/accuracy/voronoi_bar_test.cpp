@@ -59,7 +59,9 @@ struct VoronoiBar {
         FrameState after = state;
         for (Vec3& v : after.velocity) v.setZero();
         for (Vec3& w : after.angular_velocity) w.setZero();
-        FrameInput in = quiet_input(scene, material, h);
+        Material elastic = material;
+        elastic.damping_time = 0;
+        FrameInput in = quiet_input(scene, elastic, h);
         in.pins[1].active = false;
         SolverSettings once = settings;
         once.substeps = 1, once.damping = 0;

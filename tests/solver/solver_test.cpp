@@ -86,7 +86,7 @@ TEST(solver, golden_hash_of_a_pulled_bar) {
     const auto solver = test::make_solver(bar.scene);
     FrameState state = solver->initial_state({bar.material});
     for (int f = 0; f < 16; ++f) advance(*solver, bar.input(f), bar.settings, state);
-    EXPECT_EQ(state_hash(state), 0x9d4167a224ecc641ull) << std::hex << state_hash(state);
+    EXPECT_EQ(state_hash(state), 0x4a7a9c24ec7d208dull) << std::hex << state_hash(state);
 }
 
 TEST(solver, a_body_at_rest_stays_at_rest) {
@@ -106,7 +106,7 @@ TEST(solver, a_body_at_rest_stays_at_rest) {
     }
 }
 
-TEST(solver, free_fall_is_exact_for_a_soft_body) {
+TEST(solver, a_soft_body_falls_along_the_parabola) {
     Scene scene = test::lattice_scene({});
     const Material material;
     const auto solver = test::make_solver(scene);
@@ -115,11 +115,9 @@ TEST(solver, free_fall_is_exact_for_a_soft_body) {
     input.gravity = Vec3(0, 0, -9.81);
     const SolverSettings settings;
     for (int f = 0; f < 24; ++f) advance(*solver, input, settings, state);
-    const double h = 1.0 / 24 / settings.substeps, n = 24.0 * settings.substeps;
     for (size_t i = 0; i < state.n_particles(); ++i) {
         const Vec3 fall = state.position[i] - scene.rest.rest_position[i];
-        // Symplectic Euler: the sum 1 + 2 + ... + n of h^2 g.
-        EXPECT_NEAR(fall.z(), -9.81 * h * h * n * (n + 1) / 2, 1e-9);
+        EXPECT_NEAR(fall.z(), -9.81 / 2, 1e-9);
         EXPECT_NEAR(state.velocity[i].z(), -9.81, 1e-8);
     }
 }

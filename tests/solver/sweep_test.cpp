@@ -22,6 +22,7 @@ struct Disorder {
     std::vector<MovingParticle> particles;
     std::vector<GroupGoal> goals;
     const double h = 1.0 / 192;
+    std::vector<double> span;
 
     explicit Disorder(double size) {
         build_one_rings(rest);
@@ -38,6 +39,7 @@ struct Disorder {
         Material material;
         material.youngs_modulus = 2e6, material.poisson_ratio = 0.3;
         held.assign(n, 0), held[7] = 1;
+        span.assign(n, h);
         for (uint32_t i = 0; i < n; ++i) {
             stiffness.push_back(group_stiffness(shapes.group[i], shapes.rest_trace[i], rest.volume[i], material));
             MovingParticle p;
@@ -51,7 +53,7 @@ struct Disorder {
             inertia.push_back(p.D * (M.trace() * Mat3::Identity() - M) * p.D.transpose());
         }
     }
-    SweepInput input() const { return {rest, live, shapes, stiffness, inertia, held, h}; }
+    SweepInput input() const { return {rest, live, shapes, stiffness, inertia, held, span}; }
     std::vector<test::PlainGoal> plain_goals() const {
         std::vector<test::PlainGoal> plain(goals.size());
         for (size_t g = 0; g < plain.size(); ++g) plain[g].rotation = goals[g].rotation;

@@ -77,11 +77,11 @@ double half_period(Bar& bar, int steps_a_second) {
     bar.turn(0, 60 * kDegree, 1);
     bar.hold(60 * kDegree, 3);
     bar.settings.damping = 0;
-    bar.settings.substeps = 1;
-    if (bar.plain) bar.plain->substeps = 1;
+    bar.settings.substeps = 2;  // a pair
+    if (bar.plain) bar.plain->substeps = 2;
     double last = bar.twist();
-    const double h = 1.0 / steps_a_second, start = bar.state.time;
-    for (int f = 0; f < steps_a_second; ++f) {
+    const double h = 2.0 / steps_a_second, start = bar.state.time;
+    for (int f = 0; f < steps_a_second / 2; ++f) {
         bar.frame(h, {}, {}, false);
         const double now = bar.twist();
         if (now <= 0) return 2 * (bar.state.time - start - h * (0 - now) / (last - now));

@@ -29,6 +29,7 @@ std::function<void(Values&, double)> setter(const std::string& name) {
         {"density", member([](Values& s) -> double& { return s.density; })},
         {"youngs_modulus", member([](Values& s) -> double& { return s.material.youngs_modulus; })},
         {"poisson_ratio", member([](Values& s) -> double& { return s.material.poisson_ratio; })},
+        {"damping_time", member([](Values& s) -> double& { return s.material.damping_time; })},
         {"yield", member([](Values& s) -> double& { return s.material.yield; })},
         {"flow_rate", member([](Values& s) -> double& { return s.material.flow_rate; })},
         {"hardening", member([](Values& s) -> double& { return s.material.hardening; })},

@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <vector>
 
 #include "tests/benchmarks/chart/cases.h"
 
@@ -25,29 +27,42 @@ const FrameState& held(int cells) {
     return states[cells] = state;
 }
 
-// Looks at the twist after every step for its first zero.
+// Looks at the twist after every frame for its first zero.
 class FirstZero {
 public:
-    explicit FirstZero(const MovedBar& bar) : bar_(bar), last_(bar.twist()) {}
-    /// After a step of h.
+    explicit FirstZero(const MovedBar& bar) : bar_(bar), twist_{bar.twist()} {}
+    /// After a frame of h.
     void look(double h) {
-        const double now = bar_.twist();
-        if (std::isnan(time) && now <= 0) time = elapsed_ + h * last_ / (last_ - now);
-        elapsed_ += h, last_ = now;
+        if (!std::isnan(time)) return;
+        time_.push_back(time_.back() + h), twist_.push_back(bar_.twist());
+        if (twist_.back() > 0) return;
+        // The time at which a parabola through the last three looks, in the twist, is at zero.
+        time = 0;
+        const size_t n = twist_.size(), first = n - std::min<size_t>(n, 3);
+        for (size_t i = first; i < n; ++i) {
+            double weight = 1;
+            for (size_t j = first; j < n; ++j)
+                if (j != i) weight *= twist_[j] / (twist_[j] - twist_[i]);
+            time += weight * time_[i];
+        }
     }
     double time = std::numeric_limits<double>::quiet_NaN();  // s; NaN: none yet
 
 private:
     const MovedBar& bar_;
-    double last_, elapsed_ = 0;
+    std::vector<double> time_{0.0}, twist_;
 };
+
+// A look at every pair of substeps: they belong together.
+int substeps_of_a_look(int substeps) { return std::min(substeps, 2); }
 
 // Twice the time from letting go to the first crossing of zero, s; NaN when there is none in `seconds`.
 double half_period(MovedBar& io_bar, double seconds, bool to_the_end) {
     io_bar.state = held(io_bar.setting.cells);
     FirstZero zero(io_bar);
-    const double h = 1.0 / 24 / io_bar.setting.substeps;
-    io_bar.setting.substeps = 1;  // every step is looked at
+    const int looks = io_bar.setting.substeps / substeps_of_a_look(io_bar.setting.substeps);
+    io_bar.setting.substeps /= looks;
+    const double h = 1.0 / 24 / looks;
     const int steps = static_cast<int>(std::lround(seconds / h));
     for (int k = 0; k < steps && (to_the_end || std::isnan(zero.time)); ++k) {
         if (!io_bar.frame(h, {}, {}, false)) return std::numeric_limits<double>::quiet_NaN();
@@ -60,16 +75,18 @@ double half_period(MovedBar& io_bar, double seconds, bool to_the_end) {
 double half_period_within_budget(MovedBar& io_bar, double seconds) {
     io_bar.state = held(io_bar.setting.cells);
     Setting step = io_bar.setting;
-    step.error_budget = 0, step.substeps = 1;
+    step.error_budget = 0;
     MovedBar looked_at(step, soft());
     looked_at.state = io_bar.state;
     FirstZero zero(looked_at);
     for (int f = 0; f < std::lround(24 * seconds); ++f) {
         looked_at.state = io_bar.state;
         if (!io_bar.frame(1.0 / 24, {}, {}, false)) return std::numeric_limits<double>::quiet_NaN();
-        for (int k = 0; k < io_bar.last_substeps; ++k) {
-            looked_at.frame(1.0 / 24 / io_bar.last_substeps, {}, {}, false);
-            zero.look(1.0 / 24 / io_bar.last_substeps);
+        const int looks = io_bar.last_substeps / substeps_of_a_look(io_bar.last_substeps);
+        looked_at.setting.substeps = io_bar.last_substeps / looks;
+        for (int k = 0; k < looks; ++k) {
+            looked_at.frame(1.0 / 24 / looks, {}, {}, false);
+            zero.look(1.0 / 24 / looks);
         }
     }
     return 2 * zero.time;
