@@ -6,8 +6,8 @@
 #include <chrono>
 #include <stdexcept>
 
-#include "fracture_tools/visual_mesh.h"
 #include "solver/parallel.h"
+#include "tests/benchmarks/bench/skins.h"
 
 namespace sunder::bench {
 namespace {
@@ -19,53 +19,6 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 struct Times {
     std::vector<double> solver, skin;  // s, a frame
     StepReport sum;
-};
-
-struct Skins {
-    std::vector<std::unique_ptr<VisualMeshBuilder>> builders;
-    std::vector<VisualMesh> last;  // as a host holds the frame that it shows
-    size_t vertices = 0, triangles = 0;
-
-    Skins(const BenchScene& s) {
-        for (size_t b = 0; b < s.skins.size(); ++b)
-            builders.push_back(std::make_unique<VisualMeshBuilder>(
-                s.skins[b].fragments, body_mesh(s.scene.rest, s.scene.bodies[b]), s.skins[b].pose));
-    }
-
-    static SimulationMesh body_mesh(const SimulationMesh& rest, const Body& body) {
-        SimulationMesh one;
-        const auto slice = [&](const auto& all, auto& part) {
-            part.assign(all.begin() + body.particle_begin, all.begin() + body.particle_end);
-        };
-        slice(rest.rest_position, one.rest_position), slice(rest.rest_orientation, one.rest_orientation);
-        slice(rest.radii, one.radii), slice(rest.volume, one.volume), slice(rest.mass, one.mass);
-        slice(rest.fragment, one.fragment);
-        one.body.assign(one.rest_position.size(), 0);
-        for (uint32_t e = body.edge_begin; e < body.edge_end; ++e)
-            one.edges.push_back(
-                {rest.edges[e].a - body.particle_begin, rest.edges[e].b - body.particle_begin, rest.edges[e].area});
-        build_one_rings(one);
-        return one;
-    }
-
-    void build(const BenchScene& s, const FrameState& state, const WorkerPool& workers) {
-        const RangeRunner run = [&](size_t n, size_t grain, const auto& body) { workers.for_range(n, grain, body); };
-        vertices = triangles = 0;
-        last.resize(builders.size());
-        for (size_t b = 0; b < builders.size(); ++b) {
-            const Body& body = s.scene.bodies[b];
-            const size_t n = body.particle_end - body.particle_begin;
-            auto mesh =
-                builders[b]->build({{state.position.data() + body.particle_begin, n},
-                                    {state.orientation.data() + body.particle_begin, n},
-                                    {state.plastic_deformation.data() + body.particle_begin, n},
-                                    {state.edge_intact.data() + body.edge_begin, body.edge_end - body.edge_begin}},
-                                   run);
-            if (!mesh) throw std::runtime_error(mesh.error().text());
-            vertices += mesh->positions.size(), triangles += mesh->triangles.size();
-            last[b] = mesh.take();
-        }
-    }
 };
 
 Times run(const BenchScene& s, Solver& solver, const WorkerPool& workers, Skins& skins, FrameState& io_state) {
@@ -139,7 +92,7 @@ Measurement measure(const NamedScene& named, const std::string& method, int thre
         const uint64_t hash = state_hash(state);
         if (k > 0 && hash != m.hash) throw std::runtime_error(std::string(named.name) + ": a repeat gave other bits");
         m.hash = hash;
-        m.skin_vertices = skins.vertices, m.skin_triangles = skins.triangles;
+        m.skin_vertices = skins.vertices(), m.skin_triangles = skins.triangles();
         if (k == 0)
             best = times;
         else

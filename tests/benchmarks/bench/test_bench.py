@@ -30,6 +30,10 @@ def instructions(frames, method):
     return int(re.search(r"Collected : (\d+)", result.stderr)[1])
 
 
+def replay(*arguments):
+    return subprocess.run([os.environ["SUNDER_REPLAY"], *arguments], capture_output=True, text=True)
+
+
 class Bench(unittest.TestCase):
     def test_rows_are_whole_and_threads_change_no_bit(self):
         rows = bench("bar320", "plate300", "--threads", "1,2", "--frames", "3", "--repeats", "2")
@@ -54,6 +58,22 @@ class Bench(unittest.TestCase):
         result = subprocess.run([BENCH, "bar3200"], capture_output=True, text=True)
         self.assertNotEqual(result.returncode, 0)
         self.assertIn("bar320", result.stderr + result.stdout)
+
+    def test_deformers_are_replayed_to_the_same_bits_by_any_number_of_threads(self):
+        with tempfile.TemporaryDirectory() as folder:
+            recording = Path(folder) / "bunnies.rec"
+            subprocess.run([os.environ["SUNDER_RECORD"], "bunnies", recording, "--frames", "1"], check=True)
+            one, two = (replay(recording, "--threads", n, "--repeats", "2", "--each").stdout for n in "12")
+            pattern = r"   1 .*\nmedian .*; (\d+ vertices \d+ triangles; hash [0-9a-f]{16})\n"
+            self.assertEqual(re.fullmatch(pattern, one)[1], re.fullmatch(pattern, two)[1])
+            row, = bench("bunnies", "--frames", "1", "--repeats", "1")
+            self.assertTrue(re.fullmatch(pattern, one)[1].startswith(
+                f"{row['skin_vertices']} vertices {row['skin_triangles']} triangles"))
+            self.assertIn("frames 1:1", replay(recording, "--frames", "1:2").stderr)
+            recording.write_bytes(recording.read_bytes()[:-1])
+            self.assertIn("cut short", replay(recording).stderr)
+            recording.write_bytes(b"ply\n")
+            self.assertIn("no recording", replay(recording).stderr)
 
     def test_a_sweep_takes_no_more_instructions_than_it_did(self):
         frames, substeps, iterations, groups = 2, 8, 2, 320
