@@ -7,17 +7,18 @@
 
 namespace sunder {
 
-NormalParts::NormalParts(const SplitTopology& topology, std::span<const uint32_t> smooth) {
+NormalParts::NormalParts(const SplitTopology& topology, uint32_t first_face, std::span<const uint32_t> smooth)
+    : first_face_(first_face) {
     const uint32_t n_corners = static_cast<uint32_t>(smooth.size());
-    auto [fan_offset, by_fan] = group_by(n_corners, static_cast<uint32_t>(topology.n_fans()),
-                                         [&](uint32_t c) { return topology.corner_fan(c); });
+    const auto fan_of = [&](uint32_t c) { return topology.corner_fan(3 * first_face + c); };
+    auto [fan_offset, by_fan] = group_by(n_corners, static_cast<uint32_t>(topology.n_fans()), fan_of);
     part_corner_ = std::move(by_fan);
     for (size_t f = 0; f + 1 < fan_offset.size(); ++f)
         std::sort(part_corner_.begin() + fan_offset[f], part_corner_.begin() + fan_offset[f + 1],
                   [&](uint32_t x, uint32_t y) { return std::pair(smooth[x], x) < std::pair(smooth[y], y); });
     vertex_part_.assign(topology.faces().n_vertices + 1, 0);
     for (uint32_t i = 0; i < n_corners; ++i) {
-        const uint32_t c = part_corner_[i], fan = topology.corner_fan(c);
+        const uint32_t c = part_corner_[i], fan = fan_of(c);
         if (part_fan_.empty() || part_fan_.back() != fan || part_smooth_.back() != smooth[c]) {
             part_fan_.push_back(fan), part_smooth_.push_back(smooth[c]), part_offset_.push_back(i);
             ++vertex_part_[topology.fan_pool_vertex(fan) + 1];
@@ -35,7 +36,7 @@ void NormalParts::join_around(uint32_t pool_vertex, const SplitTopology& topolog
     const uint32_t begin = vertex_part_[pool_vertex], end = vertex_part_[pool_vertex + 1];
     for (uint32_t part = begin; part < end; ++part) {
         led_by_[part] = next_[part] = kNone, leads_[part] = 0;
-        const auto is_listed = [&](uint32_t corner) { return topology.is_listed(corner / 3); };
+        const auto is_listed = [&](uint32_t corner) { return topology.is_listed(first_face_ + corner / 3); };
         if (!std::any_of(part_corner_.begin() + part_offset_[part], part_corner_.begin() + part_offset_[part + 1],
                          is_listed))
             continue;
@@ -57,15 +58,16 @@ void NormalParts::update(const SplitTopology& topology, const RangeRunner& run) 
     run(changed.size(), 128, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) join_around(changed[i], topology);
     });
-    constexpr size_t kChunk = 512;  // pool vertices
-    const size_t n_vertices = vertex_part_.size() - 1, n_chunks = (n_vertices + kChunk - 1) / kChunk;
-    const auto first_part = [&](size_t chunk) { return vertex_part_[std::min(n_vertices, chunk * kChunk)]; };
+    const size_t n_vertices = vertex_part_.size() - 1, n_chunks = topology.n_chunks();
+    const auto first_part = [&](size_t chunk) {
+        return vertex_part_[std::min(n_vertices, chunk * SplitTopology::kChunk)];
+    };
     std::vector<uint32_t> first(n_chunks + 1, 0);
     for (size_t chunk = 0; chunk < n_chunks; ++chunk)
         first[chunk + 1] =
             std::accumulate(leads_.begin() + first_part(chunk), leads_.begin() + first_part(chunk + 1), first[chunk]);
     leader_.resize(first.back()), vertex_.resize(first.back());
-    run(n_chunks, 2, [&](size_t begin, size_t end) {
+    run(n_chunks, 4, [&](size_t begin, size_t end) {
         const uint8_t* const leads = leads_.data();
         const uint32_t* const fan = part_fan_.data();
         for (size_t chunk = begin; chunk < end; ++chunk) {

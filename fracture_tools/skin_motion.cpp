@@ -1,6 +1,7 @@
 #include "fracture_tools/skin_motion.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "fracture_tools/vector_clones.h"
 
@@ -67,9 +68,8 @@ AffineColumns AffineColumns::of(const Affine& a) {
     return out;
 }
 
-bool SkinMotion::move(const SkinBinding& binding, bool is_rebound, std::span<const Affine> particle,
-                      std::span<const Affine> rate, const RangeRunner& run) {
-    const size_t n = binding.n_vertices(), n_particles = particle.size(), n_chunks = binding.chunks.size();
+bool SkinMotion::take(bool is_rebound, std::span<const Affine> particle, std::span<const Affine> rate) {
+    const size_t n_particles = particle.size();
     const bool is_new = is_rebound || particle_.size() != n_particles || rate_.size() != rate.size();
     particle_moved_.assign(n_particles, 1);
     if (!is_new)
@@ -88,16 +88,28 @@ bool SkinMotion::move(const SkinBinding& binding, bool is_rebound, std::span<con
             map_[p] = AffineColumns::of(particle[p]);
             if (!rate.empty()) map_rate_[p] = AffineColumns::of(rate[p]);
         }
-    position_.resize(n), moved_.resize(n), velocity_.resize(rate.empty() ? 0 : n);
-    if (extras_ == SkinExtras::normal_maps) normal_map_.resize(n);
-    chunk_changed_.resize(n_chunks);
-    run_by_turns(run, n_chunks, 2, [&](size_t begin, size_t end) {
-        for (size_t chunk = begin; chunk < end; ++chunk) move_chunk(binding, chunk);
-    });
     return true;
 }
 
-void SkinMotion::move_chunk(const SkinBinding& binding, size_t chunk) {
+void SkinMotion::move(const SkinBinding& binding, const RangeRunner& run, const Placed& placed) {
+    const size_t n = binding.n_vertices(), n_chunks = binding.chunks.size();
+    position_.reserve(most_vertices_), moved_.reserve(most_vertices_);
+    position_.resize(n), moved_.resize(n), chunk_changed_.resize(n_chunks);
+    if (!rate_.empty()) velocity_.reserve(most_vertices_);
+    velocity_.resize(rate_.empty() ? 0 : n);
+    std::atomic<size_t> turn{0};
+    run(n_chunks, 2, [&](size_t, size_t) {  // whichever thread is free, with a memory of its own
+        std::vector<NormalMap> normal_map;
+        for (size_t chunk; (chunk = turn.fetch_add(1, std::memory_order_relaxed)) < n_chunks;) {
+            const size_t n_maps = extras_ == SkinExtras::normal_maps ? binding.chunks[chunk]->n_vertices() : 0;
+            if (normal_map.size() < n_maps) normal_map.resize(n_maps);
+            move_chunk(binding, chunk, n_maps > 0 ? normal_map.data() : nullptr);
+            if (placed) placed(chunk, {normal_map.data(), n_maps});
+        }
+    });
+}
+
+void SkinMotion::move_chunk(const SkinBinding& binding, size_t chunk, NormalMap* out_normal_map) {
     const SkinChunk& of = *binding.chunks[chunk];
     const size_t first = binding.first_vertex[chunk], n = of.n_vertices();
     uint8_t* moved = moved_.data() + first;
@@ -115,8 +127,7 @@ void SkinMotion::move_chunk(const SkinBinding& binding, size_t chunk) {
     }
     chunk_changed_[chunk] = frame_;
     const Vec3* rest = binding.rest_vertex->data();
-    place(of, rest, map_.data(), moved, position_.data() + first,
-          normal_map_.empty() ? nullptr : normal_map_.data() + first);
+    place(of, rest, map_.data(), moved, position_.data() + first, out_normal_map);
     if (!velocity_.empty()) place(of, rest, map_rate_.data(), moved, velocity_.data() + first, nullptr);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -33,18 +34,23 @@ enum class SkinExtras { none, normal_maps };
 /// summed in the order of the influences. A vertex keeps its bits as long as the maps of its particles keep theirs.
 class SkinMotion {
 public:
-    explicit SkinMotion(SkinExtras extras) : extras_(extras) {}
+    /// `most_vertices`: as many as there will ever be; what nobody writes to takes no memory.
+    SkinMotion(SkinExtras extras, size_t most_vertices) : extras_(extras), most_vertices_(most_vertices) {}
 
     /// `particle`: maps from rest (n_particles); `rate`: d/dt of them, or empty. `is_rebound`: vertices are not those
-    /// of the last call. Returns whether anything differs from the last call.
-    bool move(const SkinBinding& binding, bool is_rebound, std::span<const Affine> particle,
-              std::span<const Affine> rate, const RangeRunner& run);
+    /// of the last call. Returns whether anything differs from the last call, so that vertices are to be moved.
+    bool take(bool is_rebound, std::span<const Affine> particle, std::span<const Affine> rate);
+
+    /// Told of each chunk, moved or not, as soon as its vertices are in place, by the thread that put them there. The
+    /// maps are those of its vertices that moved, for as long as the call lasts; none unless asked for.
+    using Placed = std::function<void(size_t chunk, std::span<const NormalMap> normal_map)>;
+
+    /// Moves vertices by the maps that were taken.
+    void move(const SkinBinding& binding, const RangeRunner& run, const Placed& placed = {});
 
     /// In double: normals of small triangles far from the origin need it. (n_vertices x 3), m
     std::span<const Vec3> positions() const { return position_; }
     std::span<const Vec3> velocities() const { return velocity_; }  // (n_vertices x 3), m/s; empty without rates
-    /// Of the blend; empty unless asked for. (n_vertices)
-    std::span<const NormalMap> normal_maps() const { return normal_map_; }
     /// Which vertices may differ from the last call. (n_vertices)
     std::span<const uint8_t> moved() const { return moved_; }
     bool all_moved() const { return all_moved_; }
@@ -57,16 +63,16 @@ public:
     Mat3 linear_at(const SkinBinding& binding, size_t vertex) const;
 
 private:
-    void move_chunk(const SkinBinding& binding, size_t chunk);
+    void move_chunk(const SkinBinding& binding, size_t chunk, NormalMap* out_normal_map);
 
     const SkinExtras extras_;
+    const size_t most_vertices_;
     std::vector<Affine> particle_, rate_;  // of the last call
     std::vector<AffineColumns> map_, map_rate_;
     std::vector<uint8_t> particle_moved_;
     bool all_moved_ = false;
     uint64_t frame_ = 0;
     std::vector<Vec3> position_, velocity_;
-    std::vector<NormalMap> normal_map_;
     std::vector<uint8_t> moved_;
     std::vector<uint64_t> chunk_changed_;
 };

@@ -87,7 +87,7 @@ void Skin::list_fans_of_fragments(const SplitTopology& topology) {
 void Skin::find_changes(const SplitTopology& topology, std::span<const uint8_t> edge_intact) {
     const bool first = class_changed_.empty();
     class_changed_.assign(topology.n_fans(), first), chunk_changed_.assign(topology.n_chunks(), first);
-    const auto mark = [&](uint32_t fan) { class_changed_[fan] = chunk_changed_[fan / SplitTopology::kFanChunk] = 1; };
+    const auto mark = [&](uint32_t fan) { class_changed_[fan] = chunk_changed_[topology.chunk_of_fan(fan)] = 1; };
     if (first) {
         list_fans_of_fragments(topology);
     } else {

@@ -167,14 +167,14 @@ bool SplitTopology::is_hidden(uint32_t f) const {
 // Looks at the faces around changed vertices. Vertices of those that come or go have changed, too: a class may be seen
 // for the first time where no fan was joined anew.
 void SplitTopology::hide_faces(const RangeRunner& run) {
-    constexpr size_t kChunk = 256;  // vertices
-    const size_t n = changed_vertices_.size(), n_chunks = (n + kChunk - 1) / kChunk;
+    constexpr size_t kVertices = 256;  // of a chunk
+    const size_t n = changed_vertices_.size(), n_chunks = (n + kVertices - 1) / kVertices;
     if (chunk_flips_.size() < n_chunks) chunk_flips_.resize(n_chunks);
     run(n_chunks, 1, [&](size_t begin, size_t end) {
         for (size_t chunk = begin; chunk < end; ++chunk) {
             std::vector<uint32_t>& flips = chunk_flips_[chunk];
             flips.clear();
-            for (size_t i = chunk * kChunk; i < std::min(n, (chunk + 1) * kChunk); ++i) {
+            for (size_t i = chunk * kVertices; i < std::min(n, (chunk + 1) * kVertices); ++i) {
                 const uint32_t v = changed_vertices_[i];
                 const uint32_t last = corner_offset_[fan_offset_[v + 1]];
                 for (uint32_t k = corner_offset_[fan_offset_[v]]; k < last; ++k) {
@@ -205,37 +205,33 @@ void SplitTopology::find_seen_classes(uint32_t v) {
 }
 
 void SplitTopology::number_vertices(const RangeRunner& run) {
-    const size_t n = n_fans();
     chunk_vertex_.assign(n_chunks() + 1, 0);
     for (size_t chunk = 0; chunk < n_chunks(); ++chunk)
         chunk_vertex_[chunk + 1] =
-            chunk_vertex_[chunk] + std::accumulate(class_seen_.begin() + chunk * kFanChunk,
-                                                   class_seen_.begin() + std::min(n, (chunk + 1) * kFanChunk), 0u);
+            chunk_vertex_[chunk] +
+            std::accumulate(class_seen_.begin() + chunk_fan(chunk), class_seen_.begin() + chunk_fan(chunk + 1), 0u);
     vertex_class_.resize(chunk_vertex_.back());
     run(n_chunks(), 4, [&](size_t begin, size_t end) {
         for (size_t chunk = begin; chunk < end; ++chunk) {
             uint32_t vertex = chunk_vertex_[chunk];
-            const size_t last = std::min(n, (chunk + 1) * kFanChunk);
-            for (size_t fan = chunk * kFanChunk; fan < last; ++fan) {
+            for (uint32_t fan = chunk_fan(chunk), last = chunk_fan(chunk + 1); fan < last; ++fan) {
+                if (fan_class_[fan] != fan) {  // its class is a fan before it, of the same pool vertex
+                    fan_visual_[fan] = fan_visual_[fan_class_[fan]];
+                    continue;
+                }
                 fan_visual_[fan] = class_seen_[fan] ? vertex : kNone;
-                if (class_seen_[fan]) vertex_class_[vertex++] = static_cast<uint32_t>(fan);
+                if (class_seen_[fan]) vertex_class_[vertex++] = fan;
             }
         }
-    });
-    // The others have the number of their class. All fans of a pool vertex are worked on together: none is read that
-    // another thread writes.
-    run(faces_.n_vertices, 1024, [&](size_t begin, size_t end) {
-        for (size_t fan = fan_offset_[begin]; fan < fan_offset_[end]; ++fan)
-            if (fan_class_[fan] != fan) fan_visual_[fan] = fan_visual_[fan_class_[fan]];
     });
 }
 
 void SplitTopology::list_triangles(const RangeRunner& run) {
-    constexpr uint32_t kChunk = 1024;  // faces
-    const uint32_t n_faces = faces_.n_faces(), n_chunks = (n_faces + kChunk - 1) / kChunk;
+    constexpr uint32_t kFaces = 1024;  // of a chunk
+    const uint32_t n_faces = faces_.n_faces(), n_chunks = (n_faces + kFaces - 1) / kFaces;
     std::vector<uint32_t> first(n_chunks + 1, 0);
     for (uint32_t chunk = 0; chunk < n_chunks; ++chunk) {
-        const uint32_t begin = chunk * kChunk, end = std::min(n_faces, begin + kChunk);
+        const uint32_t begin = chunk * kFaces, end = std::min(n_faces, begin + kFaces);
         first[chunk + 1] = first[chunk] + end - begin;
         if (listed_ == ListedFaces::visible)
             first[chunk + 1] -= std::accumulate(face_hidden_.begin() + begin, face_hidden_.begin() + end, 0u);
@@ -250,7 +246,7 @@ void SplitTopology::list_triangles(const RangeRunner& run) {
         for (uint32_t chunk = static_cast<uint32_t>(begin); chunk < end; ++chunk) {
             Triangle* out = slot.object->data() + first[chunk];
             uint32_t* face = triangle_face_.data() + first[chunk];
-            for (uint32_t f = chunk * kChunk, last = std::min(n_faces, f + kChunk); f < last; ++f) {
+            for (uint32_t f = chunk * kFaces, last = std::min(n_faces, f + kFaces); f < last; ++f) {
                 if (!all && hidden[f]) continue;
                 *out++ = {visual[fan[3 * f]], visual[fan[3 * f + 1]], visual[fan[3 * f + 2]]};
                 *face++ = f;

@@ -1,6 +1,7 @@
 // Which vertices and faces the visual mesh has while fracture goes on (Choi 2014, section 4.1 and Fig. 2).
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -70,17 +71,21 @@ public:
     uint32_t corner_fan(uint32_t corner) const { return corner_fan_[corner]; }  // corner: of FragmentFaces
     /// The visual vertex that a fan is an instance of; kNone: it is not seen.
     uint32_t vertex_of_fan(uint32_t fan) const { return fan_visual_[fan]; }
-    /// Visual vertices that are numbered by the fans [chunk kFanChunk, (chunk + 1) kFanChunk) are those from this one
-    /// to the next chunk's.
+    std::span<const uint32_t> vertices_of_fans() const { return fan_visual_; }  // (n_fans)
+    /// Pool vertices [chunk kChunk, (chunk + 1) kChunk) are what a thread takes at a time. Their visual vertices are
+    /// those from this one to the next chunk's.
     uint32_t chunk_vertex(size_t chunk) const { return chunk_vertex_[chunk]; }
-    size_t n_chunks() const { return (n_fans() + kFanChunk - 1) / kFanChunk; }
+    /// Their fans, likewise.
+    uint32_t chunk_fan(size_t chunk) const { return fan_offset_[std::min<size_t>(chunk * kChunk, faces_.n_vertices)]; }
+    size_t n_chunks() const { return (faces_.n_vertices + kChunk - 1) / kChunk; }
+    size_t chunk_of_fan(uint32_t fan) const { return fan_vertex_[fan] / kChunk; }
     /// Fragments connected at the vertex that is numbered by a fan, ascending.
     void fragments_of_class(uint32_t fan, std::vector<uint32_t>& out) const;
     void connected_fragments(uint32_t vertex, std::vector<uint32_t>& out) const {
         fragments_of_class(vertex_class_[vertex], out);
     }
 
-    static constexpr uint32_t kFanChunk = 512;
+    static constexpr uint32_t kChunk = 256;
     static constexpr uint32_t kNone = 0xffffffffu;
 
 private:

@@ -8,6 +8,7 @@
 
 #include "fracture_tools/counting_sort.h"
 #include "fracture_tools/disjoint_sets.h"
+#include "fracture_tools/four_floats.h"
 #include "fracture_tools/vector_clones.h"
 
 namespace sunder {
@@ -16,7 +17,6 @@ namespace {
 constexpr double kOuterCreaseCosine = 0.5;  // 60 degrees
 
 // CornerWeights as floats.
-typedef float FourFloats __attribute__((vector_size(16), may_alias));
 constexpr uint32_t kFloats = sizeof(CornerWeights) / sizeof(float);
 constexpr uint32_t kAngle = offsetof(CornerWeights, angle) / sizeof(float);
 static_assert(offsetof(CornerWeights, normal) == 0);
@@ -33,48 +33,23 @@ FaceNormal face_normal(const Vec3& a, const Vec3& b, const Vec3& c) {
     return {n, !(n.norm() > kSliver * longest)};
 }
 
-// In all four lanes.
-inline FourFloats length_of(const FourFloats& v) {
-    typedef int Order __attribute__((vector_size(16)));
-    const FourFloats s = v * v;
-    const FourFloats squared = __builtin_shuffle(s, Order{0, 0, 0, 0}) + __builtin_shuffle(s, Order{1, 1, 1, 1}) +
-                               __builtin_shuffle(s, Order{2, 2, 2, 2});
-    FourFloats length;
-    for (int i = 0; i < 4; ++i) length[i] = std::sqrt(squared[i]);
-    return length;
-}
-
-// Shorter ones have vanished (a flattened blend).
-constexpr float kShortest = 1e-12f;
-
 // n turned the way normals go; n itself where its image vanishes.
 Vec3 turned(const Mat3& linear, const Vec3& n) {
     Mat3 cofactor;
     for (int k = 0; k < 3; ++k) cofactor.col(k) = linear.col((k + 1) % 3).cross(linear.col((k + 2) % 3));
     const Vec3 image = cofactor * n;
     const double length = image.norm();
-    return length > kShortest ? Vec3(image / length) : n;
+    return length > kShortestNormal ? Vec3(image / length) : n;
 }
 
-// Normals [begin, end): the artist's, turned by the map of their vertex; or the sum of what faces tell, part after
-// part. Whether some are told by none.
-SUNDER_VECTOR_CLONES bool find_normals(const NormalParts& parts, std::span<const Vec3f> part_artist,
-                                       std::span<const uint32_t> part_angle, std::span<const NormalMap> normal_map,
+// Normals [begin, end): the sum of what faces tell, part after part. Whether some are told by none.
+SUNDER_VECTOR_CLONES bool find_normals(const NormalParts& parts, std::span<const uint32_t> part_angle,
                                        std::span<const CornerWeights> corner_weights, size_t begin, size_t end,
                                        CornerNormal* out) {
-    const auto leader = parts.leader(), vertex = parts.visual_vertex(), next = parts.next(), offset = parts.offset();
+    const auto leader = parts.leader(), next = parts.next(), offset = parts.offset();
     const float* weights = reinterpret_cast<const float*>(corner_weights.data());
     bool any_unsaid = false;
     for (size_t n = begin; n < end; ++n) {
-        FourFloats& normal = reinterpret_cast<FourFloats&>(out[leader[n]]);
-        const Vec3f& artist = part_artist[leader[n]];
-        if (artist.x() != 0 || artist.y() != 0 || artist.z() != 0) {
-            const FourFloats* column = reinterpret_cast<const FourFloats*>(normal_map[vertex[n]].column);
-            const FourFloats image = column[0] * artist.x() + column[1] * artist.y() + column[2] * artist.z();
-            const FourFloats length = length_of(image);
-            normal = length[0] > kShortest ? image / length : FourFloats{artist.x(), artist.y(), artist.z(), 0};
-            continue;
-        }
         FourFloats sum = {};
         for (uint32_t p = leader[n]; p != NormalParts::kNone; p = next[p])
             for (uint32_t i = offset[p]; i < offset[p + 1]; ++i) {
@@ -83,24 +58,25 @@ SUNDER_VECTOR_CLONES bool find_normals(const NormalParts& parts, std::span<const
             }
         const FourFloats length = length_of(sum);
         const bool is_said = length[0] > 1e-6f;
-        normal = is_said ? sum / length : FourFloats{0, 0, 0, 1};
+        reinterpret_cast<FourFloats&>(out[leader[n]]) = is_said ? sum / length : FourFloats{0, 0, 0, 1};
         any_unsaid |= !is_said;
     }
     return any_unsaid;
 }
 
-// Of the corners of n faces; the fourth number of each is written over by the next.
-SUNDER_VECTOR_CLONES void list_normals(const CornerNormal* normal, const uint32_t* corner_leader, const uint32_t* face,
-                                       size_t n, Vec3f* out) {
+// Of the corners of n faces, which are counted from the one that corner_normal begins with; the fourth number of each
+// is written over by the next.
+SUNDER_VECTOR_CLONES void list_normals(const CornerNormal* normal, const uint32_t* corner_normal, const uint32_t* face,
+                                       size_t n, uint32_t first_face, Vec3f* out) {
     float* to = reinterpret_cast<float*>(out);
-    const uint32_t* leader = corner_leader;
+    const uint32_t* corner = corner_normal;
     for (size_t t = 0; t < n; ++t, to += 9) {
-        leader = corner_leader + 3 * size_t{face[t]};
-        std::memcpy(to, normal + leader[0], sizeof(CornerNormal));
-        std::memcpy(to + 3, normal + leader[1], sizeof(CornerNormal));
-        if (t + 1 < n) std::memcpy(to + 6, normal + leader[2], sizeof(CornerNormal));
+        corner = corner_normal + 3 * size_t{face[t] - first_face};
+        std::memcpy(to, normal + corner[0], sizeof(CornerNormal));
+        std::memcpy(to + 3, normal + corner[1], sizeof(CornerNormal));
+        if (t + 1 < n) std::memcpy(to + 6, normal + corner[2], sizeof(CornerNormal));
     }
-    if (n > 0) out[3 * n - 1] = normal[leader[2]].unit;
+    if (n > 0) out[3 * n - 1] = normal[corner[2]].unit;
 }
 
 }  // namespace
@@ -109,34 +85,20 @@ SurfaceNormals::SurfaceNormals(const SplitTopology& topology, std::span<const Ve
                                std::span<const Vec3> rest_normals, std::span<const Vec3> interface_normals,
                                double interior_smooth_angle) {
     const FragmentFaces& faces = topology.faces();
+    first_teller_ = rest_normals.empty() ? 0 : faces.n_outer;
     find_rest_normals(faces, rest_vertex, interface_normals);
-    std::vector<uint32_t> smooth = find_smooth_corners(faces, std::cos(interior_smooth_angle * std::numbers::pi / 180));
+    silent_ = sliver_;
+    std::vector<Vec3f> unit;
     for (size_t c = 0; c < rest_normals.size(); ++c) {
         const double length = rest_normals[c].norm();
-        artist_normal_.push_back((length > 0.1 ? Vec3(rest_normals[c] / length) : rest_normal_[c / 3]).cast<float>());
+        unit.push_back((length > 0.1 ? Vec3(rest_normals[c] / length) : rest_normal_[c / 3]).cast<float>());
     }
-    if (!artist_normal_.empty()) first_teller_ = faces.n_outer, find_equal_corners(faces, smooth);
-    silent_ = sliver_;
-
-    parts_.emplace(topology, smooth);
-    for (uint32_t part = 0; part < parts_->n_parts(); ++part)
-        part_artist_.push_back(parts_->smooth(part) < artist_normal_.size() ? artist_normal_[parts_->smooth(part)]
-                                                                            : Vec3f::Zero());
-    for (const uint32_t c : parts_->corners())
-        part_angle_.push_back(c < 3 * first_teller_ ? 0 : kFloats * (c / 3 - first_teller_) + kAngle + c % 3);
+    artist_.emplace(topology, unit);
+    parts_.emplace(topology, first_teller_,
+                   find_smooth_corners(faces, std::cos(interior_smooth_angle * std::numbers::pi / 180)));
+    for (const uint32_t c : parts_->corners()) part_angle_.push_back(kFloats * (c / 3) + kAngle + c % 3);
     weights_.assign(faces.n_faces() - first_teller_, {}), teller_moved_.resize(weights_.size());
-    normal_.resize(parts_->n_parts()), normal_moved_.resize(parts_->n_parts());
-}
-
-// Outer corners of one vertex with the same normal share it, whatever lies between them.
-void SurfaceNormals::find_equal_corners(const FragmentFaces& faces, std::vector<uint32_t>& io_smooth) const {
-    const Groups around =
-        group_by(3 * faces.n_outer, faces.n_vertices, [&](uint32_t c) { return faces.triangles[c / 3][c % 3]; });
-    for (uint32_t v = 0; v < faces.n_vertices; ++v)
-        for (const uint32_t corner : around[v])
-            io_smooth[corner] = *std::find_if(around[v].begin(), around[v].end(), [&](uint32_t first) {
-                return artist_normal_[first] == artist_normal_[corner];
-            });
+    normal_.resize(artist_->size() + parts_->n_parts()), normal_moved_.resize(normal_.size());
 }
 
 void SurfaceNormals::find_rest_normals(const FragmentFaces& faces, std::span<const Vec3> rest_vertex,
@@ -161,7 +123,8 @@ std::vector<uint32_t> SurfaceNormals::find_smooth_corners(const FragmentFaces& f
         const Triangle& t = faces.triangles[corner / 3];
         return std::min(t[corner % 3], t[(corner + 1) % 3]);
     };
-    const Groups edges = group_by(3 * faces.n_faces(), faces.n_vertices, low_end);
+    const uint32_t first = 3 * first_teller_, n_corners = 3 * faces.n_faces() - first;
+    const Groups edges = group_by(n_corners, faces.n_vertices, [&](uint32_t c) { return low_end(first + c); });
     struct Side {  // a face at one of its edges
         uint32_t high;
         uint32_t kind;  // 0 outer, else the break surface of which fragment
@@ -170,19 +133,18 @@ std::vector<uint32_t> SurfaceNormals::find_smooth_corners(const FragmentFaces& f
     };
     std::vector<Side> sides;
 
-    std::vector<uint32_t> smooth = disjoint_sets(3 * size_t{faces.n_faces()});
+    std::vector<uint32_t> smooth = disjoint_sets(n_corners);
     auto corner_at = [&](uint32_t f, uint32_t v) {
         const Triangle& t = faces.triangles[f];
-        return 3 * f + (t[0] == v ? 0 : t[1] == v ? 1 : 2);
+        return 3 * (f - first_teller_) + (t[0] == v ? 0 : t[1] == v ? 1 : 2);
     };
     auto join = [&](uint32_t f, uint32_t g, uint32_t v) { unite(smooth, corner_at(f, v), corner_at(g, v)); };
     for (uint32_t low = 0; low < faces.n_vertices; ++low) {
         sides.clear();
         for (const uint32_t corner : edges[low]) {
-            const uint32_t f = corner / 3;
+            const uint32_t f = (first + corner) / 3, c = corner % 3;
             const Triangle& t = faces.triangles[f];
-            sides.push_back(
-                {std::max(t[corner % 3], t[(corner + 1) % 3]), faces.is_outer(f) ? 0 : 1 + faces.fragment[f], f});
+            sides.push_back({std::max(t[c], t[(c + 1) % 3]), faces.is_outer(f) ? 0 : 1 + faces.fragment[f], f});
         }
         std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) { return x.key() < y.key(); });
         for (size_t i = 0; i < sides.size(); ++i)
@@ -206,7 +168,13 @@ void SurfaceNormals::bind(const SplitTopology& topology, const RangeRunner& run)
         silent_[f] = sliver_[f] | topology.face_hidden()[f];
         if (f >= first_teller_) weights_[f - first_teller_] = {};
     }
-    chunk_changed_.assign((topology.triangle_face().size() + kChunk - 1) / kChunk, 0);
+    chunk_changed_.assign((topology.triangle_face().size() + kTriangles - 1) / kTriangles, 0);
+}
+
+void SurfaceNormals::place_chunk(const SplitTopology& topology, const SkinMotion& motion, size_t chunk,
+                                 std::span<const NormalMap> normal_map) {
+    artist_->turn(topology, chunk, normal_map, motion.moved().subspan(topology.chunk_vertex(chunk)), normal_,
+                  normal_moved_);
 }
 
 SharedArray<Vec3f> SurfaceNormals::evaluate(const SplitTopology& topology, const SkinBinding& binding,
@@ -221,11 +189,14 @@ SharedArray<Vec3f> SurfaceNormals::evaluate(const SplitTopology& topology, const
     auto& slot = recycler_.take(3 * face.size(), 3 * size_t{topology.faces().n_faces()});
     run_by_turns(run, chunk_changed_.size(), 4, [&](size_t begin, size_t end) {
         for (size_t chunk = begin; chunk < end; ++chunk) {
-            const size_t t = chunk * kChunk, n = std::min(kChunk, face.size() - t);
+            const size_t t = chunk * kTriangles, n = std::min(kTriangles, face.size() - t);
             if (motion.all_moved() || any_moved(face.subspan(t, n))) chunk_changed_[chunk] = motion.frame();
             if (chunk_changed_[chunk] <= slot.written) continue;
+            const size_t n_artist = t < first_teller_ ? std::min(n, first_teller_ - t) : 0;
             Vec3f* out = slot.object->data();
-            list_normals(normal_.data(), parts_->corner_leader().data(), &face[t], n, out + 3 * t);
+            list_normals(normal_.data(), artist_->of_corner().data(), &face[t], n_artist, 0, out + 3 * t);
+            list_normals(normal_.data() + artist_->size(), parts_->corner_leader().data(), face.data() + t + n_artist,
+                         n - n_artist, first_teller_, out + 3 * (t + n_artist));
             if (any_unsaid_) turn_unsaid(topology, binding, motion, t, t + n, out);
         }
     });
@@ -255,10 +226,8 @@ void SurfaceNormals::weigh_moved(const SplitTopology& topology, const SkinMotion
 }
 
 bool SurfaceNormals::touches_moved(size_t normal, const SkinMotion& motion) const {
-    const uint32_t leader = parts_->leader()[normal];
     if (motion.moved()[parts_->visual_vertex()[normal]]) return true;
-    if (!part_artist_[leader].isZero(0)) return false;
-    for (uint32_t p = leader; p != NormalParts::kNone; p = parts_->next()[p])
+    for (uint32_t p = parts_->leader()[normal]; p != NormalParts::kNone; p = parts_->next()[p])
         for (uint32_t i = parts_->offset()[p]; i < parts_->offset()[p + 1]; ++i)
             if (teller_moved_[part_angle_[i] / kFloats]) return true;
     return false;
@@ -266,14 +235,13 @@ bool SurfaceNormals::touches_moved(size_t normal, const SkinMotion& motion) cons
 
 void SurfaceNormals::find_moved(const SkinMotion& motion, size_t begin, size_t end) {
     const auto find = [&](size_t from, size_t to) {
-        if (from < to &&
-            find_normals(*parts_, part_artist_, part_angle_, motion.normal_maps(), weights_, from, to, normal_.data()))
+        if (from < to && find_normals(*parts_, part_angle_, weights_, from, to, normal_.data() + artist_->size()))
             any_unsaid_ = true;
     };
     if (motion.all_moved()) return find(begin, end);
     size_t still = begin;  // those before it are done
     for (size_t n = begin; n < end; ++n) {
-        uint8_t& is_moved = normal_moved_[parts_->leader()[n]];
+        uint8_t& is_moved = normal_moved_[artist_->size() + parts_->leader()[n]];
         is_moved = touches_moved(n, motion);
         if (is_moved) continue;
         find(still, n);
@@ -282,20 +250,23 @@ void SurfaceNormals::find_moved(const SkinMotion& motion, size_t begin, size_t e
     find(still, end);
 }
 
+size_t SurfaceNormals::normal_of(uint32_t face, uint32_t corner) const {
+    if (face < first_teller_) return artist_->of_corner()[3 * face + corner];
+    return artist_->size() + parts_->corner_leader()[3 * (face - first_teller_) + corner];
+}
+
 bool SurfaceNormals::any_moved(std::span<const uint32_t> faces) const {
-    const auto leader = parts_->corner_leader();
     return std::any_of(faces.begin(), faces.end(), [&](uint32_t f) {
-        return normal_moved_[leader[3 * f]] || normal_moved_[leader[3 * f + 1]] || normal_moved_[leader[3 * f + 2]];
+        return normal_moved_[normal_of(f, 0)] || normal_moved_[normal_of(f, 1)] || normal_moved_[normal_of(f, 2)];
     });
 }
 
 void SurfaceNormals::turn_unsaid(const SplitTopology& topology, const SkinBinding& binding, const SkinMotion& motion,
                                  size_t begin, size_t end, Vec3f* out) const {
-    const auto leader = parts_->corner_leader();
     for (size_t t = begin; t < end; ++t)
         for (uint32_t c = 0; c < 3; ++c) {
             const uint32_t f = topology.triangle_face()[t];
-            if (normal_[leader[3 * f + c]].unsaid == 0) continue;
+            if (normal_[normal_of(f, c)].unsaid == 0) continue;
             const Mat3 linear = motion.linear_at(binding, topology.triangles()[t][c]);
             out[3 * t + c] = turned(linear, rest_normal_[f]).cast<float>();
         }

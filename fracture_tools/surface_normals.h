@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "fracture_tools/artist_normals.h"
 #include "fracture_tools/corner_weights.h"
 #include "fracture_tools/normal_parts.h"
 #include "fracture_tools/range_runner.h"
@@ -16,18 +17,12 @@
 
 namespace sunder {
 
-struct alignas(16) CornerNormal {
-    Vec3f unit;
-    float unsaid = 0;  // 1 where no triangle tells a normal
-};
-
 /// Which corners share a normal is decided at rest, around each vertex: two faces with a common edge are smooth there
 /// if their rest normals differ by less than 60 degrees (outer faces), or less than the set's interior smooth angle
 /// (break surfaces of one fragment). Outer and interior faces never are: a break has a sharp rim. At run time corners
 /// that are smooth and still on one visual vertex get the mean of their faces' normals, weighted by the faces' angles.
 ///
-/// Where the artist brought normals, outer corners have those, turned as the skin turns there (cofactor of its linear
-/// part, which is what carries normals).
+/// Where the artist brought normals, outer corners have those (artist_normals.h).
 class SurfaceNormals {
 public:
     /// `rest_vertex`: pool vertices in rest coordinates. `rest_normals`: the artist's, of outer corners, in rest
@@ -36,47 +31,50 @@ public:
     SurfaceNormals(const SplitTopology& topology, std::span<const Vec3> rest_vertex, std::span<const Vec3> rest_normals,
                    std::span<const Vec3> interface_normals, double interior_smooth_angle);
 
-    /// Whether `evaluate` reads the motion's normal maps.
-    SkinExtras needs() const { return artist_normal_.empty() ? SkinExtras::none : SkinExtras::normal_maps; }
+    /// Whether `place_chunk` reads normal maps.
+    SkinExtras needs() const { return artist_->size() == 0 ? SkinExtras::none : SkinExtras::normal_maps; }
 
     /// Finds which corners share a normal, around the pool vertices that changed, and lists normals in one pass. Call
     /// after each update of `topology` that changed something; the next `evaluate` takes all as moved.
     void bind(const SplitTopology& topology, const RangeRunner& run);
 
-    /// Of the vertices as `motion` has just moved them. Gives a unit vector for each corner, degenerate triangles
-    /// included: those have their rest normal, turned by the skin. What touches no moved vertex is left as it was.
-    /// (3 n_triangles x 3)
+    /// For each chunk of vertices that `motion` moves, once they are in place.
+    void place_chunk(const SplitTopology& topology, const SkinMotion& motion, size_t chunk,
+                     std::span<const NormalMap> normal_map);
+
+    /// Of the vertices as `motion` has just moved them, after all chunks. Gives a unit vector for each corner,
+    /// degenerate triangles included: those have their rest normal, turned by the skin. What touches no moved vertex is
+    /// left as it was. (3 n_triangles x 3)
     SharedArray<Vec3f> evaluate(const SplitTopology& topology, const SkinBinding& binding, const SkinMotion& motion,
                                 const RangeRunner& run);
 
 private:
-    static constexpr size_t kChunk = 512;   // triangles whose corners are written together
-    static constexpr size_t kGrain = 1024;  // triangles or normals that are worth a thread
+    static constexpr size_t kTriangles = 512;  // whose corners are written together
+    static constexpr size_t kGrain = 1024;     // triangles or normals that are worth a thread
 
     void find_rest_normals(const FragmentFaces& faces, std::span<const Vec3> rest_vertex,
                            std::span<const Vec3> interface_normals);
     std::vector<uint32_t> find_smooth_corners(const FragmentFaces& faces, double interior_cosine) const;
-    void find_equal_corners(const FragmentFaces& faces, std::vector<uint32_t>& io_smooth) const;
     void weigh_moved(const SplitTopology& topology, const SkinMotion& motion, size_t begin, size_t end);
     bool touches_moved(size_t normal, const SkinMotion& motion) const;
     void find_moved(const SkinMotion& motion, size_t begin, size_t end);
+    size_t normal_of(uint32_t face, uint32_t corner) const;  // index of `normal_`
     bool any_moved(std::span<const uint32_t> faces) const;
     void turn_unsaid(const SplitTopology& topology, const SkinBinding& binding, const SkinMotion& motion, size_t begin,
                      size_t end, Vec3f* out) const;
 
-    std::vector<Vec3f> artist_normal_;  // unit                           (3 n_outer x 3), or empty
-    uint32_t first_teller_ = 0;         // faces from here on have a say in normals: with the artist's, inner ones alone
-    std::vector<Vec3> rest_normal_;     // unit                           (n_faces x 3)
-    std::vector<uint8_t> sliver_;       // face too thin to tell a normal (n_faces)
-    std::vector<uint8_t> silent_;       // sliver, or hidden: has no say in how its neighbours are shaded   (n_faces)
+    uint32_t first_teller_ = 0;      // faces from here on have a say in normals: with the artist's, inner ones alone
+    std::vector<Vec3> rest_normal_;  // unit                           (n_faces x 3)
+    std::vector<uint8_t> sliver_;    // face too thin to tell a normal (n_faces)
+    std::vector<uint8_t> silent_;    // sliver, or hidden: has no say in how its neighbours are shaded   (n_faces)
 
-    std::optional<NormalParts> parts_;
-    std::vector<Vec3f> part_artist_;    // the artist's normal; zero: what triangles say      (n_parts)
-    std::vector<uint32_t> part_angle_;  // of NormalParts::corners(): where weights_ has the angle, in floats
+    std::optional<ArtistNormals> artist_;  // of the faces before it
+    std::optional<NormalParts> parts_;     // of tellers' corners
+    std::vector<uint32_t> part_angle_;     // of NormalParts::corners(): where weights_ has the angle, in floats
 
     std::vector<CornerWeights> weights_;    // of faces from first_teller_ on; zero where one is not listed or is silent
     std::vector<uint8_t> teller_moved_;     // as weights_
-    std::vector<CornerNormal> normal_;      // at the number of the part that leads it   (n_parts)
+    std::vector<CornerNormal> normal_;      // the artist's, then others at the number of the part that leads them
     std::vector<uint8_t> normal_moved_;     // the same; not kept up where all moved
     std::atomic<bool> any_unsaid_ = false;  // false: no normal is
     std::vector<uint64_t> chunk_changed_;   // SkinMotion::frame in which a chunk changed last

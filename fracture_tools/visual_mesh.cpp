@@ -118,7 +118,7 @@ struct VisualMeshBuilder::Impl {
         for (const Vec3f& n : set->outer_corner_normals) artist_normals.push_back(pose.orientation * n.cast<double>());
         for (const Interface& i : set->interfaces) interface_normals.push_back(pose.orientation * i.normal);
         normals.emplace(*topology, rest_vertex, artist_normals, interface_normals, set->interior_smooth_angle);
-        motion.emplace(normals->needs());
+        motion.emplace(normals->needs(), topology->n_fans());
         skin.emplace(std::move(rest_vertex), rest);
         attributes.emplace(set);
 
@@ -224,30 +224,20 @@ struct VisualMeshBuilder::Impl {
         mesh.vertex_fragment = ArrayRecycler<uint32_t>::share(slot);
     }
 
-    // What visual vertices of the split topology have, as vertices of the mesh have it.
-    SharedArray<Vec3f> list_vertices(std::span<const Vec3> of_split, ArrayRecycler<Vec3f>& io_recycler,
-                                     const RangeRunner& run) const {
-        const SkinBinding& binding = *mesh.skin;
-        auto& slot = io_recycler.take(binding.n_vertices(), topology->n_fans());
-        std::vector<Vec3f>& out = *slot.object;
-        run_by_turns(run, binding.chunks.size(), 4, [&](size_t begin, size_t end) {
-            for (size_t chunk = begin; chunk < end; ++chunk) {
-                if (!is_constant && motion->changed(chunk) <= slot.written) continue;
-                for (uint32_t v = binding.first_vertex[chunk]; v < binding.first_vertex[chunk + 1]; ++v)
-                    out[v] = of_split[is_constant ? topology->vertex_of_fan(v) : v].cast<float>();
-            }
-        });
-        slot.written = motion->frame();
-        return ArrayRecycler<Vec3f>::share(slot);
+    // What a chunk's visual vertices of the split topology have, as vertices of the mesh have it.
+    void list_chunk(size_t chunk, std::span<const Vec3> of_split, ArrayRecycler<Vec3f>::Slot& io_slot) const {
+        if (motion->changed(chunk) <= io_slot.written) return;
+        Vec3f* out = io_slot.object->data();
+        for (uint32_t v = mesh.skin->first_vertex[chunk]; v < mesh.skin->first_vertex[chunk + 1]; ++v)
+            out[v] = of_split[is_constant ? topology->vertex_of_fan(v) : v].cast<float>();
     }
 
     std::shared_ptr<const SkinBinding> instances(const SkinBinding& of_split) const {
         auto out = std::make_shared<SkinBinding>();
         out->rest_vertex = of_split.rest_vertex;
-        for (uint32_t first = 0; first < topology->n_fans(); first = out->first_vertex.back()) {
-            const uint32_t last = std::min<uint32_t>(first + SplitTopology::kFanChunk, topology->n_fans());
+        for (size_t c = 0; c < topology->n_chunks(); ++c) {
             SkinChunk chunk;
-            for (uint32_t fan = first; fan < last; ++fan) {
+            for (uint32_t fan = topology->chunk_fan(c); fan < topology->chunk_fan(c + 1); ++fan) {
                 const uint32_t v = topology->vertex_of_fan(fan);
                 const auto influences = of_split.influences(v);
                 chunk.key.push_back(fan), chunk.pool_vertex.push_back(of_split.pool_vertex(v));
@@ -256,7 +246,7 @@ struct VisualMeshBuilder::Impl {
                 chunk.influence_offset.push_back(static_cast<uint32_t>(chunk.influence.size()));
             }
             out->chunks.push_back(std::make_shared<const SkinChunk>(std::move(chunk)));
-            out->first_vertex.push_back(last);
+            out->first_vertex.push_back(topology->chunk_fan(c + 1));
         }
         return out;
     }
@@ -268,10 +258,19 @@ struct VisualMeshBuilder::Impl {
         if (!frame.velocity.empty())
             transforms->rates(frame.position, frame.velocity, frame.angular_velocity, frame.edge_intact, rate, run);
         const SkinBinding& binding = *skin->binding();
-        if (!motion->move(binding, is_rebound, particle, rate, run)) return;
+        if (!motion->take(is_rebound, particle, rate)) return;
         mesh.positions = {}, mesh.velocities = {}, mesh.corner_normals = {};  // free for the next lines to write over
-        mesh.positions = list_vertices(motion->positions(), positions, run);
-        if (!rate.empty()) mesh.velocities = list_vertices(motion->velocities(), velocities, run);
+        const size_t n = mesh.skin->n_vertices(), most = topology->n_fans();
+        auto& position = positions.take(n, most);
+        auto* velocity = rate.empty() ? nullptr : &velocities.take(n, most);
+        motion->move(binding, run, [&](size_t chunk, std::span<const NormalMap> normal_map) {
+            normals->place_chunk(*topology, *motion, chunk, normal_map);
+            list_chunk(chunk, motion->positions(), position);
+            if (velocity) list_chunk(chunk, motion->velocities(), *velocity);
+        });
+        position.written = motion->frame();
+        mesh.positions = ArrayRecycler<Vec3f>::share(position);
+        if (velocity) velocity->written = motion->frame(), mesh.velocities = ArrayRecycler<Vec3f>::share(*velocity);
         mesh.corner_normals = normals->evaluate(*topology, binding, *motion, run);
     }
 

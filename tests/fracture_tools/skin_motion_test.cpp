@@ -146,9 +146,14 @@ TEST(SkinMotion, vector_registers_of_any_width_give_the_bits_of_the_plain_sum) {
         for (double& x : a.linear.reshaped()) x = normal(random);
         for (double& x : a.offset) x = 10 * normal(random);
     }
-    SkinMotion motion(SkinExtras::normal_maps);
+    SkinMotion motion(SkinExtras::normal_maps, 0);
     const SkinBinding& binding = *skin.binding();
-    ASSERT_TRUE(motion.move(binding, true, maps, maps, run_serially));
+    ASSERT_TRUE(motion.take(true, maps, maps));
+    std::vector<NormalMap> normal_maps;
+    motion.move(binding, run_serially, [&](size_t, std::span<const NormalMap> of_chunk) {
+        normal_maps.insert(normal_maps.end(), of_chunk.begin(), of_chunk.end());
+    });
+    ASSERT_EQ(normal_maps.size(), binding.n_vertices());
     for (size_t v = 0; v < binding.n_vertices(); ++v) {
         double sum[3][4] = {};
         for (const auto& [p, w] : binding.influences(v))
@@ -161,7 +166,7 @@ TEST(SkinMotion, vector_registers_of_any_width_give_the_bits_of_the_plain_sum) {
         for (int k = 0; k < 3; ++k)
             for (int i = 0; i < 3; ++i) {
                 const int a = (i + 1) % 3, b = (i + 2) % 3, c = (k + 1) % 3, d = (k + 2) % 3;
-                EXPECT_EQ(motion.normal_maps()[v].column[k][i],
+                EXPECT_EQ(normal_maps[v].column[k][i],
                           static_cast<float>(sum[a][c] * sum[b][d] - sum[b][c] * sum[a][d]));
             }
     }

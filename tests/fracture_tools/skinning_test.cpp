@@ -64,8 +64,9 @@ struct Skinned {
         skin.bind(topology, body.intact);
         std::vector<Affine> particle;
         ParticleTransforms(body.rest).evaluate(body.position, body.orientation, body.plastic, body.intact, particle);
-        SkinMotion motion(SkinExtras::none);
-        motion.move(*skin.binding(), true, particle, {}, run_serially);
+        SkinMotion motion(SkinExtras::none, 0);
+        motion.take(true, particle, {});
+        motion.move(*skin.binding(), run_serially);
         positions.assign(motion.positions().begin(), motion.positions().end());
     }
     Vec3 corner(size_t triangle, int c) const { return positions[topology.triangles()[triangle][c]]; }
