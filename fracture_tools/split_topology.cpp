@@ -141,9 +141,11 @@ void SplitTopology::find_changed_vertices(std::span<const uint8_t> interface_int
     for (size_t i = 0; i + 1 < interface_offset_.size(); ++i) {
         if (bool(interface_intact[i]) == bool(interface_intact_[i])) continue;
         for (uint32_t s = interface_offset_[i]; s < interface_offset_[i + 1]; ++s)
-            for (uint32_t v : faces_.triangles[interface_face_[s]])
-                if (!vertex_changed_[v]) vertex_changed_[v] = 1, changed_vertices_.push_back(v);
+            for (uint32_t v : faces_.triangles[interface_face_[s]]) vertex_changed_[v] = 1;
     }
+    // In ascending order, in which what is kept about them lies in memory.
+    for (uint32_t v = 0; v < faces_.n_vertices; ++v)
+        if (vertex_changed_[v]) changed_vertices_.push_back(v);
 }
 
 void SplitTopology::unite_fans_around(uint32_t v) {
@@ -246,7 +248,13 @@ void SplitTopology::list_triangles(const RangeRunner& run) {
         for (uint32_t chunk = static_cast<uint32_t>(begin); chunk < end; ++chunk) {
             Triangle* out = slot.object->data() + first[chunk];
             uint32_t* face = triangle_face_.data() + first[chunk];
-            for (uint32_t f = chunk * kFaces, last = std::min(n_faces, f + kFaces); f < last; ++f) {
+            uint32_t f = chunk * kFaces;
+            const uint32_t last = std::min(n_faces, f + kFaces), last_outer = std::min(faces_.n_outer, last);
+            for (; f < last_outer; ++f) {
+                *out++ = {visual[fan[3 * f]], visual[fan[3 * f + 1]], visual[fan[3 * f + 2]]};
+                *face++ = f;
+            }
+            for (; f < last; ++f) {
                 if (!all && hidden[f]) continue;
                 *out++ = {visual[fan[3 * f]], visual[fan[3 * f + 1]], visual[fan[3 * f + 2]]};
                 *face++ = f;
