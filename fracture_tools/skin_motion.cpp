@@ -52,7 +52,7 @@ SUNDER_VECTOR_CLONES void place(const SkinChunk& chunk, const Vec3* rest, const 
     for (size_t v = 0; v < chunk.n_vertices(); ++v) {
         if (!moved[v]) continue;
         blend(chunk.influences(v), map, b);
-        out[v] = apply(b, rest[chunk.pool_vertex[v]]);
+        out[v] = apply(b, rest[chunk.vertex[v].pool_vertex]);
         if (out_normal_map) cofactor_of(b, out_normal_map[v]);
     }
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <cstring>
 #include <limits>
 
 #include "fracture_tools/counting_sort.h"
@@ -13,6 +14,9 @@ namespace {
 
 typedef double Lanes __attribute__((vector_size(32), may_alias, aligned(8)));
 typedef int64_t Order __attribute__((vector_size(32)));
+typedef int32_t Parts __attribute__((vector_size(16), may_alias, aligned(4)));
+typedef float Weights __attribute__((vector_size(16)));
+typedef int64_t Pair __attribute__((vector_size(16)));
 constexpr size_t kLanes = 4;
 
 }  // namespace
@@ -28,12 +32,12 @@ std::span<const SkinBinding::Influence> SkinBinding::influences(size_t vertex) c
 
 uint32_t SkinBinding::pool_vertex(size_t vertex) const {
     const size_t c = chunk_of(vertex);
-    return chunks[c]->pool_vertex[vertex - first_vertex[c]];
+    return chunks[c]->vertex[vertex - first_vertex[c]].pool_vertex;
 }
 
 uint32_t SkinBinding::nearest(size_t vertex) const {
     const size_t c = chunk_of(vertex);
-    return chunks[c]->nearest[vertex - first_vertex[c]];
+    return chunks[c]->vertex[vertex - first_vertex[c]].nearest;
 }
 
 std::vector<uint32_t> SkinBinding::influence_offset() const {
@@ -119,7 +123,14 @@ struct Skin::Scratch {
     std::vector<List> lists;
     std::vector<uint32_t> listed;              // fragments connected, then candidates
     std::vector<double> number;                // of each candidate: squared distance in supports, weight
-    std::vector<SkinChunk::Influence> weight;  // of a chunk so far
+    std::vector<SkinChunk::Influence> weight;  // found for a chunk
+
+    // Influences of a chunk that are put together: [begin, end) of the chunk as it was, or of `weight`.
+    struct Part {
+        bool is_old;
+        uint32_t begin, end;
+    };
+    std::vector<Part> parts;
 };
 
 void Skin::bind(const SplitTopology& topology, std::span<const uint8_t> edge_intact, const RangeRunner& run) {
@@ -140,52 +151,60 @@ void Skin::bind(const SplitTopology& topology, std::span<const uint8_t> edge_int
             bind_chunk(topology, changed[i], scratch, *next);
     });
     binding_ = std::move(next);
+    vertex_class_.assign(topology.vertex_classes().begin(), topology.vertex_classes().end());
 }
 
 void Skin::bind_chunk(const SplitTopology& topology, size_t chunk, Scratch& io_scratch, SkinBinding& io_next) const {
     const SkinChunk none, &old = io_next.chunks[chunk] ? *io_next.chunks[chunk] : none;
-    const auto made = std::make_shared<SkinChunk>();
+    const uint32_t n_old = static_cast<uint32_t>(old.n_vertices());
+    const uint32_t* const old_key = vertex_class_.data() + (n_old > 0 ? binding_->first_vertex[chunk] : 0);
     const uint32_t first = io_next.first_vertex[chunk], n = io_next.first_vertex[chunk + 1] - first;
-    made->key.resize(n), made->pool_vertex.resize(n), made->nearest.resize(n), made->influence_offset.resize(n + 1);
-    for (uint32_t v = 0; v < n; ++v)
-        made->key[v] = topology.vertex_class(first + v), made->pool_vertex[v] = topology.pool_vertex(first + v);
+    const uint32_t* const key = topology.vertex_classes().data() + first;
+    const auto made = std::make_shared<SkinChunk>();
+    made->vertex.resize(n);
+    SkinChunk::Vertex* const vertex = made->vertex.data();
+    const SkinChunk::Vertex* const was = old.vertex.data();
+    const uint8_t* const changed = class_changed_.data();
 
     std::vector<uint32_t>& connected = io_scratch.connected;
     std::vector<SkinChunk::Influence>& weight = io_scratch.weight;
-    uint32_t used = 0;  // of `weight`
-    const auto make_room = [&](size_t more) {
-        if (used + more > weight.size()) weight.resize(2 * (used + more));
-    };
-    const uint32_t n_old = static_cast<uint32_t>(old.n_vertices());
+    std::vector<Scratch::Part>& parts = io_scratch.parts;
+    parts.clear();
+    uint32_t found = 0, influence_end = 0;  // influences: in `weight`, in the chunk
     for (uint32_t v = 0, before = 0; v < n;) {
+        while (before < n_old && old_key[before] < key[v]) ++before;
+        const uint32_t begin = before > 0 ? was[before - 1].influence_end : 0, shift = influence_end - begin;
         uint32_t run = 0;  // of vertices that keep what they have
-        while (before < n_old && old.key[before] < made->key[v]) ++before;
-        while (v + run < n && before + run < n_old && old.key[before + run] == made->key[v + run] &&
-               !class_changed_[made->key[v + run]])
-            ++run;
+        for (const uint32_t most = std::min(n - v, n_old - before); run < most; ++run) {
+            if (old_key[before + run] != key[v + run] || changed[key[v + run]]) break;
+            const SkinChunk::Vertex& kept = was[before + run];
+            vertex[v + run] = {kept.pool_vertex, kept.nearest, kept.influence_end + shift};
+        }
         if (run > 0) {
-            const uint32_t begin = old.influence_offset[before], end = old.influence_offset[before + run];
-            make_room(end - begin);
-            std::copy(old.influence.begin() + begin, old.influence.begin() + end, weight.begin() + used);
-            for (uint32_t i = 0; i < run; ++i) {
-                made->nearest[v + i] = old.nearest[before + i];
-                made->influence_offset[v + i + 1] = old.influence_offset[before + i + 1] + (used - begin);
-            }
-            v += run, before += run, used += end - begin;
+            v += run, before += run;
+            parts.push_back({true, begin, was[before - 1].influence_end});
+            influence_end += parts.back().end - begin;
             continue;
         }
-        topology.fragments_of_class(made->key[v], connected);
-        const Vec3& x = (*io_next.rest_vertex)[made->pool_vertex[v]];
+        topology.fragments_of_class(key[v], connected);
+        const uint32_t pool_vertex = topology.pool_vertex(first + v);
+        const Vec3& x = (*io_next.rest_vertex)[pool_vertex];
         const std::span<const uint32_t> candidates = find_candidates(io_scratch);
-        make_room(candidates.size());
-        used += static_cast<uint32_t>(weigh(place_.data(), candidates, x, io_scratch, weight.data() + used));
-        made->influence_offset[v + 1] = used;
-        made->nearest[v] = *std::min_element(connected.begin(), connected.end(), [&](uint32_t i, uint32_t j) {
+        if (found + candidates.size() > weight.size()) weight.resize(2 * (found + candidates.size()));
+        const uint32_t more =
+            static_cast<uint32_t>(weigh(place_.data(), candidates, x, io_scratch, weight.data() + found));
+        if (parts.empty() || parts.back().is_old) parts.push_back({false, found, found});
+        found += more, influence_end += more, parts.back().end = found;
+        const uint32_t nearest = *std::min_element(connected.begin(), connected.end(), [&](uint32_t i, uint32_t j) {
             return (rest_particle_[i] - x).squaredNorm() < (rest_particle_[j] - x).squaredNorm();
         });
-        ++v;
+        vertex[v++] = {pool_vertex, nearest, influence_end};
     }
-    made->influence.assign(weight.begin(), weight.begin() + used);
+    made->influence.reserve(influence_end);
+    for (const Scratch::Part& part : parts) {
+        const auto from = part.is_old ? old.influence.begin() : weight.begin();
+        made->influence.insert(made->influence.end(), from + part.begin, from + part.end);
+    }
     io_next.chunks[chunk] = made;
 }
 
@@ -258,19 +277,28 @@ SUNDER_VECTOR_CLONES size_t Skin::weigh(const Place* place, std::span<const uint
         sums += numbers(i);
     }
     constexpr double kOne = 16777216;  // 2^24 parts
+    constexpr float kPart = static_cast<float>(1 / kOne);
     const double scale = kOne / ((sums[0] + sums[1]) + (sums[2] + sums[3]));
-    int32_t rest = static_cast<int32_t>(kOne);
-    float most = 0;
-    size_t largest = 0, kept = 0;
-    for (size_t i = 0; i < n; ++i) {  // without branches, which nothing would foretell
-        const int32_t parts = static_cast<int32_t>(number[i] * scale + 0.5);
-        const float weight = static_cast<float>(parts) * static_cast<float>(1 / kOne);
-        out[kept] = {particle[i], weight};
-        largest = weight > most ? kept : largest, most = weight > most ? weight : most;
-        rest -= parts, kept += parts > 0;
+    Parts left = {};
+    int64_t kept = 0, largest = 0;
+    int32_t most = 0;
+    for (size_t i = 0; i < n; i += kLanes) {  // without branches, which nothing would foretell
+        const Parts parts = __builtin_convertvector(numbers(i) * scale + 0.5, Parts), some = parts != 0;
+        const Parts weight = reinterpret_cast<Parts>(__builtin_convertvector(parts, Weights) * kPart);
+        const Parts which = reinterpret_cast<const Parts&>(particle[i]);
+        const Pair pair[2] = {reinterpret_cast<Pair>(__builtin_shuffle(which, weight, Parts{0, 4, 1, 5})),
+                              reinterpret_cast<Pair>(__builtin_shuffle(which, weight, Parts{2, 6, 3, 7}))};
+        left -= parts;
+        for (size_t k = 0; k < kLanes; ++k) {
+            const int64_t influence = pair[k / 2][k % 2];
+            std::memcpy(out + kept, &influence, sizeof influence);
+            largest = parts[k] > most ? kept : largest, most = parts[k] > most ? parts[k] : most;
+            kept -= some[k];
+        }
     }
-    out[largest].weight += static_cast<float>(rest) * static_cast<float>(1 / kOne);
-    return kept;
+    const int32_t rest = static_cast<int32_t>(kOne) + ((left[0] + left[1]) + (left[2] + left[3]));
+    out[largest].weight += static_cast<float>(rest) * kPart;
+    return static_cast<size_t>(kept);
 }
 
 }  // namespace sunder

@@ -26,16 +26,19 @@ struct SkinChunk {
         float weight;  // a multiple of 2^-24
     };
 
-    std::vector<uint32_t> key;                     // what tells a vertex from others of its mesh  (n), ascending
-    std::vector<uint32_t> pool_vertex;             // (n)
-    std::vector<uint32_t> nearest;                 // (n), particle followed first, connected there
-    std::vector<uint32_t> influence_offset = {0};  // (n + 1), into the next
-    std::vector<Influence> influence;
+    struct Vertex {
+        uint32_t pool_vertex;
+        uint32_t nearest;        // particle followed first, connected there
+        uint32_t influence_end;  // in `influence`; they begin where those of the vertex before end
+    };
 
-    size_t n_vertices() const { return pool_vertex.size(); }
-    std::span<const Influence> influences(size_t vertex) const {
-        const uint32_t begin = influence_offset[vertex], end = influence_offset[vertex + 1];
-        return {influence.data() + begin, end - begin};
+    std::vector<Vertex> vertex;
+    std::vector<Influence> influence;  // vertex after vertex
+
+    size_t n_vertices() const { return vertex.size(); }
+    std::span<const Influence> influences(size_t v) const {
+        const uint32_t begin = v > 0 ? vertex[v - 1].influence_end : 0;
+        return {influence.data() + begin, vertex[v].influence_end - begin};
     }
 };
 
@@ -113,6 +116,7 @@ private:
 
     std::vector<uint32_t> fragment_fan_, fragment_fan_offset_;  // fans of a fragment            (n_fragments + 1)
     std::vector<uint8_t> edge_intact_;                          // of the last bind
+    std::vector<uint32_t> vertex_class_;                        // of its vertices
     std::vector<uint8_t> class_changed_;                        // since the last bind           (n_fans)
     std::vector<uint8_t> chunk_changed_;                        // (n_chunks of the topology)
     std::shared_ptr<const SkinBinding> binding_;

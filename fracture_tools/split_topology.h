@@ -56,6 +56,7 @@ public:
     size_t n_vertices() const { return vertex_class_.size(); }
     /// Fan that a visual vertex is numbered by, the lowest of those that hang together in it; ascending.
     uint32_t vertex_class(uint32_t vertex) const { return vertex_class_[vertex]; }
+    std::span<const uint32_t> vertex_classes() const { return vertex_class_; }
     /// Pool vertex of a visual vertex; visual vertices are ascending by it.
     uint32_t pool_vertex(uint32_t vertex) const { return fan_vertex_[vertex_class_[vertex]]; }
     /// Fans, the instances of vertices of section 4.2: their number and order do not change while fracture goes on.

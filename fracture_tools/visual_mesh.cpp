@@ -218,8 +218,9 @@ struct VisualMeshBuilder::Impl {
         auto& slot = nearest.take(binding.n_vertices(), topology->n_fans());
         run(binding.chunks.size(), 16, [&](size_t begin, size_t end) {
             for (size_t c = begin; c < end; ++c)
-                std::copy(binding.chunks[c]->nearest.begin(), binding.chunks[c]->nearest.end(),
-                          slot.object->begin() + binding.first_vertex[c]);
+                std::transform(binding.chunks[c]->vertex.begin(), binding.chunks[c]->vertex.end(),
+                               slot.object->begin() + binding.first_vertex[c],
+                               [](const SkinChunk::Vertex& v) { return v.nearest; });
         });
         mesh.vertex_fragment = ArrayRecycler<uint32_t>::share(slot);
     }
@@ -240,10 +241,9 @@ struct VisualMeshBuilder::Impl {
             for (uint32_t fan = topology->chunk_fan(c); fan < topology->chunk_fan(c + 1); ++fan) {
                 const uint32_t v = topology->vertex_of_fan(fan);
                 const auto influences = of_split.influences(v);
-                chunk.key.push_back(fan), chunk.pool_vertex.push_back(of_split.pool_vertex(v));
-                chunk.nearest.push_back(of_split.nearest(v));
                 chunk.influence.insert(chunk.influence.end(), influences.begin(), influences.end());
-                chunk.influence_offset.push_back(static_cast<uint32_t>(chunk.influence.size()));
+                chunk.vertex.push_back(
+                    {of_split.pool_vertex(v), of_split.nearest(v), static_cast<uint32_t>(chunk.influence.size())});
             }
             out->chunks.push_back(std::make_shared<const SkinChunk>(std::move(chunk)));
             out->first_vertex.push_back(topology->chunk_fan(c + 1));

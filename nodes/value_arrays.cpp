@@ -275,8 +275,8 @@ const std::vector<Entry<BodyMesh>>& entries_of(const BodyMesh*) {
         {"rest_positions",
          [](const M& m) {
              return made_of_chunks<double, 3>(
-                 *m.mesh.skin, [](const SkinChunk& c) -> auto& { return c.pool_vertex; },
-                 [&](uint32_t v) { return row_of((*m.mesh.skin->rest_vertex)[v]); });
+                 *m.mesh.skin, [](const SkinChunk& c) -> auto& { return c.vertex; },
+                 [&](const auto& v) { return row_of((*m.mesh.skin->rest_vertex)[v.pool_vertex]); });
          }},
         {"influence_offset",
          [](const M& m) {
