@@ -23,7 +23,8 @@ inline __attribute__((always_inline)) void blend(std::span<const SkinBinding::In
     Lanes c0{}, c1{}, c2{}, c3{};
     for (const auto& [p, w] : influences) {
         const Lanes* m = reinterpret_cast<const Lanes*>(map[p].column);
-        const Lanes weight = Lanes{} + double{w};
+        const double one = w;
+        const Lanes weight = {one, one, one, one};
         c0 += weight * m[0], c1 += weight * m[1], c2 += weight * m[2], c3 += weight * m[3];
     }
     out.column[0] = c0, out.column[1] = c1, out.column[2] = c2, out.column[3] = c3;
@@ -48,11 +49,15 @@ inline __attribute__((always_inline)) void cofactor_of(const Blend& b, NormalMap
 // `moved`, `out` and `out_normal_map` are of the chunk's first vertex.
 SUNDER_VECTOR_CLONES void place(const SkinChunk& chunk, const Vec3* rest, const AffineColumns* map,
                                 const uint8_t* moved, Vec3* out, NormalMap* out_normal_map) {
+    const SkinChunk::Vertex* const vertex = chunk.vertex.data();
+    const SkinBinding::Influence* const influence = chunk.influence.data();
+    const size_t n = chunk.n_vertices();
     Blend b;
-    for (size_t v = 0; v < chunk.n_vertices(); ++v) {
+    for (size_t v = 0, begin = 0, end; v < n; ++v, begin = end) {
+        end = vertex[v].influence_end;
         if (!moved[v]) continue;
-        blend(chunk.influences(v), map, b);
-        out[v] = apply(b, rest[chunk.vertex[v].pool_vertex]);
+        blend({influence + begin, end - begin}, map, b);
+        out[v] = apply(b, rest[vertex[v].pool_vertex]);
         if (out_normal_map) cofactor_of(b, out_normal_map[v]);
     }
 }
