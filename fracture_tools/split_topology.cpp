@@ -166,35 +166,34 @@ bool SplitTopology::is_hidden(uint32_t f) const {
            class_of(f, 2) == class_of(twin, 1);
 }
 
-// Looks at the faces around changed vertices. Vertices of those that come or go have changed, too: a class may be seen
-// for the first time where no fan was joined anew.
+// Looks at the faces around changed vertices: at all side-a faces in their order, which takes less than to find those
+// around one vertex after the other, and their twins go with them. Vertices of those that come or go have changed, too:
+// a class may be seen for the first time where no fan was joined anew.
 void SplitTopology::hide_faces(const RangeRunner& run) {
-    constexpr size_t kVertices = 256;  // of a chunk
-    const size_t n = changed_vertices_.size(), n_chunks = (n + kVertices - 1) / kVertices;
-    if (chunk_flips_.size() < n_chunks) chunk_flips_.resize(n_chunks);
+    constexpr size_t kFaces = 2048;  // of a chunk
+    const size_t n = faces_.n_interface, n_chunks = (n + kFaces - 1) / kFaces;
+    chunk_flips_.resize(n_chunks);
     run(n_chunks, 1, [&](size_t begin, size_t end) {
         for (size_t chunk = begin; chunk < end; ++chunk) {
             std::vector<uint32_t>& flips = chunk_flips_[chunk];
             flips.clear();
-            for (size_t i = chunk * kVertices; i < std::min(n, (chunk + 1) * kVertices); ++i) {
-                const uint32_t v = changed_vertices_[i];
-                const uint32_t last = corner_offset_[fan_offset_[v + 1]];
-                for (uint32_t k = corner_offset_[fan_offset_[v]]; k < last; ++k) {
-                    const uint32_t f = fan_corner_[k] / 3;
-                    if (faces_.is_outer(f)) continue;
-                    const Triangle& t = faces_.triangles[f];  // its first changed vertex looks after it
-                    if ((vertex_changed_[t[0]] ? t[0] : vertex_changed_[t[1]] ? t[1] : t[2]) != v) continue;
-                    if (is_hidden(f) != bool(face_hidden_[f])) flips.push_back(f);
-                }
+            const uint8_t* const changed = vertex_changed_.data();
+            for (size_t i = chunk * kFaces; i < std::min(n, (chunk + 1) * kFaces); ++i) {
+                const uint32_t f = faces_.n_outer + static_cast<uint32_t>(i);
+                const Triangle& t = faces_.triangles[f];
+                if (!(changed[t[0]] | changed[t[1]] | changed[t[2]])) continue;
+                if (is_hidden(f) != bool(face_hidden_[f])) flips.push_back(f);
             }
         }
     });
     flipped_faces_.clear();
-    for (size_t chunk = 0; chunk < n_chunks; ++chunk)
-        for (uint32_t f : chunk_flips_[chunk]) {
-            face_hidden_[f] = !face_hidden_[f];
-            flipped_faces_.push_back(f);
-            for (uint32_t v : faces_.triangles[f])
+    for (const std::vector<uint32_t>& flips : chunk_flips_)
+        for (const uint32_t f : flips) {
+            for (const uint32_t side : {f, faces_.twin(f)}) {
+                face_hidden_[side] = !face_hidden_[side];
+                flipped_faces_.push_back(side);
+            }
+            for (const uint32_t v : faces_.triangles[f])
                 if (!vertex_changed_[v]) vertex_changed_[v] = 1, changed_vertices_.push_back(v);
         }
 }
