@@ -6,7 +6,6 @@
 #include <cstring>
 #include <limits>
 
-#include "fracture_tools/counting_sort.h"
 #include "fracture_tools/vector_clones.h"
 
 namespace sunder {
@@ -80,32 +79,30 @@ Skin::Skin(std::vector<Vec3> rest_vertex, const SimulationMesh& rest, const Skin
     place_.push_back({kNowhere, kNowhere, kNowhere, 1});
 }
 
-void Skin::list_fans_of_fragments(const SplitTopology& topology) {
-    Groups of_fragment =
-        group_by(static_cast<uint32_t>(topology.n_fans()), static_cast<uint32_t>(rest_particle_.size()),
-                 [&](uint32_t fan) { return topology.fan_fragment(fan); });
-    fragment_fan_ = std::move(of_fragment.member), fragment_fan_offset_ = std::move(of_fragment.offset);
+// Particles whose ring lost or won an edge.
+void Skin::find_changed_rings(std::span<const uint8_t> edge_intact) {
+    ring_changed_.assign(rest_particle_.size(), edge_intact_.empty());
+    for (size_t e = 0; e < edge_intact_.size(); ++e)
+        if (bool(edge_intact[e]) != bool(edge_intact_[e])) ring_changed_[edges_[e].a] = ring_changed_[edges_[e].b] = 1;
+    edge_intact_.assign(edge_intact.begin(), edge_intact.end());
 }
 
 // A vertex changes with the fans that hang together in it, and with the ring of a fragment that is connected there.
-void Skin::find_changes(const SplitTopology& topology, std::span<const uint8_t> edge_intact) {
-    const bool first = class_changed_.empty();
-    class_changed_.assign(topology.n_fans(), first), chunk_changed_.assign(topology.n_chunks(), first);
-    const auto mark = [&](uint32_t fan) { class_changed_[fan] = chunk_changed_[topology.chunk_of_fan(fan)] = 1; };
-    if (first) {
-        list_fans_of_fragments(topology);
-    } else {
-        for (const uint32_t v : topology.changed_vertices())
-            for (uint32_t fan = topology.first_fan(v); fan < topology.first_fan(v + 1); ++fan) mark(fan);
-        std::vector<uint8_t> ring_changed(rest_particle_.size(), 0);
-        for (size_t e = 0; e < edge_intact_.size(); ++e)
-            if (bool(edge_intact[e]) != bool(edge_intact_[e]))
-                ring_changed[edges_[e].a] = ring_changed[edges_[e].b] = 1;
-        for (size_t p = 0; p < ring_changed.size(); ++p)
-            for (uint32_t i = fragment_fan_offset_[p]; ring_changed[p] && i < fragment_fan_offset_[p + 1]; ++i)
-                mark(topology.fan_class(fragment_fan_[i]));
+bool Skin::find_changes(const SplitTopology& topology, size_t chunk) {
+    const uint32_t begin = topology.chunk_fan(chunk), end = topology.chunk_fan(chunk + 1);
+    const uint32_t *const fragment = topology.fan_fragments().data(), *const joined = topology.fan_classes().data();
+    const uint8_t* const ring_changed = ring_changed_.data();
+    uint8_t* const changed = class_changed_.data();
+    std::fill(changed + begin, changed + end, 0);
+    uint8_t any = 0;
+    for (uint32_t fan = begin, v = static_cast<uint32_t>(chunk) * SplitTopology::kChunk; fan < end; ++v) {
+        const uint8_t is_changed = topology.is_changed(v);
+        for (const uint32_t last = topology.first_fan(v + 1); fan < last; ++fan) {
+            const uint8_t fan_changed = is_changed | ring_changed[fragment[fan]];
+            changed[joined[fan]] |= fan_changed, any |= fan_changed;
+        }
     }
-    edge_intact_.assign(edge_intact.begin(), edge_intact.end());
+    return any != 0;
 }
 
 struct Skin::Scratch {
@@ -134,21 +131,20 @@ struct Skin::Scratch {
 };
 
 void Skin::bind(const SplitTopology& topology, std::span<const uint8_t> edge_intact, const RangeRunner& run) {
-    find_changes(topology, edge_intact);
+    const bool first = class_changed_.empty();
+    find_changed_rings(edge_intact);
+    class_changed_.resize(topology.n_fans());
     const size_t n_chunks = topology.n_chunks();
     auto next = std::make_shared<SkinBinding>();
     next->rest_vertex = binding_->rest_vertex;
     next->chunks = binding_->chunks;
     next->chunks.resize(n_chunks), next->first_vertex.resize(n_chunks + 1);
     for (size_t c = 0; c <= n_chunks; ++c) next->first_vertex[c] = topology.chunk_vertex(c);
-    std::vector<uint32_t> changed;
-    for (uint32_t c = 0; c < n_chunks; ++c)
-        if (chunk_changed_[c]) changed.push_back(c);
     std::atomic<size_t> turn{0};
-    run(changed.size(), 1, [&](size_t, size_t) {  // whichever thread is free, with a memory of its own
+    run(n_chunks, 1, [&](size_t, size_t) {  // whichever thread is free, with a memory of its own
         Scratch scratch(rest_particle_.size());
-        for (size_t i; (i = turn.fetch_add(1, std::memory_order_relaxed)) < changed.size();)
-            bind_chunk(topology, changed[i], scratch, *next);
+        for (size_t chunk; (chunk = turn.fetch_add(1, std::memory_order_relaxed)) < n_chunks;)
+            if (find_changes(topology, chunk) || first) bind_chunk(topology, chunk, scratch, *next);
     });
     binding_ = std::move(next);
     vertex_class_.assign(topology.vertex_classes().begin(), topology.vertex_classes().end());

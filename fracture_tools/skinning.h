@@ -101,8 +101,8 @@ private:
     };
     struct Scratch;  // of one thread
 
-    void list_fans_of_fragments(const SplitTopology& topology);
-    void find_changes(const SplitTopology& topology, std::span<const uint8_t> edge_intact);
+    void find_changed_rings(std::span<const uint8_t> edge_intact);
+    bool find_changes(const SplitTopology& topology, size_t chunk);
     void bind_chunk(const SplitTopology& topology, size_t chunk, Scratch& io_scratch, SkinBinding& io_next) const;
     std::span<const uint32_t> find_candidates(Scratch& io_scratch) const;
     static size_t weigh(const Place* place, std::span<const uint32_t> particle, const Vec3& x, Scratch& io_scratch,
@@ -114,11 +114,10 @@ private:
     std::vector<uint32_t> group_offset_, group_member_, member_edge_;
     SkinKernel kernel_;
 
-    std::vector<uint32_t> fragment_fan_, fragment_fan_offset_;  // fans of a fragment            (n_fragments + 1)
-    std::vector<uint8_t> edge_intact_;                          // of the last bind
-    std::vector<uint32_t> vertex_class_;                        // of its vertices
-    std::vector<uint8_t> class_changed_;                        // since the last bind           (n_fans)
-    std::vector<uint8_t> chunk_changed_;                        // (n_chunks of the topology)
+    std::vector<uint8_t> edge_intact_;    // of the last bind
+    std::vector<uint32_t> vertex_class_;  // of its vertices
+    std::vector<uint8_t> ring_changed_;   // since the last bind           (n_particles)
+    std::vector<uint8_t> class_changed_;  // the same                      (n_fans)
     std::shared_ptr<const SkinBinding> binding_;
 };
 

@@ -63,12 +63,15 @@ public:
     size_t n_fans() const { return fan_vertex_.size(); }
     uint32_t fan_pool_vertex(uint32_t fan) const { return fan_vertex_[fan]; }
     uint32_t fan_fragment(uint32_t fan) const { return fan_fragment_[fan]; }
+    std::span<const uint32_t> fan_fragments() const { return fan_fragment_; }  // (n_fans)
     /// Fans of a pool vertex are those from its own to the next one's. (n_vertices of the pool + 1)
     uint32_t first_fan(uint32_t pool_vertex) const { return fan_offset_[pool_vertex]; }
     /// Fans of one pool vertex with the same class hang together there.
     uint32_t fan_class(uint32_t fan) const { return fan_class_[fan]; }
+    std::span<const uint32_t> fan_classes() const { return fan_class_; }  // (n_fans)
     /// Pool vertices around which the last update that changed something joined fans anew, listed a face or hid one.
     std::span<const uint32_t> changed_vertices() const { return changed_vertices_; }
+    bool is_changed(uint32_t pool_vertex) const { return vertex_changed_[pool_vertex]; }
     uint32_t corner_fan(uint32_t corner) const { return corner_fan_[corner]; }  // corner: of FragmentFaces
     /// The visual vertex that a fan is an instance of; kNone: it is not seen.
     uint32_t vertex_of_fan(uint32_t fan) const { return fan_visual_[fan]; }
@@ -79,7 +82,6 @@ public:
     /// Their fans, likewise.
     uint32_t chunk_fan(size_t chunk) const { return fan_offset_[std::min<size_t>(chunk * kChunk, faces_.n_vertices)]; }
     size_t n_chunks() const { return (faces_.n_vertices + kChunk - 1) / kChunk; }
-    size_t chunk_of_fan(uint32_t fan) const { return fan_vertex_[fan] / kChunk; }
     /// Fragments connected at the vertex that is numbered by a fan, ascending.
     void fragments_of_class(uint32_t fan, std::vector<uint32_t>& out) const;
     void connected_fragments(uint32_t vertex, std::vector<uint32_t>& out) const {

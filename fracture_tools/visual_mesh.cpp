@@ -126,6 +126,12 @@ struct VisualMeshBuilder::Impl {
         n_particles = rest.n_particles(), edges = rest.edges;
         edge_interface = edge_interfaces(*set, rest);
         detours = find_detours(*set, rest, edge_interface);
+        std::vector<uint8_t> is_lone(set->interfaces.size(), 1);
+        for (const uint32_t i : edge_interface)
+            if (i != SimulationMesh::kNone) is_lone[i] = 0;
+        for (const Detour& d : detours) is_lone[d.interface] = 0;
+        for (uint32_t i = 0; i < is_lone.size(); ++i)
+            if (is_lone[i]) lone_interfaces.push_back(i);
         return {};
     }
 
@@ -158,12 +164,14 @@ struct VisualMeshBuilder::Impl {
     // what is around it: it holds as long as a third fragment is joined to both of its own, or, where there is none, as
     // long as these are in one piece. Torn sooner it would leak, later it would tie two sides of a crack together.
     std::vector<uint8_t> interface_intact(std::span<const uint8_t> edge_intact) const {
-        std::vector<uint32_t> piece = disjoint_sets(n_particles);
-        for (size_t e = 0; e < edges.size(); ++e)
-            if (edge_intact[e]) unite(piece, edges[e].a, edges[e].b);
         std::vector<uint8_t> intact(set->interfaces.size());
-        for (size_t i = 0; i < intact.size(); ++i)
-            intact[i] = lowest(piece, set->interfaces[i].a.value) == lowest(piece, set->interfaces[i].b.value);
+        if (!lone_interfaces.empty()) {
+            std::vector<uint32_t> piece = disjoint_sets(n_particles);
+            for (size_t e = 0; e < edges.size(); ++e)
+                if (edge_intact[e]) unite(piece, edges[e].a, edges[e].b);
+            for (const uint32_t i : lone_interfaces)
+                intact[i] = lowest(piece, set->interfaces[i].a.value) == lowest(piece, set->interfaces[i].b.value);
+        }
         for (const Detour& d : detours)
             intact[d.interface] = std::any_of(d.edges.begin(), d.edges.end(), [&](const auto& pair) {
                 return edge_intact[pair[0]] && edge_intact[pair[1]];
@@ -286,6 +294,7 @@ struct VisualMeshBuilder::Impl {
     std::vector<Edge> edges;
     std::vector<uint32_t> edge_interface;
     std::vector<Detour> detours;
+    std::vector<uint32_t> lone_interfaces;  // with neither an edge nor a detour
 
     bool bound = false;
     std::vector<uint8_t> bound_edges;          // what topology, skin and normals stand for
