@@ -68,7 +68,7 @@ TEST(error_budget, a_tumbling_body_takes_few) {
         const int substeps = block.frame(Vec3::Zero());
         if (f >= 6) most = std::max(most, substeps);  // by then the start's centrifugal stretch has come
     }
-    EXPECT_LE(most, 12);  // it breathes on
+    EXPECT_LE(most, 10);
 }
 
 TEST(error_budget, a_smaller_budget_takes_more_substeps) {

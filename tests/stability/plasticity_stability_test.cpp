@@ -1,8 +1,6 @@
 // Where plasticity makes the paper's plain method run away (rows 2-4 of the numerical study).
 #include <gtest/gtest.h>
 
-#include <array>
-
 #include "tests/stability/bars.h"
 
 namespace sunder {
@@ -46,21 +44,18 @@ TEST(plastic_runaway, a_full_turn_leaves_a_residual_that_no_step_size_changes) {
     EXPECT_TRUE(!plain.sound || plain.plastic_ratio() > 8);
 }
 
-// The head turned to and fro by 180 degrees at a frame's step of 15, ten times; the largest speed on the way, m/s, in
-// the first five and in the last.
+// The head turned to and fro by 180 degrees at a frame's step of 15, ten times; the largest speed on the way, m/s.
 constexpr double kCycleStep = 15 * kDegree;
-std::array<double, 2> fastest_of_ten_cycles(Bar& bar) {
+double fastest_of_ten_cycles(Bar& bar) {
     bar.material.yield = 0.03;
     bar.start();
-    std::array<double, 2> fastest{};
-    double angle = 0;
+    double fastest = 0, angle = 0;
     for (int cycle = 0; cycle < 10; ++cycle)
         for (int k = 0; k < 48; ++k) {
             const double next = angle + ((k < 12 || k >= 36) ? kCycleStep : -kCycleStep);
             bar.turn(angle, next, 1.0 / 24);
             angle = next;
-            double& most = fastest[static_cast<size_t>(cycle / 5)];
-            most = std::max(most, bar.fastest());
+            fastest = std::max(fastest, bar.fastest());
         }
     return fastest;
 }
@@ -68,22 +63,18 @@ std::array<double, 2> fastest_of_ten_cycles(Bar& bar) {
 TEST(cyclic_twist, ten_cycles_pump_nothing) {
     Bar bar;
     bar.material.flow_rate = 1.2;
-    const auto [early, late] = fastest_of_ten_cycles(bar);
+    const double fastest = fastest_of_ten_cycles(bar);
     const double driven = 0.075 * std::sqrt(2.0) * kCycleStep * 24;  // the outermost driven particles
-    std::printf("fastest %.2f, later %.2f m/s, driven %.2f m/s, plastic ratio %.2f\n", early, late, driven,
-                bar.plastic_ratio());
-    // Where the head turns back it sends a wave of twice its speed into what still rings with once; 1.3 m/s at 64
-    // substeps.
-    EXPECT_LE(early, 3 * driven);
-    EXPECT_LE(late, 1.01 * early);
+    std::printf("fastest %.2f m/s, driven %.2f m/s, plastic ratio %.2f\n", fastest, driven, bar.plastic_ratio());
+    EXPECT_LE(fastest, 2 * driven);
     EXPECT_LE(bar.plastic_ratio(), 8.0);
 
     Bar plain(4, 26);
     plain.plain = PlainSettings{.substeps = 3};
-    const double plain_fastest = fastest_of_ten_cycles(plain)[1];
+    const double plain_fastest = fastest_of_ten_cycles(plain);
     std::printf("plain method: fastest %.2f m/s, plastic ratio %.1e%s\n", plain_fastest, plain.plastic_ratio(),
                 plain.sound ? "" : ", lost");
-    EXPECT_TRUE(!plain.sound || plain_fastest > 3 * driven || plain.plastic_ratio() > 8);
+    EXPECT_TRUE(!plain.sound || plain_fastest > 2 * driven || plain.plastic_ratio() > 8);
 }
 
 // A free bar with a plastic stretch of 2 along its axis, stress-free, left alone for 20 s; the largest ratio of its
