@@ -32,9 +32,9 @@ SUNDER_INLINE V select(Mask<V> mask, V yes, V no) {
 }
 template <class M>
 SUNDER_INLINE bool any(M mask) {
-    long long bits[sizeof(M) / 8];
-    __builtin_memcpy(bits, &mask, sizeof(M));
-    return (bits[0] | bits[1] | bits[2] | bits[3]) != 0;
+    long long __attribute__((vector_size(32))) bits;
+    __builtin_memcpy(&bits, &mask, sizeof(M));
+    return !__builtin_ia32_ptestz256(bits, bits);
 }
 SUNDER_INLINE Float8 root(Float8 a) { return __builtin_ia32_sqrtps256(a); }
 SUNDER_INLINE Double4 root(Double4 a) { return __builtin_ia32_sqrtpd256(a); }
@@ -42,6 +42,8 @@ SUNDER_INLINE Float4 low(Float8 a) { return __builtin_shufflevector(a, a, 0, 1, 
 SUNDER_INLINE Float4 high(Float8 a) { return __builtin_shufflevector(a, a, 4, 5, 6, 7); }
 SUNDER_INLINE Double2 low(Double4 a) { return __builtin_shufflevector(a, a, 0, 1); }
 SUNDER_INLINE Double2 high(Double4 a) { return __builtin_shufflevector(a, a, 2, 3); }
+SUNDER_INLINE Double4 firsts(Double4 a, Double4 b) { return __builtin_shufflevector(a, b, 0, 4, 2, 6); }
+SUNDER_INLINE Double4 seconds(Double4 a, Double4 b) { return __builtin_shufflevector(a, b, 1, 5, 3, 7); }
 
 #else
 
@@ -101,6 +103,12 @@ SUNDER_INLINE Float4 low(Float8 a) { return a.lo; }
 SUNDER_INLINE Float4 high(Float8 a) { return a.hi; }
 SUNDER_INLINE Double2 low(Double4 a) { return a.lo; }
 SUNDER_INLINE Double2 high(Double4 a) { return a.hi; }
+SUNDER_INLINE Double4 firsts(Double4 a, Double4 b) {
+    return {__builtin_shufflevector(a.lo, b.lo, 0, 2), __builtin_shufflevector(a.hi, b.hi, 0, 2)};
+}
+SUNDER_INLINE Double4 seconds(Double4 a, Double4 b) {
+    return {__builtin_shufflevector(a.lo, b.lo, 1, 3), __builtin_shufflevector(a.hi, b.hi, 1, 3)};
+}
 
 #endif
 
@@ -172,9 +180,8 @@ SUNDER_INLINE void gather4(const double* records, const uint32_t* lanes, size_t 
     for (int half = 0; half < 2; ++half) {
         Double2 in[4];
         for (int i = 0; i < 4; ++i) in[i] = load<Double2>(records + stride * lanes[i] + offset + 2 * half);
-        out[2 * half] = join(__builtin_shufflevector(in[0], in[1], 0, 2), __builtin_shufflevector(in[2], in[3], 0, 2));
-        out[2 * half + 1] =
-            join(__builtin_shufflevector(in[0], in[1], 1, 3), __builtin_shufflevector(in[2], in[3], 1, 3));
+        const Double4 even = join(in[0], in[2]), odd = join(in[1], in[3]);
+        out[2 * half] = firsts(even, odd), out[2 * half + 1] = seconds(even, odd);
     }
 }
 

@@ -83,7 +83,7 @@ void Substep::push_apart(ContactRound::Which which) {
     divide_pushes(context, h, which == ContactRound::Which::last, work);
     work.round.begin(bodies(), work.islands, which, context.workers, work.contacts);
     work.round.relax(kContactTolerance * context.contact_margin, context.workers);
-    work.round.end(bodies(), work.contacts, work.round_push, work.piece_motion);
+    work.round.end(bodies(), context.workers, work.contacts, work.round_push, work.piece_motion);
     move_pieces(context, work);
 }
 

@@ -7,7 +7,7 @@
 // least translation that parts them (Cameron & Culley 1986). Where f > 0 every local maximum is the global one, since f
 // is concave and positively homogeneous. Climbed by Riemannian Newton steps with backtracking, as in support_ascent.h.
 #include "solver/collision/ascent_kernels.h"
-#include "solver/lanes.h"
+#include "solver/collision/lane_vectors.h"
 
 namespace sunder {
 namespace {
@@ -15,46 +15,12 @@ namespace {
 constexpr int kMaxSteps = 20;  // 3-5 are usual; 50:1 ellipsoids from a bad start need about 12
 constexpr int kBacktracks = 10;
 constexpr double kGainTolerance = 1e-10;  // of the support value: the last step is one that promises less
-constexpr double kTiny = 1e-300;          // keeps 0/0 out when a radius underflows
 constexpr double kInfinity = __builtin_huge_val();
 
-using Lanes = Double4;
-using LaneMask = Mask<Lanes>;
-
-SUNDER_INLINE Lanes all(double x) {
-    const double lanes[4] = {x, x, x, x};
-    return load<Lanes>(lanes);
-}
-SUNDER_INLINE Lanes absolute(Lanes x) { return select<Lanes>(x < all(0), -x, x); }
-SUNDER_INLINE Lanes larger(Lanes x, Lanes y) { return select<Lanes>(x < y, y, x); }
-
-struct V3 {
-    Lanes x, y, z;
-};
-SUNDER_INLINE V3 operator+(V3 a, V3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-SUNDER_INLINE V3 operator-(V3 a, V3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-SUNDER_INLINE V3 operator*(Lanes s, V3 a) { return {s * a.x, s * a.y, s * a.z}; }
-SUNDER_INLINE Lanes dot(V3 a, V3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-SUNDER_INLINE V3 select3(LaneMask m, V3 yes, V3 no) {
-    return {select<Lanes>(m, yes.x, no.x), select<Lanes>(m, yes.y, no.y), select<Lanes>(m, yes.z, no.z)};
-}
-SUNDER_INLINE V3 load3(const double (&from)[3][4]) {
-    return {load<Lanes>(from[0]), load<Lanes>(from[1]), load<Lanes>(from[2])};
-}
-SUNDER_INLINE void store3(double (&to)[3][4], V3 v) { store(to[0], v.x), store(to[1], v.y), store(to[2], v.z); }
-
-struct Sym {
-    Lanes xx, yy, zz, xy, xz, yz;
-};
 SUNDER_INLINE Sym load_sym(const double (&m)[6][4]) {
     return {load<Lanes>(m[0]), load<Lanes>(m[1]), load<Lanes>(m[2]),
             load<Lanes>(m[3]), load<Lanes>(m[4]), load<Lanes>(m[5])};
 }
-SUNDER_INLINE V3 operator*(const Sym& m, V3 v) {
-    return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z,
-            m.xz * v.x + m.yz * v.y + m.zz * v.z};
-}
-
 struct Sample {
     V3 n;            // unit
     V3 s_a, s_b;     // support points along n, from the centres
@@ -142,11 +108,7 @@ SUNDER_INLINE Sample ascend(const Gap& g, V3 n) {
     LaneMask climbing = s.h_a > all(0);
     for (int k = 0; k < kMaxSteps && any(climbing); ++k) {
         const V3 G = g.d - s.s_a - s.s_b;  // gradient of f
-        // Orthonormal tangents without a branch on which axis is smallest (Duff et al. 2017).
-        const Lanes sign = select<Lanes>(s.n.z < all(0), all(-1), all(1));
-        const Lanes a = all(-1) / (sign + s.n.z), b = s.n.x * s.n.y * a;
-        const V3 t1 = {all(1) + sign * s.n.x * s.n.x * a, sign * b, -(sign * s.n.x)};
-        const V3 t2 = {b, sign + s.n.y * s.n.y * a, -s.n.y};
+        const auto [t1, t2] = tangents_of(s.n);
 
         // -d2f along the sphere
         const V3 Mt1_a = g.M_a * t1, Mt2_a = g.M_a * t2, Mt1_b = g.M_b * t1, Mt2_b = g.M_b * t2;

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
+#include <functional>
+#include <numeric>
+
+#include "solver/instruction_set.h"
 
 namespace sunder {
 namespace {
@@ -12,255 +15,230 @@ constexpr int kPasses = 60, kHingedPasses = 12;
 // that pushed in the last of these.
 constexpr int kFirstFull = 2, kEveryFull = 4;
 constexpr size_t kGrain = 16, kRowGrain = 256;  // fewest contacts a thread is worth waking for, to solve and to set up
+constexpr uint32_t kLanes = 4;
 constexpr double kTiny = 1e-300;
-#define inline __attribute__((always_inline))
 
-Mat3 cross_matrix(const Vec3& v) {
-    Mat3 m;
-    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-    return m;
+const ContactKernels& kernels() {
+#ifdef SUNDER_HAS_AVX2
+    if (instruction_set() == InstructionSet::avx2) return kContactKernelsAvx2;
+#endif
+    return kContactKernelsPortable;
 }
 
-// No eigenvalue of the symmetric matrix is larger, and this one by little where they are alike.
-double largest_eigenvalue_bound(const Mat3& m) {
-    const double mean = m.trace() / 3;
-    return mean + 2 * std::sqrt((m - mean * Mat3::Identity()).squaredNorm() / 6);
+Vec3 vector(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
+Vec3 vector(const double (&v)[3][4], uint32_t lane) { return {v[0][lane], v[1][lane], v[2][lane]}; }
+void put(const Vec3& v, double (&to)[3]) { std::copy_n(v.data(), 3, to); }
+void put(const Vec3& v, uint32_t lane, double (*to)[4]) {
+    for (int i = 0; i < 3; ++i) to[i][lane] = v[i];
 }
 
-// Moves `io_total` by `change`, but not beyond length `limit`; returns the change that was made.
-Vec3 change_within(Vec3& io_total, const Vec3& change, double limit) {
-    const Vec3 before = io_total;
-    io_total += change;
-    if (const double squared = io_total.squaredNorm(); squared > limit * limit)
-        io_total *= limit / std::max(std::sqrt(squared), kTiny);
-    return io_total - before;
-}
-
-// A pass is a step down the gradient; as much of the last direction is added to it as the steps' shrinking allows.
-template <class T>
-void follow_direction(T& io_value, T& io_direction, const T& change, double share, bool keeps) {
-    io_value = io_value + share * io_direction;
-    io_direction = keeps ? T(change + share * io_direction) : T(0.0 * change);
+// trace(-[u]x J [v]x): by how much an impulse at v turns what is at u, summed over three directions.
+double trace_between(const RoundPiece& p, const Vec3& u, const Vec3& v) {
+    const Vec3 Jv(p.Jxx * v.x() + p.Jxy * v.y() + p.Jxz * v.z(), p.Jxy * v.x() + p.Jyy * v.y() + p.Jyz * v.z(),
+                  p.Jxz * v.x() + p.Jyz * v.y() + p.Jzz * v.z());
+    return (p.Jxx + p.Jyy + p.Jzz) * u.dot(v) - u.dot(Jv);
 }
 
 }  // namespace
 
-void ContactRound::take_up_movables(const ContactBodies& b) {
+// Calls body(island) for each, the largest first, by whichever thread is free.
+template <class Body>
+void ContactRound::for_islands(const WorkerPool& workers, const Body& body) const {
+    if (islands_->contact.size() < kGrain)
+        std::ranges::for_each(by_size_, body);
+    else
+        workers.for_each(by_size_.size(), [&](size_t k) { body(by_size_[k]); });
+}
+
+void ContactRound::take_up_movables(const ContactBodies& b, const WorkerPool& workers) {
     const size_t n_movables = islands_->movable.size(), n_pieces = islands_->piece.size();
-    movables_.assign(n_movables + 1, Movable());
-    began_.assign(n_movables + 1, Began());
-    pieces_.assign(n_pieces + 1, Piece());
-    for (size_t k = 0; k < n_pieces; ++k) pieces_[k].inverse_inertia = b.pieces[islands_->piece[k]].inverse_inertia;
-    for (size_t k = 0; k < n_movables; ++k) {
-        const uint32_t i = islands_->movable[k];
-        const PushDivision division = divide_push(b, i);
-        movables_[k].lever = division.lever, movables_[k].own = division.own;
-        Piece& piece = pieces_[islands_->piece_slot[b.piece[i]]];
-        piece.whole = division.whole, piece.orbit_share = division.orbit_share;
-        began_[k] = {b.moving[i].x - b.start_position[i], turned(b, i)};
-    }
-    movable_before_.assign(movables_.size(), Vec3::Zero()), movable_direction_ = movable_before_;
-    piece_before_.assign(pieces_.size(), PieceMotion()), piece_direction_ = piece_before_;
+    movables_.assign(n_movables + islands_->size(), RoundMovable());
+    began_.assign(movables_.size(), RoundBegan());
+    pieces_.assign(n_pieces + islands_->size(), RoundPiece());
+    for_islands(workers, [&](uint32_t n) {
+        for (uint32_t k = islands_->piece_offset[n]; k < islands_->piece_offset[n + 1]; ++k) {
+            const Mat3& J = b.pieces[islands_->piece[k]].inverse_inertia;
+            RoundPiece& p = pieces_[k];
+            p.Jxx = J(0, 0), p.Jyy = J(1, 1), p.Jzz = J(2, 2);
+            p.Jxy = J(0, 1), p.Jxz = J(0, 2), p.Jyz = J(1, 2);
+        }
+        for (uint32_t k = islands_->movable_offset[n]; k < islands_->movable_offset[n + 1]; ++k) {
+            const uint32_t i = islands_->movable[k];
+            const PushDivision division = divide_push(b, i);
+            put(division.lever, movables_[k].lever);
+            movables_[k].own = division.own, movables_[k].orbit_share = division.orbit_share;
+            pieces_[islands_->piece_slot[b.piece[i]]].whole = division.whole;
+            put(b.moving[i].x - b.start_position[i], began_[k].shift);
+            put(turned(b, i), began_[k].turned);
+        }
+    });
 }
 
-ContactRound::Side ContactRound::side_of(const ContactBodies& b, uint32_t movable, const Vec3& arm) const {
-    return {islands_->movable_slot[movable], islands_->piece_slot[b.piece[movable]], arm};
+// Whether a push there moves the rest of the piece, too, by so much that another in it has to know. What four side by
+// side move each other by may not come near what each moves itself by: with 1 instead of a tenth, bodies tremble and do
+// not fall asleep.
+bool ContactRound::goes_with_its_piece(uint32_t movable, uint32_t piece, const Vec3& arm) const {
+    constexpr double kLoose = 0.1;  // of the particle's own; summed over three directions
+    const RoundMovable& m = movables_[movable];
+    const RoundPiece& p = pieces_[piece];
+    const Vec3 lever = vector(m.lever);
+    const double shared = 3 * p.whole + trace_between(p, arm, arm) + 2 * trace_between(p, arm, lever) +
+                          m.orbit_share * trace_between(p, lever, lever);
+    return shared > kLoose * m.own;
 }
 
-// Displacement of the touching point by a unit impulse there.
-Mat3 ContactRound::response_of(const Side& s) const {
-    const Movable& movable = movables_[s.movable];
-    const Piece& piece = pieces_[s.piece];
-    const Mat3 arm = cross_matrix(s.arm), lever = cross_matrix(movable.lever);
-    const Mat3 by_arm = piece.inverse_inertia * arm, by_lever = piece.inverse_inertia * lever;
-    return (movable.own + piece.whole) * Mat3::Identity() - lever * (by_arm + piece.orbit_share * by_lever) -
-           arm * (by_arm + by_lever);
+BatchMember ContactRound::member_of(const ContactBodies& b, const ActiveContact& c) const {
+    BatchMember member;
+    if (which_ == Which::last && !c.separate_pieces) return member;
+    member.kind = c.impulse.is_zero() ? BatchMember::Kind::idle : BatchMember::Kind::pushes;
+    const auto touch = [&](uint32_t i, const Vec3& arm, size_t first) {
+        if (!(b.inverse_mass[i] > 0)) return;
+        const uint32_t movable = islands_->movable_slot[i], piece = islands_->piece_slot[b.piece[i]];
+        member.touches[first] = movable;
+        if (!b.pieces[b.piece[i]].rigid && goes_with_its_piece(movable, piece, arm))
+            member.touches[first + 1] = static_cast<uint32_t>(movables_.size()) + piece;
+    };
+    touch(c.contact.a, c.arm_a, 0);
+    if (has_movable_b(c.contact)) touch(c.contact.b, c.arm_b, 2);
+    if (member.touches[3] == member.touches[1]) member.touches[3] = BatchMember::kNone;
+    return member;
 }
 
 // What stays from round to round, but for the last.
-void ContactRound::describe(const ContactBodies& b, const ActiveContact& c, Which which, Row& row) const {
-    row = Row();
-    row.a = side_of(b, c.contact.a, c.arm_a);
-    row.on_collider = !has_movable_b(c.contact);
-    if (row.on_collider)
-        row.b = {static_cast<uint32_t>(movables_.size() - 1), static_cast<uint32_t>(pieces_.size() - 1), c.arm_b};
-    else
-        row.b = side_of(b, c.contact.b, c.arm_b);
-    const Mat3 response = response_of(row.a) + response_of(row.b);
-    row.normal = c.contact.normal;
-    row.along_normal = response * row.normal;
-    row.inverse_mass = which == Which::last && !c.separate_pieces ? 0.0 : row.normal.dot(row.along_normal);
-    const Mat3 across = Mat3::Identity() - row.normal * row.normal.transpose(), K = across * response * across;
-    // Two eigenvalues besides the zero.
-    const double half = K.trace() / 2;
-    row.slip_mass = 1 / std::max(half + std::sqrt(std::max(K.squaredNorm() / 2 - half * half, 0.0)), kTiny);
-    row.friction = c.friction, row.rolling_arm = c.rolling_arm;
-    const Mat3 turning = pieces_[row.a.piece].inverse_inertia + pieces_[row.b.piece].inverse_inertia;
-    row.rolling_inertia = 1 / std::max(largest_eigenvalue_bound(turning), kTiny);
+void ContactRound::describe(const ContactBodies& b, std::span<const ActiveContact> contacts, size_t batch) {
+    ContactBatch& to = contacts_[batch];
+    const auto island =
+        static_cast<uint32_t>(std::ranges::upper_bound(batches_.offset, batch) - batches_.offset.begin() - 1);
+    const auto fixed_movable = static_cast<uint32_t>(islands_->movable.size() + island);
+    const auto fixed_piece = static_cast<uint32_t>(islands_->piece.size() + island);
+    for (uint32_t lane = 0; lane < kLanes; ++lane) {
+        const auto take_up = [&](int side, uint32_t i, const Vec3& arm) {
+            to.movable[side][lane] = islands_->movable_slot[i];
+            to.piece[side][lane] = islands_->piece_slot[b.piece[i]];
+            put(arm, lane, to.arm[side]);
+        };
+        for (int side : {0, 1}) to.movable[side][lane] = fixed_movable, to.piece[side][lane] = fixed_piece;
+        const uint32_t place = batches_.member[kLanes * batch + lane];
+        if (place == BatchMember::kNone) {
+            const Vec3 none = Vec3::Zero();
+            put(none, lane, to.arm[0]), put(none, lane, to.arm[1]), put(Vec3(Vec3::UnitZ()), lane, to.normal);
+            put(none, lane, to.motion), put(none, lane, to.impulse), put(none, lane, to.impulse + 3);
+            to.missing[lane] = to.normal_impulse[lane] = to.inverse_mass[lane] = 0;
+            to.friction[lane] = to.rolling_arm[lane] = 0;
+            continue;
+        }
+        const ActiveContact& c = contacts[islands_->contact[place]];
+        take_up(0, c.contact.a, c.arm_a);
+        if (has_movable_b(c.contact))
+            take_up(1, c.contact.b, c.arm_b);
+        else
+            put(c.arm_b, lane, to.arm[1]);
+        put(c.contact.normal, lane, to.normal);
+        to.inverse_mass[lane] = 1;  // counts
+        to.friction[lane] = c.friction;
+        // What rolls on its own piece turns nothing.
+        to.rolling_arm[lane] = to.piece[0][lane] == to.piece[1][lane] ? 0 : c.rolling_arm;
+    }
 }
 
-void ContactRound::start(const ActiveContact& c, Row& row) const {
-    const Began &a = began_[row.a.movable], &b = began_[row.b.movable];
-    row.motion = a.shift + a.turned.cross(row.a.arm) - b.shift - b.turned.cross(row.b.arm);
-    if (row.on_collider) row.motion -= c.collider_motion;
-    row.rolled = a.turned - b.turned;
-    row.missing = c.wanted_gap - c.contact.gap - row.normal.dot(row.motion);
-    row.impulse = c.impulse;
-    row.change = row.direction = ContactImpulse();
-    row.idle = c.impulse.is_zero();
+void ContactRound::start(std::span<const ActiveContact> contacts, size_t batch) {
+    ContactBatch& to = contacts_[batch];
+    idle_[batch] = 1;
+    for (uint32_t lane = 0; lane < kLanes; ++lane) {
+        const uint32_t place = batches_.member[kLanes * batch + lane];
+        if (place == BatchMember::kNone) continue;
+        const ActiveContact& c = contacts[islands_->contact[place]];
+        put(has_movable_b(c.contact) ? Vec3(Vec3::Zero()) : Vec3(-c.collider_motion), lane, to.motion);
+        to.missing[lane] = c.wanted_gap - c.contact.gap;
+        to.normal_impulse[lane] = c.impulse.normal;
+        put(c.impulse.friction, lane, to.impulse), put(c.impulse.rolling, lane, to.impulse + 3);
+        idle_[batch] &= c.impulse.is_zero();
+    }
+    std::fill_n(to.normal_change, kLanes, 0.0), std::fill_n(to.normal_direction, kLanes, 0.0);
+    std::fill_n(to.change[0], 6 * kLanes, 0.0), std::fill_n(to.direction[0], 6 * kLanes, 0.0);
+}
+
+ContactArrays ContactRound::arrays() {
+    return {movables_.data(), pieces_.data(), began_.data(), contacts_.data(), idle_.data()};
 }
 
 void ContactRound::begin(const ContactBodies& b, const ContactIslands& islands, Which which, const WorkerPool& workers,
                          std::span<const ActiveContact> contacts) {
-    assert(which != Which::between || rows_.size() == contacts.size());
+    assert(which != Which::between || members_.size() == contacts.size());
     islands_ = &islands, which_ = which;
-    take_up_movables(b);
-    rows_.resize(contacts.size()), active_.resize(contacts.size());
-    workers.for_range(contacts.size(), kRowGrain, [&](size_t first, size_t end) {
+    if (which != Which::between) {
+        by_size_.resize(islands.size());
+        std::iota(by_size_.begin(), by_size_.end(), 0u);
+        std::ranges::stable_sort(by_size_, std::greater(),
+                                 [&](uint32_t n) { return islands.offset[n + 1] - islands.offset[n]; });
+    }
+    take_up_movables(b, workers);
+    if (which != Which::between) {
+        members_.resize(contacts.size());
+        workers.for_range(contacts.size(), kRowGrain, [&](size_t first, size_t end) {
+            for (size_t k = first; k < end; ++k) members_[k] = member_of(b, contacts[islands.contact[k]]);
+        });
+        batches_.form(members_, islands.offset, movables_.size() + pieces_.size(), workers);
+        contacts_.resize(batches_.size()), idle_.resize(batches_.size());
+        all_.resize(batches_.size()), active_.resize(batches_.size());
+        std::iota(all_.begin(), all_.end(), 0u);
+    }
+    workers.for_range(batches_.size(), kRowGrain / kLanes, [&](size_t first, size_t end) {
         for (size_t k = first; k < end; ++k) {
-            const ActiveContact& c = contacts[islands.contact[k]];
-            if (which != Which::between) describe(b, c, which, rows_[k]);
-            start(c, rows_[k]);
+            if (which != Which::between) describe(b, contacts, k);
+            start(contacts, k);
         }
+        if (which != Which::between) kernels().describe(arrays(), first, end);
+        kernels().start(arrays(), first, end);
     });
     hinged_.resize(islands.size());
     for (size_t n = 0; n < islands.size(); ++n) hinged_[n] = contacts[islands.contact[islands.offset[n]]].has_hinges;
-    if (which != Which::first) return;
-    for (const Row& row : rows_) {
-        move_by(row, row.impulse.normal * row.normal + row.impulse.friction);
-        turn_by(row, row.impulse.rolling);
-    }
+    if (which == Which::first)
+        for_islands(workers, [&](uint32_t n) { kernels().give(arrays(), batches_.offset[n], batches_.offset[n + 1]); });
 }
 
-Vec3 ContactRound::moved(const Side& s) const {
-    const Movable& movable = movables_[s.movable];
-    const PieceMotion& piece = pieces_[s.piece].moved;
-    return movable.moved + piece.shift + piece.turn.cross(movable.lever) + piece.spin.cross(s.arm);
+Vec3 ContactRound::moved(const ContactBatch& c, int side, uint32_t lane) const {
+    const RoundMovable& m = movables_[c.movable[side][lane]];
+    const RoundPiece& p = pieces_[c.piece[side][lane]];
+    return vector(m.moved) + vector(p.shift) + vector(p.turn).cross(vector(m.lever)) +
+           vector(p.spin).cross(vector(c.arm[side], lane));
 }
 
 Vec3 ContactRound::motion(size_t place) const {
-    const Row& row = rows_[place];
-    return row.motion + moved(row.a) - moved(row.b);
-}
-
-void ContactRound::push(const Side& s, const Vec3& impulse) {
-    Movable& movable = movables_[s.movable];
-    Piece& piece = pieces_[s.piece];
-    const Vec3 by_arm = piece.inverse_inertia * s.arm.cross(impulse);
-    const Vec3 by_lever = piece.inverse_inertia * movable.lever.cross(impulse);
-    movable.moved += movable.own * impulse;
-    piece.moved.shift += piece.whole * impulse;
-    piece.moved.turn += by_arm + piece.orbit_share * by_lever;
-    piece.moved.spin += by_arm + by_lever;
-}
-
-void ContactRound::turn(const Side& s, const Vec3& couple) {
-    Piece& piece = pieces_[s.piece];
-    const Vec3 turned = piece.inverse_inertia * couple;
-    piece.moved.turn += turned;
-    piece.moved.spin += turned;
-}
-
-void ContactRound::move_by(const Row& row, const Vec3& impulse) {
-    push(row.a, impulse);
-    if (!row.on_collider) push(row.b, -impulse);
-}
-
-void ContactRound::turn_by(const Row& row, const Vec3& couple) {
-    turn(row.a, couple);
-    if (!row.on_collider) turn(row.b, -couple);
-}
-
-// Adds friction to `io_impulse`, after which the touching points have moved by `moved_by`.
-void ContactRound::resist_slip(Row& row, const Vec3& moved_by, Vec3& io_impulse) const {
-    const double limit = row.friction * row.impulse.normal;
-    if (!(limit > 0) && row.impulse.friction.isZero(0)) return;
-    const Vec3 slip = moved_by - row.normal * row.normal.dot(moved_by);
-    io_impulse += change_within(row.impulse.friction, -row.slip_mass * slip, limit);
-}
-
-void ContactRound::resist_rolling(Row& row) {
-    const double limit = row.rolling_arm * row.impulse.normal;
-    if (!(limit > 0) && row.impulse.rolling.isZero(0)) return;
-    const Vec3 rolled = row.rolled + pieces_[row.a.piece].moved.spin - pieces_[row.b.piece].moved.spin;
-    turn_by(row, change_within(row.impulse.rolling, -row.rolling_inertia * rolled, limit));
-}
-
-// One contact's turn in a pass: gap >= wanted_gap, friction within its cone, rolling resistance within its bound.
-void ContactRound::solve(Row& row, const Following& following, PassResult& io_result) {
-    if (!(row.inverse_mass > 0)) return;
-    const Vec3 moved_by = moved(row.a) - moved(row.b);
-    const double missing = row.missing - row.normal.dot(moved_by);
-    if (row.idle && missing <= 0) return;
-
-    ContactImpulse& now = row.impulse;
-    follow_direction(now, row.direction, row.change, following.share, following.keeps);
-    const ContactImpulse before = now;
-    now.normal = std::max(now.normal + missing / row.inverse_mass, 0.0);
-    const double change = now.normal - before.normal;
-    Vec3 impulse = change * row.normal;
-    resist_slip(row, row.motion + moved_by + change * row.along_normal, impulse);
-    if (!impulse.isZero(0)) move_by(row, impulse);
-    if (row.rolling_arm > 0) resist_rolling(row);
-
-    row.change = now - before;
-    row.idle = now.is_zero() && before.is_zero() && row.direction.is_zero();
-    const double arm = row.rolling_arm;
-    const double rolling = arm > 0 ? row.change.rolling.squaredNorm() / (arm * arm) : 0;
-    io_result.largest = std::max(io_result.largest, std::abs(change) * row.inverse_mass);
-    io_result.size += row.inverse_mass * (change * change + row.change.friction.squaredNorm() + rolling);
-}
-
-// What contacts do with their impulses when their turn comes, for all that they push: it is linear in them.
-void ContactRound::follow(const Range& movables, const Range& pieces, const Following& following) {
-    const auto [share, keeps] = following;
-    for (uint32_t k = movables.begin; k < movables.end; ++k) {
-        Vec3& moved = movables_[k].moved;
-        const Vec3 change = moved - movable_before_[k];
-        follow_direction(moved, movable_direction_[k], change, share, keeps);
-        movable_before_[k] = moved;
-    }
-    for (uint32_t k = pieces.begin; k < pieces.end; ++k) {
-        PieceMotion& moved = pieces_[k].moved;
-        const PieceMotion change = moved - piece_before_[k];
-        follow_direction(moved, piece_direction_[k], change, share, keeps);
-        piece_before_[k] = moved;
-    }
-}
-
-ContactRound::PassResult ContactRound::pass_over_all(const Range& rows, const Following& following,
-                                                     std::span<uint32_t>& o_active) {
-    PassResult result;
-    size_t n_active = 0;
-    for (uint32_t k = rows.begin; k < rows.end; ++k) {
-        solve(rows_[k], following, result);
-        if (!rows_[k].idle) active_[rows.begin + n_active++] = k;
-    }
-    o_active = std::span(active_).subspan(rows.begin, n_active);
-    return result;
-}
-
-ContactRound::PassResult ContactRound::pass_over(std::span<const uint32_t> active, const Following& following) {
-    PassResult result;
-    for (uint32_t k : active) solve(rows_[k], following, result);
-    return result;
+    const uint32_t lane = batches_.lane[place] % kLanes;
+    const ContactBatch& c = contacts_[batches_.lane[place] / kLanes];
+    return vector(c.motion, lane) + moved(c, 0, lane) - moved(c, 1, lane);
 }
 
 void ContactRound::relax_island(size_t island, double enough) {
-    const Range rows{islands_->offset[island], islands_->offset[island + 1]};
+    const Range rows{batches_.offset[island], batches_.offset[island + 1]};
     const Range movables{islands_->movable_offset[island], islands_->movable_offset[island + 1]};
     const Range pieces{islands_->piece_offset[island], islands_->piece_offset[island + 1]};
+    const size_t n_movables = movables.end - movables.begin, n_pieces = pieces.end - pieces.begin;
+    double *const movable_before = &movable_before_[kMovedNumbers * movables.begin],
+                  *const movable_direction = &movable_direction_[kMovedNumbers * movables.begin];
+    double *const piece_before = &piece_before_[kPieceMovedNumbers * pieces.begin],
+                  *const piece_direction = &piece_direction_[kPieceMovedNumbers * pieces.begin];
+    const ContactKernels& kernel = kernels();
     const int passes = hinged_[island] ? kHingedPasses : kPasses;
-    std::span<uint32_t> active;
+    const std::span<const uint32_t> all = std::span(all_).subspan(rows.begin, rows.end - rows.begin);
+    size_t n_active = 0;
     Following following{0, false};
     double last = 0;
     bool done = false;
     for (int pass = 0; pass < passes; ++pass) {
-        follow(movables, pieces, following);
-        const bool all = done || pass < kFirstFull || pass % kEveryFull == 0 || pass + 1 == passes;
-        const PassResult result = all ? pass_over_all(rows, following, active) : pass_over(active, following);
+        kernel.follow_movables(&movables_[movables.begin], movable_before, movable_direction, n_movables, following);
+        kernel.follow_pieces(&pieces_[pieces.begin], piece_before, piece_direction, n_pieces, following);
+        const bool full = done || pass < kFirstFull || pass % kEveryFull == 0 || pass + 1 == passes;
+        const PassResult result = full ? kernel.pass(arrays(), all.data(), all.size(), following)
+                                       : kernel.pass(arrays(), &active_[rows.begin], n_active, following);
+        if (full) {
+            const auto last_active =
+                std::ranges::copy_if(all, active_.begin() + rows.begin, [&](uint32_t k) { return !idle_[k]; }).out;
+            n_active = static_cast<size_t>(last_active - active_.begin()) - rows.begin;
+        }
         done = result.largest < enough;
-        if (done && all) return;
+        if (done && full) return;
         const bool grows = pass > 0 && result.size > last;
         following = {pass > 0 && !grows ? result.size / last : 0.0, !grows};
         last = std::max(result.size, kTiny);
@@ -268,35 +246,46 @@ void ContactRound::relax_island(size_t island, double enough) {
 }
 
 void ContactRound::relax(double enough, const WorkerPool& workers) {
-    // Threads share out contacts, and take the islands that begin among theirs.
-    const auto island_from = [&](size_t contact) {
-        return static_cast<size_t>(std::ranges::lower_bound(islands_->offset, contact) - islands_->offset.begin());
-    };
-    workers.for_range(rows_.size(), kGrain, [&](size_t first, size_t end) {
-        for (size_t n = island_from(first), beyond = island_from(end); n < beyond; ++n) relax_island(n, enough);
-    });
+    movable_before_.assign(kMovedNumbers * islands_->movable.size(), 0), movable_direction_ = movable_before_;
+    piece_before_.assign(kPieceMovedNumbers * islands_->piece.size(), 0), piece_direction_ = piece_before_;
+    for_islands(workers, [&](uint32_t n) { relax_island(n, enough); });
 }
 
-void ContactRound::end(const ContactBodies& b, std::span<ActiveContact> io_contacts, std::span<RoundPush> io_push,
-                       std::span<PieceMotion> io_motion) const {
-    for (size_t k = 0; k < islands_->movable.size(); ++k) io_push[islands_->movable[k]].own = movables_[k].moved;
-    for (size_t k = 0; k < islands_->piece.size(); ++k) io_motion[islands_->piece[k]] = pieces_[k].moved;
-    for (size_t place = 0; place < rows_.size(); ++place) {
-        const Row& row = rows_[place];
+ContactImpulse ContactRound::impulse_of(uint32_t place) const {
+    const uint32_t lane = batches_.lane[place] % kLanes;
+    const ContactBatch& c = contacts_[batches_.lane[place] / kLanes];
+    return {c.normal_impulse[lane], Vec3(c.impulse[0][lane], c.impulse[1][lane], c.impulse[2][lane]),
+            Vec3(c.impulse[3][lane], c.impulse[4][lane], c.impulse[5][lane])};
+}
+
+void ContactRound::end(const ContactBodies& b, const WorkerPool& workers, std::span<ActiveContact> io_contacts,
+                       std::span<RoundPush> io_push, std::span<PieceMotion> io_motion) const {
+    const auto end_contact = [&](uint32_t place) {
         ActiveContact& c = io_contacts[islands_->contact[place]];
-        c.inverse_mass_normal = row.inverse_mass;
-        const ContactImpulse given = which_ == Which::first ? row.impulse : row.impulse - c.impulse;
-        c.impulse = row.impulse;
-        if (given.is_zero()) continue;
-        const auto give = [&](uint32_t i, const Side& side, double sign) {
+        c.inverse_mass_normal = 0;
+        if (batches_.lane[place] == BatchMember::kNone) return;
+        c.inverse_mass_normal = contacts_[batches_.lane[place] / kLanes].inverse_mass[batches_.lane[place] % kLanes];
+        const ContactImpulse now = impulse_of(place);
+        const ContactImpulse given = which_ == Which::first ? now : now - c.impulse;
+        c.impulse = now;
+        if (given.is_zero()) return;
+        const auto give = [&](uint32_t i, const Vec3& arm, double sign) {
             if (!(b.inverse_mass[i] > 0)) return;
-            const Vec3 impulse = sign * (given.normal * row.normal + given.friction);
+            const Vec3 impulse = sign * (given.normal * c.contact.normal + given.friction);
             io_push[i].shift += b.inverse_mass[i] * impulse;
-            io_push[i].torque += side.arm.cross(impulse) + sign * given.rolling;
+            io_push[i].torque += arm.cross(impulse) + sign * given.rolling;
         };
-        give(c.contact.a, row.a, 1);
-        if (!row.on_collider) give(c.contact.b, row.b, -1);
-    }
+        give(c.contact.a, c.arm_a, 1);
+        if (has_movable_b(c.contact)) give(c.contact.b, c.arm_b, -1);
+    };
+    for_islands(workers, [&](uint32_t n) {
+        for (uint32_t k = islands_->movable_offset[n]; k < islands_->movable_offset[n + 1]; ++k)
+            io_push[islands_->movable[k]].own = vector(movables_[k].moved);
+        for (uint32_t k = islands_->piece_offset[n]; k < islands_->piece_offset[n + 1]; ++k)
+            io_motion[islands_->piece[k]] = {vector(pieces_[k].shift), vector(pieces_[k].turn),
+                                             vector(pieces_[k].spin)};
+        for (uint32_t place = islands_->offset[n]; place < islands_->offset[n + 1]; ++place) end_contact(place);
+    });
 }
 
 }  // namespace sunder

@@ -1,11 +1,14 @@
-// A round over the contacts of a substep: projected Gauss-Seidel passes on impulses. What they move is only added up
-// while the round lasts, linear in the impulses and packed island by island, and given to the pieces when it ends.
+// A round over the contacts of a substep: projected Gauss-Seidel passes on impulses, four contacts side by side. What
+// they move is only added up while the round lasts, linear in the impulses and packed island by island, and given to
+// the pieces when it ends.
 #pragma once
 
 #include <span>
 #include <vector>
 
+#include "solver/collision/contact_batches.h"
 #include "solver/collision/contact_islands.h"
+#include "solver/collision/contact_kernels.h"
 #include "solver/parallel.h"
 
 namespace sunder {
@@ -15,12 +18,6 @@ struct PieceMotion {
     Vec3 shift = Vec3::Zero();  // m
     Vec3 turn = Vec3::Zero();   // of the particles' centres about the piece's, rad
     Vec3 spin = Vec3::Zero();   // of the particles about their own centres, rad
-
-    friend PieceMotion operator+(const PieceMotion& p, const PieceMotion& q) {
-        return {p.shift + q.shift, p.turn + q.turn, p.spin + q.spin};
-    }
-    friend PieceMotion operator*(double s, const PieceMotion& p) { return {s * p.shift, s * p.turn, s * p.spin}; }
-    friend PieceMotion operator-(const PieceMotion& p, const PieceMotion& q) { return p + -1.0 * q; }
 };
 
 /// What a round gives to a movable thing.
@@ -53,86 +50,39 @@ public:
 
     /// Writes back impulses, and what they moved; `io_push` and `io_motion` must be zero, and stay so where the islands
     /// touch nothing.
-    void end(const ContactBodies& bodies, std::span<ActiveContact> io_contacts, std::span<RoundPush> io_push,
-             std::span<PieceMotion> io_motion) const;
+    void end(const ContactBodies& bodies, const WorkerPool& workers, std::span<ActiveContact> io_contacts,
+             std::span<RoundPush> io_push, std::span<PieceMotion> io_motion) const;
 
 private:
-    // Slots of what a side of a contact pushes; those of colliders come last, where nothing ever moves.
-    struct Side {
-        uint32_t movable = 0, piece = 0;
-        Vec3 arm = Vec3::Zero();  // from the movable's centre to the touching point, m
-    };
-    // What a pass reads and writes of a contact: first what one reads that pushes nothing.
-    struct alignas(64) Row {
-        Side a, b;
-        Vec3 normal = Vec3::Zero();
-        double missing = 0;       // of the gap, where nothing moves since the round began, m
-        double inverse_mass = 0;  // along the normal, 1/kg; 0: is let alone
-        bool idle = true;         // no impulse, and none to follow
-        bool on_collider = false;
-        Vec3 motion = Vec3::Zero(), rolled = Vec3::Zero();  // a's less b's where the round began, m and rad
-        Vec3 along_normal = Vec3::Zero();                   // that motion by a unit impulse along the normal, 1/kg
-        double slip_mass = 0;                               // the least along any tangent, kg
-        double rolling_inertia = 0;                         // the least about any axis, kg m2
-        double friction = 0, rolling_arm = 0;
-        // The last pass changed the impulse by `change`; `direction` is what passes moved it by, followed so far.
-        ContactImpulse impulse, change, direction;
-    };
-    // Of a movable and of a piece, by slot: what passes move it by, and how pushes do (see PushDivision).
-    struct alignas(64) Movable {
-        Vec3 moved = Vec3::Zero(), lever = Vec3::Zero();  // m
-        double own = 0;
-    };
-    struct Piece {
-        PieceMotion moved;
-        Mat3 inverse_inertia = Mat3::Zero();
-        double whole = 0, orbit_share = 0;
-    };
-    // Since the start of the substep, where the round began.
-    struct Began {
-        Vec3 shift = Vec3::Zero(), turned = Vec3::Zero();  // m, rad
-    };
     struct Range {
         uint32_t begin, end;
     };
-    // How far a pass follows the direction of those before it.
-    struct Following {
-        double share = 0;
-        bool keeps = true;  // else the direction is forgotten
-    };
-    struct PassResult {
-        double largest = 0;  // change of a gap, m
-        double size = 0;     // squared length of the change, as displacements weigh it, kg m2
-    };
 
-    void take_up_movables(const ContactBodies& bodies);
-    Side side_of(const ContactBodies& bodies, uint32_t movable, const Vec3& arm) const;
-    Mat3 response_of(const Side& side) const;
-    void describe(const ContactBodies& bodies, const ActiveContact& contact, Which which, Row& o_row) const;
-    void start(const ActiveContact& contact, Row& io_row) const;
-    Vec3 moved(const Side& side) const;
-    void push(const Side& side, const Vec3& impulse);
-    void turn(const Side& side, const Vec3& couple);
-    void move_by(const Row& row, const Vec3& impulse);
-    void turn_by(const Row& row, const Vec3& couple);
-    void resist_slip(Row& io_row, const Vec3& moved_by, Vec3& io_impulse) const;
-    void resist_rolling(Row& io_row);
-    void solve(Row& io_row, const Following& following, PassResult& io_result);
-    PassResult pass_over_all(const Range& rows, const Following& following, std::span<uint32_t>& o_active);
-    PassResult pass_over(std::span<const uint32_t> active, const Following& following);
-    void follow(const Range& movables, const Range& pieces, const Following& following);
+    template <class Body>
+    void for_islands(const WorkerPool& workers, const Body& body) const;
+    void take_up_movables(const ContactBodies& bodies, const WorkerPool& workers);
+    bool goes_with_its_piece(uint32_t movable, uint32_t piece, const Vec3& arm) const;
+    BatchMember member_of(const ContactBodies& bodies, const ActiveContact& contact) const;
+    void describe(const ContactBodies& bodies, std::span<const ActiveContact> contacts, size_t batch);
+    void start(std::span<const ActiveContact> contacts, size_t batch);
+    Vec3 moved(const ContactBatch& batch, int side, uint32_t lane) const;
+    ContactImpulse impulse_of(uint32_t place) const;
+    ContactArrays arrays();
     void relax_island(size_t island, double enough);
 
     const ContactIslands* islands_ = nullptr;
     Which which_ = Which::first;
-    std::vector<Row> rows_;         // as the islands' contacts
-    std::vector<uint32_t> active_;  // rows, island by island
-    std::vector<Movable> movables_;
-    std::vector<Piece> pieces_;
-    std::vector<Began> began_;  // by slot of movables
+    std::vector<uint32_t> by_size_;  // islands, those with most contacts first
+    ContactBatches batches_;
+    std::vector<BatchMember> members_;    // as the islands' contacts
+    std::vector<ContactBatch> contacts_;  // as batches_
+    std::vector<uint8_t> idle_;           // batches without impulses
+    std::vector<uint32_t> all_, active_;  // batches, island by island
+    std::vector<RoundMovable> movables_;  // by slot; then what colliders are, one an island, which never moves
+    std::vector<RoundPiece> pieces_;
+    std::vector<RoundBegan> began_;  // as movables
     // Of movables and pieces: where the last pass began, and the direction that passes follow.
-    std::vector<Vec3> movable_before_, movable_direction_;
-    std::vector<PieceMotion> piece_before_, piece_direction_;
+    std::vector<double> movable_before_, movable_direction_, piece_before_, piece_direction_;
     std::vector<uint8_t> hinged_;  // (n_islands)
 };
 

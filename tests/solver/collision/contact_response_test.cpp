@@ -266,7 +266,7 @@ TEST(contacts, the_response_to_pushes_is_symmetric_and_what_they_are_divided_by)
             t.contacts[t.islands.contact[k]].impulse.normal = 1;
             round.begin(t.bodies(), t.islands, ContactRound::Which::first, WorkerPool(1), t.contacts);
             for (int j = 0; j < 4; ++j) W(j, k) = t.contacts[t.islands.contact[j]].contact.normal.dot(round.motion(j));
-            round.end(t.bodies(), t.contacts, t.given, t.motion);
+            round.end(t.bodies(), WorkerPool(1), t.contacts, t.given, t.motion);
             EXPECT_NEAR(W(k, k), t.contacts[t.islands.contact[k]].inverse_mass_normal, 1e-12);
         }
         EXPECT_LE((W - W.transpose()).norm(), 1e-12 * W.norm()) << "share " << share << "\n" << W;

@@ -1,0 +1,2 @@
+#define SUNDER_CONTACT_KERNELS kContactKernelsPortable
+#include "solver/collision/contact_kernels.inl"
