@@ -146,7 +146,7 @@ void remember_pieces(const StepContext& context, double h, Workspace& w) {
 
 void divide_pushes(const StepContext& context, double h, bool last, Workspace& w) {
     for (ContactPiece& p : w.pieces) p.own_share = last ? 1 : 0;
-    const auto divide = [&](uint32_t i) {
+    for (uint32_t i : w.islands.movable) {
         double share = 1;
         ContactPiece& p = w.pieces[w.piece[i]];
         if (!p.rigid && context.settings.method != Method::gauss_seidel && (last || p.unbroken)) {
@@ -157,25 +157,25 @@ void divide_pushes(const StepContext& context, double h, bool last, Workspace& w
             share = std::min(1.0, kGive * reach / (1 + b));
         }
         p.own_share = last ? std::min(p.own_share, share) : std::max(p.own_share, share);
-    };
-    for (const ActiveContact& c : w.contacts) {
-        divide(c.contact.a);
-        if (has_movable_b(c.contact)) divide(c.contact.b);
     }
 }
 
 void move_pieces(const StepContext& context, Workspace& w) {
+    constexpr size_t kAloneGrain = 512;  // fewest a thread is worth waking for
     const auto moves_alone = [](const ContactPiece& p) { return p.rigid || p.inverse_mass == 0; };
-    for (uint32_t i : w.islands.movable)
-        if (moves_alone(w.pieces[w.piece[i]])) move_alone(i, w);
-    for (uint32_t piece : w.islands.piece) {
+    context.workers.for_range(w.islands.movable.size(), kAloneGrain, [&](size_t begin, size_t end) {
+        for (size_t k = begin; k < end; ++k)
+            if (const uint32_t i = w.islands.movable[k]; moves_alone(w.pieces[w.piece[i]])) move_alone(i, w);
+    });
+    context.workers.for_each(w.islands.piece.size(), [&](size_t k) {
+        const uint32_t piece = w.islands.piece[k];
         ContactPiece& p = w.pieces[piece];
         if (moves_alone(p))
             p.turned += w.piece_motion[piece].spin;
         else
             move_piece(context.scene.rest, w.live.piece_particles(piece), p, w.piece_motion[piece], w);
         w.piece_motion[piece] = PieceMotion();
-    }
+    });
 }
 
 void turn_rigid_things(const StepContext& context, double h, Workspace& w) {

@@ -16,12 +16,16 @@ struct Meeting {
 
 bool same_pair(const Meeting& x, const Meeting& y) { return x.low == y.low && x.high == y.high; }
 
-std::vector<Meeting> sorted_by_pair(std::span<const uint32_t> piece, std::span<ActiveContact> contacts) {
+// Between pieces of which each is `whole`.
+template <class Whole>
+std::vector<Meeting> sorted_by_pair(std::span<const uint32_t> piece, const Whole& whole,
+                                    std::span<ActiveContact> contacts) {
     std::vector<Meeting> meetings;
     for (ActiveContact& c : contacts) {
         if (!c.separate_pieces) continue;
         const Contact& contact = c.contact;
         const uint32_t a = piece[contact.a], b = contact.b & Contact::kStatic ? contact.b : piece[contact.b];
+        if (!whole(a) || !whole(b)) continue;
         if (a < b)
             meetings.push_back({a, b, &c, contact.normal});
         else
@@ -71,11 +75,10 @@ void agree_on_recovery(const ContactBodies& b, std::span<ActiveContact> io_conta
         return piece & Contact::kStatic || (b.pieces[piece].unbroken && !b.pieces[piece].rigid);
     };
     for (ActiveContact& c : io_contacts) c.wanted_gap = 0;
-    std::vector<Meeting> meetings = sorted_by_pair(b.piece, io_contacts);
+    std::vector<Meeting> meetings = sorted_by_pair(b.piece, whole, io_contacts);
     for (size_t first = 0, last; first < meetings.size(); first = last) {
         for (last = first + 1; last < meetings.size() && same_pair(meetings[last], meetings[first]);) ++last;
-        if (whole(meetings[first].low) && whole(meetings[first].high))
-            agree(std::span(meetings).subspan(first, last - first));
+        agree(std::span(meetings).subspan(first, last - first));
     }
     for (ActiveContact& c : io_contacts)
         if (c.wanted_gap > -kLetPass) c.wanted_gap = std::min(c.allowed_gap, c.contact.gap + c.recovery);
