@@ -34,44 +34,46 @@ void Substep::take_up_pieces() {
     find_islands(bodies(), work.contacts, work.islands);
 }
 
-// Sleepers that something comes to touch, or already leans on.
+// Sleepers that something already leans on.
 void Substep::wake_touched() {
     work.woken.clear();
     if (context.fixed.empty() || !context.wakes) return;
     const double g = acceleration_of(context.input);
-    const auto one_sleeps = [&](uint32_t a, uint32_t b) {
-        return !(b & Contact::kStatic) && context.fixed[a] != context.fixed[b];
-    };
-    for (const ActiveContact& active : work.contacts) {
-        const Contact& c = active.contact;
-        if (!one_sleeps(c.a, c.b)) continue;
-        const uint32_t i = context.fixed[c.a] ? c.b : c.a, sleeper = context.fixed[c.a] ? c.a : c.b;
-        const bool is_particle = i < n_particles();
-        const RigidBodyState* rigid = is_particle ? nullptr : &state.rigid_bodies[i - n_particles()];
-        const Vec3& v = is_particle ? state.velocity[i] : rigid->velocity;
-        const Vec3& w = is_particle ? state.angular_velocity[i] : rigid->angular_velocity;
-        const Vec3 arm = (context.fixed[c.a] ? c.point_b : c.point_a) - work.start_position[i];
-        const double size = std::min(size_of(context.scene, i), size_of(context.scene, sleeper));
-        if ((v + w.cross(arm)).norm() > waking_speed(size, g)) work.woken.push_back(sleeper);
-    }
     for (const ContactMemory& c : state.contacts) {
-        if (!one_sleeps(c.a, c.b)) continue;
+        if (c.b & Contact::kStatic || context.fixed[c.a] == context.fixed[c.b]) continue;
         const uint32_t sleeper = context.fixed[c.a] ? c.a : c.b;
         const double mass =
             sleeper < n_particles() ? rest().mass[sleeper] : context.scene.rigid_bodies[sleeper - n_particles()].mass;
         if (c.normal_force > kWakingLoad * mass * g) work.woken.push_back(sleeper);
     }
-    std::ranges::sort(work.woken);
-    work.woken.erase(std::ranges::unique(work.woken).begin(), work.woken.end());
 }
 
 void Substep::find_contacts() {
-    work.detection.find(
+    wake_touched();
+    // Where one of these wakes, the others need not be found: the substep is taken again.
+    const auto wakes = [&](std::span<const Contact> with_sleepers) {
+        const double g = acceleration_of(context.input);
+        for (const Contact& c : with_sleepers) {
+            const uint32_t i = context.fixed[c.a] ? c.b : c.a, sleeper = context.fixed[c.a] ? c.a : c.b;
+            const bool is_particle = i < n_particles();
+            const RigidBodyState* rigid = is_particle ? nullptr : &state.rigid_bodies[i - n_particles()];
+            const Vec3& v = is_particle ? state.velocity[i] : rigid->velocity;
+            const Vec3& w = is_particle ? state.angular_velocity[i] : rigid->angular_velocity;
+            const Vec3 arm = (context.fixed[c.a] ? c.point_b : c.point_a) - work.start_position[i];
+            const double size = std::min(size_of(context.scene, i), size_of(context.scene, sleeper));
+            if ((v + w.cross(arm)).norm() > waking_speed(size, g)) work.woken.push_back(sleeper);
+        }
+        std::ranges::sort(work.woken);
+        work.woken.erase(std::ranges::unique(work.woken).begin(), work.woken.end());
+        return !work.woken.empty();
+    };
+    SearchEnd search_end;
+    if (!context.fixed.empty() && context.wakes) search_end = {context.fixed, wakes};
+    const bool complete = work.detection.find(
         context.scene, context.input, context.settings.self_collision, work.live, work.held,
         {work.start_position, work.start_rotation, work.velocity, work.angular_velocity, state.plastic_deformation},
-        {h, begin, end}, context.contact_margin, context.workers, work.contacts);
-    wake_touched();
-    if (!work.woken.empty()) return;
+        {h, begin, end}, context.contact_margin, search_end, context.workers, work.contacts);
+    if (!complete) return;
     report.contacts = std::max(report.contacts, work.contacts.size());
     take_up_pieces();
     warm_start(bodies(), state.contacts, h, resting_speed(), work.contacts);

@@ -42,7 +42,7 @@ void sweep_boxes(const DetectionInput& in, size_t begin, size_t end, std::span<A
 namespace {
 
 // Pairs that may touch, in no order.
-std::span<const Pair> candidates(const DetectionInput& in, const WorkerPool& workers, ContactScratch& s) {
+std::span<Pair> candidates(const DetectionInput& in, const WorkerPool& workers, ContactScratch& s) {
     PairFilter filter;
     filter.n_particles = static_cast<uint32_t>(in.particles.size());
     filter.body = in.body;
@@ -135,14 +135,25 @@ void find_contacts(const DetectionInput& input, ContactScratch& scratch, std::ve
     Vec3 mean = Vec3::Zero();
     for (const Vec3& v : in.velocity) mean += v / static_cast<double>(n);
     sweep(mean);
-    const std::span<const Pair> pairs = candidates(in, workers, scratch);
+    const std::span<Pair> pairs = candidates(in, workers, scratch);
     scratch.found.clear();
-    in_chunks(
-        pairs.size(), workers,
-        [&](size_t begin, size_t end, std::vector<Contact>& found) {
-            contacts_of_pairs(in, scratch.boxes, pairs.subspan(begin, end - begin), found);
-        },
-        scratch.chunks, scratch.found);
+    const auto find_among = [&](std::span<const Pair> some) {
+        in_chunks(
+            some.size(), workers,
+            [&](size_t begin, size_t end, std::vector<Contact>& found) {
+                contacts_of_pairs(in, scratch.boxes, some.subspan(begin, end - begin), found);
+            },
+            scratch.chunks, scratch.found);
+    };
+    size_t n_first = 0;
+    if (!in.fixed.empty() && in.ends) {
+        const auto rest = std::stable_partition(pairs.begin(), pairs.end(),
+                                                [&](const Pair& p) { return in.fixed[p.first] != in.fixed[p.second]; });
+        n_first = static_cast<size_t>(rest - pairs.begin());
+        find_among(pairs.first(n_first));
+        if (in.ends(scratch.found)) return out.assign(scratch.found.begin(), scratch.found.end());
+    }
+    find_among(pairs.subspan(n_first));
     sweep(Vec3::Zero());
     in_chunks(
         n, workers,

@@ -1,6 +1,7 @@
 // Contacts of a step: what touches at its start, and what will before its end.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -35,6 +36,10 @@ struct DetectionInput {
     double duration = 0;                        // h, s
     double margin = 1e-3;                       // m, > 0: what is nearer counts as touching
     const WorkerPool* workers = nullptr;        // null: the calling thread alone
+    // Contacts of a movable that is `fixed` with one that is not are found first; where `ends` says so of them, the
+    // search ends, and what it gives are these.
+    std::span<const uint8_t> fixed = {};  // (n_movables), or empty: the search never ends early
+    std::function<bool(std::span<const Contact>)> ends = {};
     // What find_contacts works out once for all stages; or empty: each time that it is asked for.
     std::span<const double> turning;     // how far turning may carry the surface (n_movables), m
     std::span<const Mat3> support = {};  // support matrices (n_particles), m2
@@ -50,7 +55,7 @@ struct ContactScratch {
     std::vector<double> radius;   // (n_particles)
     std::vector<Vec3> position;   // (n_particles)
     std::vector<Mat3> support;    // (n_particles)
-    std::vector<Pair> pairs;
+    std::vector<Pair> pairs;      // that may touch; those that may end the search first
     std::vector<std::vector<Contact>> chunks;
     std::vector<Contact> found;
     std::vector<uint32_t> order, begin;  // of `found`; where those of each movable begin

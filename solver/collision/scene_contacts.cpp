@@ -66,9 +66,10 @@ void SceneContacts::list_neighbours(const SimulationMesh& rest, const WorkerPool
     for (size_t m = 0; m < unknown_.size(); ++m) neighbours_[unknown_[m]].gap = gap_of_unknown_[m];
 }
 
-void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live,
+bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live,
                          std::span<const uint8_t> held, const MovableMotion& motion, const Interval& interval,
-                         double margin, const WorkerPool& workers, std::vector<ActiveContact>& out) {
+                         double margin, const SearchEnd& search_end, const WorkerPool& workers,
+                         std::vector<ActiveContact>& out) {
     const SimulationMesh& rest = scene.rest;
     const uint32_t n = static_cast<uint32_t>(rest.n_particles());
     hulls_.update(rest, motion.plastic_deformation, workers);
@@ -103,7 +104,13 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     detection.margin = margin;
     detection.piece = live.pieces();
     detection.workers = &workers;
+    bool ended = false;
+    detection.fixed = search_end.fixed;
+    if (search_end.ends)
+        detection.ends = [&](std::span<const Contact> first) { return ended = search_end.ends(first); };
     find_contacts(detection, scratch_, contacts_);
+    out.clear();
+    if (ended) return false;
 
     const auto standing_out_of = [&](uint32_t i, const Vec3& direction) {
         if (i >= n) return 0.0;
@@ -144,6 +151,7 @@ void SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     workers.for_range(contacts_.size(), kGrain, [&](size_t begin, size_t end) {
         for (size_t k = begin; k < end; ++k) out[k] = describe(k);
     });
+    return true;
 }
 
 }  // namespace sunder

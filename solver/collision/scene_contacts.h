@@ -26,6 +26,12 @@ struct Interval {
     double begin = 0, end = 1;  // share of the frame
 };
 
+/// What lets a search end early (DetectionInput).
+struct SearchEnd {
+    std::span<const uint8_t> fixed;
+    std::function<bool(std::span<const Contact>)> ends;
+};
+
 /// How far beyond touching contacts reach, m: a small share of a typical particle.
 double contact_margin(const Scene& scene);
 
@@ -33,9 +39,10 @@ double contact_margin(const Scene& scene);
 /// result).
 class SceneContacts {
 public:
-    void find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live,
+    /// False, and `out` empty, where the search ended early.
+    bool find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live,
               std::span<const uint8_t> held, const MovableMotion& motion, const Interval& interval, double margin,
-              const WorkerPool& workers, std::vector<ActiveContact>& out);
+              const SearchEnd& search_end, const WorkerPool& workers, std::vector<ActiveContact>& out);
 
     /// Call when a state was set from outside.
     void reset() { scratch_.reset(), hulls_.reset(); }

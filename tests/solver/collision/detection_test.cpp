@@ -162,6 +162,34 @@ TEST(detection, ranges_put_together_give_the_same_bits) {
     }
 }
 
+// Sleepers that are woken make all other contacts of the search useless.
+TEST(detection, a_search_that_may_end_sees_all_contacts_of_the_fixed_and_changes_no_other) {
+    Case c = crowd(8);
+    const std::vector<Contact> all = contacts_of(c);
+    std::vector<uint8_t> fixed(c.velocity.size());
+    for (size_t i = 0; i < fixed.size(); ++i) fixed[i] = i % 5 == 0;
+    std::vector<Contact> expected;
+    for (const Contact& contact : all)
+        if (!(contact.b & Contact::kStatic) && fixed[contact.a] != fixed[contact.b]) expected.push_back(contact);
+    ASSERT_GT(expected.size(), 5u);
+    ASSERT_LT(expected.size(), all.size());
+    for (bool ends : {false, true}) {
+        DetectionInput in = c.input();
+        std::vector<Contact> seen, contacts;
+        in.fixed = fixed;
+        in.ends = [&](std::span<const Contact> first) {
+            seen.assign(first.begin(), first.end());
+            return ends;
+        };
+        ContactScratch scratch;
+        find_contacts(in, scratch, contacts);
+        std::ranges::stable_sort(seen, {}, [](const Contact& x) { return std::pair(x.a, x.b); });
+        expect_same_bits(seen, expected);
+        std::ranges::stable_sort(contacts, {}, [](const Contact& x) { return std::pair(x.a, x.b); });
+        expect_same_bits(contacts, ends ? expected : all);
+    }
+}
+
 TEST(detection, nothing_in_the_scene_gives_no_contacts) {
     Case c;
     EXPECT_TRUE(contacts_of(c).empty());
