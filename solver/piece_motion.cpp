@@ -161,13 +161,13 @@ void divide_pushes(const StepContext& context, double h, bool last, Workspace& w
 }
 
 void move_pieces(const StepContext& context, Workspace& w) {
-    constexpr size_t kAloneGrain = 512;  // fewest a thread is worth waking for
+    constexpr size_t kGrain = 1024;  // fewest things that a thread is worth waking for
     const auto moves_alone = [](const ContactPiece& p) { return p.rigid || p.inverse_mass == 0; };
-    context.workers.for_range(w.islands.movable.size(), kAloneGrain, [&](size_t begin, size_t end) {
+    context.workers.for_range(w.islands.movable.size(), kGrain, [&](size_t begin, size_t end) {
         for (size_t k = begin; k < end; ++k)
             if (const uint32_t i = w.islands.movable[k]; moves_alone(w.pieces[w.piece[i]])) move_alone(i, w);
     });
-    context.workers.for_each(w.islands.piece.size(), [&](size_t k) {
+    const auto move = [&](size_t k) {
         const uint32_t piece = w.islands.piece[k];
         ContactPiece& p = w.pieces[piece];
         if (moves_alone(p))
@@ -175,7 +175,11 @@ void move_pieces(const StepContext& context, Workspace& w) {
         else
             move_piece(context.scene.rest, w.live.piece_particles(piece), p, w.piece_motion[piece], w);
         w.piece_motion[piece] = PieceMotion();
-    });
+    };
+    if (w.islands.movable.size() >= kGrain)
+        context.workers.for_each(w.islands.piece.size(), move);
+    else
+        for (size_t k = 0; k < w.islands.piece.size(); ++k) move(k);
 }
 
 void turn_rigid_things(const StepContext& context, double h, Workspace& w) {

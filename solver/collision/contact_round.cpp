@@ -14,7 +14,8 @@ constexpr int kPasses = 60, kHingedPasses = 12;
 // The first passes, every so many, and those that find nothing left to do go over all contacts; the others over those
 // that pushed in the last of these.
 constexpr int kFirstFull = 2, kEveryFull = 4;
-constexpr size_t kGrain = 16, kRowGrain = 256;  // fewest contacts a thread is worth waking for, to solve and to set up
+// Fewest contacts that threads are worth waking for: to solve, to set up, and to hand over what was solved.
+constexpr size_t kGrain = 16, kRowGrain = 256, kHandOverGrain = 1024;
 constexpr uint32_t kLanes = 4;
 constexpr double kTiny = 1e-300;
 
@@ -43,8 +44,8 @@ double trace_between(const RoundPiece& p, const Vec3& u, const Vec3& v) {
 
 // Calls body(island) for each, the largest first, by whichever thread is free.
 template <class Body>
-void ContactRound::for_islands(const WorkerPool& workers, const Body& body) const {
-    if (islands_->contact.size() < kGrain)
+void ContactRound::for_islands(const WorkerPool& workers, size_t grain, const Body& body) const {
+    if (islands_->contact.size() < 2 * grain)
         std::ranges::for_each(by_size_, body);
     else
         workers.for_each(by_size_.size(), [&](size_t k) { body(by_size_[k]); });
@@ -55,7 +56,7 @@ void ContactRound::take_up_movables(const ContactBodies& b, const WorkerPool& wo
     movables_.assign(n_movables + islands_->size(), RoundMovable());
     began_.assign(movables_.size(), RoundBegan());
     pieces_.assign(n_pieces + islands_->size(), RoundPiece());
-    for_islands(workers, [&](uint32_t n) {
+    for_islands(workers, kHandOverGrain, [&](uint32_t n) {
         for (uint32_t k = islands_->piece_offset[n]; k < islands_->piece_offset[n + 1]; ++k) {
             const Mat3& J = b.pieces[islands_->piece[k]].inverse_inertia;
             RoundPiece& p = pieces_[k];
@@ -194,7 +195,8 @@ void ContactRound::begin(const ContactBodies& b, const ContactIslands& islands, 
     hinged_.resize(islands.size());
     for (size_t n = 0; n < islands.size(); ++n) hinged_[n] = contacts[islands.contact[islands.offset[n]]].has_hinges;
     if (which == Which::first)
-        for_islands(workers, [&](uint32_t n) { kernels().give(arrays(), batches_.offset[n], batches_.offset[n + 1]); });
+        for_islands(workers, kHandOverGrain,
+                    [&](uint32_t n) { kernels().give(arrays(), batches_.offset[n], batches_.offset[n + 1]); });
 }
 
 Vec3 ContactRound::moved(const ContactBatch& c, int side, uint32_t lane) const {
@@ -248,7 +250,7 @@ void ContactRound::relax_island(size_t island, double enough) {
 void ContactRound::relax(double enough, const WorkerPool& workers) {
     movable_before_.assign(kMovedNumbers * islands_->movable.size(), 0), movable_direction_ = movable_before_;
     piece_before_.assign(kPieceMovedNumbers * islands_->piece.size(), 0), piece_direction_ = piece_before_;
-    for_islands(workers, [&](uint32_t n) { relax_island(n, enough); });
+    for_islands(workers, kGrain, [&](uint32_t n) { relax_island(n, enough); });
 }
 
 ContactImpulse ContactRound::impulse_of(uint32_t place) const {
@@ -278,7 +280,7 @@ void ContactRound::end(const ContactBodies& b, const WorkerPool& workers, std::s
         give(c.contact.a, c.arm_a, 1);
         if (has_movable_b(c.contact)) give(c.contact.b, c.arm_b, -1);
     };
-    for_islands(workers, [&](uint32_t n) {
+    for_islands(workers, kHandOverGrain, [&](uint32_t n) {
         for (uint32_t k = islands_->movable_offset[n]; k < islands_->movable_offset[n + 1]; ++k)
             io_push[islands_->movable[k]].own = vector(movables_[k].moved);
         for (uint32_t k = islands_->piece_offset[n]; k < islands_->piece_offset[n + 1]; ++k)

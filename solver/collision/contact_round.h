@@ -59,7 +59,7 @@ private:
     };
 
     template <class Body>
-    void for_islands(const WorkerPool& workers, const Body& body) const;
+    void for_islands(const WorkerPool& workers, size_t grain, const Body& body) const;
     void take_up_movables(const ContactBodies& bodies, const WorkerPool& workers);
     bool goes_with_its_piece(uint32_t movable, uint32_t piece, const Vec3& arm) const;
     BatchMember member_of(const ContactBodies& bodies, const ActiveContact& contact) const;
