@@ -32,9 +32,12 @@ void balance_directions(const Mat3& A, GroupShape& io_shape) {
         inverse(i) = 1 / a(i);
         ratio(i) = mean / std::max(a(i), kThinnest * most);
     }
-    io_shape.affine_inverse = E * inverse.asDiagonal() * E.transpose();
+    Mat3 affine_inverse, stiffness_moment;
+    affine_inverse = E * inverse.asDiagonal() * E.transpose();
     io_shape.isotropy = E * ratio.asDiagonal() * E.transpose();
-    io_shape.stiffness_moment = E * ratio.cwiseProduct(a).asDiagonal() * E.transpose();
+    io_shape.N = to_sym((Mat3::Identity() - io_shape.isotropy) * affine_inverse);
+    stiffness_moment = E * ratio.cwiseProduct(a).asDiagonal() * E.transpose();
+    io_shape.stiffness_moment = to_sym(stiffness_moment);
     io_shape.most_isotropy = std::max(1.0, ratio.maxCoeff());
 }
 
@@ -92,7 +95,7 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
         const auto slots = member_before_.begin() + former.live.begin(before);
         std::copy_n(slots, live.count(g), member.begin() + live.begin(g));
         each_edge([&](uint32_t, uint32_t s) { return member[s].weight; });
-        if (former.plastic_deformation[before] == plastic_deformation[g])
+        if (former.plastic[before] == plastic_key(plastic_deformation[g]))
             group[g] = group_before_[before];
         else
             rebuild(rest, live, plastic_deformation[g], g);
@@ -156,8 +159,11 @@ void GroupShapes::rebuild(const SimulationMesh& rest, const LiveTopology& live, 
     Vec3 inverse;
     const double a_max = 1.0 / shape.stretch.Lam.diagonal().minCoeff();
     for (int i = 0; i < 3; ++i) inverse(i) = 1.0 / std::max(1.0 / shape.stretch.Lam(i, i), kThinnest * a_max);
-    shape.volume_gradient = V * inverse.asDiagonal() * V.transpose();
-    shape.volume_rest = (A_positions * shape.volume_gradient).trace();
+    Mat3 W;
+    W = V * inverse.asDiagonal() * V.transpose();
+    shape.volume_gradient = to_sym(W);
+    shape.volume_rest = (A_positions * W).trace();
+    shape.most_pressure = shape.positions_trace / std::sqrt(3.0) * W.norm();
 }
 
 GroupStiffness group_stiffness(const GroupShape& shape, double rest_trace, double rest_volume,

@@ -32,13 +32,14 @@ struct GroupShape {
     double positions_trace = 0;  // tr of the members' part of A_qq, kg m2; 0 for a lone particle
     StretchBasis stretch;        // of A_qq
     // Of the members' part of A_qq, sum a_i e_i e_i^T:
-    Mat3 affine_inverse = Mat3::Zero();    // pseudo-inverse: F = A_pq affine_inverse, 1/(kg m2)
-    Mat3 isotropy = Mat3::Identity();      // Q = sum (s_i / a_i) e_i e_i^T, s_i = tr / 3 bounded in thin directions;
-                                           // s_i = a_i in flat ones
-    Mat3 stiffness_moment = Mat3::Zero();  // sum s_i e_i e_i^T, kg m2
-    double most_isotropy = 1;              // largest s_i / a_i, or 1
-    Mat3 volume_gradient = Mat3::Zero();   // W ~ A_qq^-1, bounded: tr(R^T A_pq W) - volume_rest measures volume strain
-    double volume_rest = 0;                // tr(A_qq W)
+    Mat3 isotropy = Mat3::Identity();  // Q = sum (s_i / a_i) e_i e_i^T, s_i = tr / 3 bounded in thin directions;
+                                       // s_i = a_i in flat ones
+    Sym3 N = {};                       // (I - Q) A^+, A^+ pseudo-inverse, 1/(kg m2): F (I - Q) = A_pq N
+    Sym3 stiffness_moment = {};        // sum s_i e_i e_i^T, kg m2
+    Sym3 volume_gradient = {};         // W ~ A_qq^-1, bounded: tr(R^T A_pq W) - volume_rest measures volume strain
+    double volume_rest = 0;            // tr(A_qq W)
+    double most_isotropy = 1;          // largest s_i / a_i, or 1
+    double most_pressure = 0;          // norm of what pressure adds to a goal, for a volume ratio of 1
 };
 
 /// Weight of the ellipsoids in the optimal stretch (Eq. 7). Orientations do not stretch, so at full weight they hide
@@ -52,9 +53,9 @@ constexpr double kOrientationWeight = 0.15;
 /// Particles as they were numbered before.
 struct FormerNumbers {
     static constexpr uint32_t kNone = SimulationMesh::kNone;
-    std::span<const uint32_t> of;               // those who are known from before, ascending; else kNone (n_particles)
-    const LiveTopology& live;                   // before
-    std::span<const Mat3> plastic_deformation;  // before
+    std::span<const uint32_t> of;       // those who are known from before, ascending; else kNone (n_particles)
+    const LiveTopology& live;           // before
+    std::span<const uint64_t> plastic;  // before (plastic_key)
 };
 
 struct GroupShapes {

@@ -1,11 +1,14 @@
 #include "solver/jacobi_sweep.h"
 
+#include <cstddef>
+
 #include "solver/instruction_set.h"
 
 namespace sunder {
 namespace {
 
 constexpr uint32_t kLanes = LaneLayout::kLanes;
+constexpr size_t kSharedUnit = 64;  // blocks; the fewest that all threads work on together
 
 }  // namespace
 
@@ -15,47 +18,46 @@ JacobiSweep::JacobiSweep() : kernels_(&kSweepKernelsPortable) {
 #endif
 }
 
-void JacobiSweep::load_inertial(const SweepInput& in, std::span<const MovingParticle> particles, size_t begin,
-                                size_t end) {
-    for (size_t l = begin * kLanes; l < end * kLanes; ++l) {
-        const uint32_t j = store_.layout().particle(l);
-        if (j == LaneLayout::kNone) continue;
-        JacobiParticles& to = particles_[l / kLanes];
-        put_lane(Vec3(particles[j].x_inertial - piece_origin(in.live, particles, j)), l % kLanes, to.x_inertial);
-        put_lane(particles[j].d_inertial, l % kLanes, to.d_inertial);
+void JacobiSweep::take_up(const SweepInput& in) {
+    if (!layout_.update(in.live)) return;
+    units_.resize(layout_.units().size());
+    for (size_t u = 0; u < units_.size(); ++u) {
+        const LaneLayout::Unit& unit = layout_.units()[u];
+        units_[u].particles.resize(unit.n_blocks());
+        units_[u].origin.clear();
+        for (size_t lane = kLanes * unit.begin_block; lane < kLanes * unit.end_block; ++lane) {
+            const uint32_t j = layout_.particle(lane);
+            units_[u].origin.push_back(j == LaneLayout::kNone ? j : in.live.piece_particles(in.live.piece(j)).front());
+        }
     }
 }
 
-void JacobiSweep::move(const SweepInput& in, std::span<MovingParticle> io_particles, size_t begin, size_t end) const {
-    for (size_t l = begin * kLanes; l < end * kLanes; ++l) {
-        const uint32_t j = store_.layout().particle(l);
-        if (j == LaneLayout::kNone || in.held[j]) continue;
-        const JacobiParticles& from = particles_[l / kLanes];
-        MovingParticle& p = io_particles[j];
-        for (int i = 0; i < 3; ++i) p.x(i) += static_cast<double>(from.x_step[i][l % kLanes]);
-        for (int i = 0; i < 4; ++i) p.d.coeffs()(i) = static_cast<double>(from.d[i][l % kLanes]);
-        p.d.normalize();
-        p.D = p.d.toRotationMatrix();
-    }
-}
-
-void JacobiSweep::apply(const SweepInput& in, double omega, const WorkerPool& workers, std::span<GroupGoal> io_goals,
-                        std::span<MovingParticle> io_particles) {
-    constexpr size_t kGrain = SweepStore<float>::kGrain;
-    if (store_.take_up(in, workers)) particles_.assign(store_.layout().n_blocks(), JacobiParticles());
-    const SweepArrays<float> arrays = store_.arrays();
-    const size_t n_blocks = store_.layout().n_blocks();
-    workers.for_range(n_blocks, kGrain, [&](size_t begin, size_t end) {
-        store_.load(in, io_particles, io_goals, begin, end);
-        load_inertial(in, io_particles, begin, end);
-    });
-    workers.for_range(n_blocks, kGrain, [&](size_t begin, size_t end) {
-        kernels_->match(arrays, begin, end);
-        store_.give_rotations(io_goals, begin, end);
-    });
-    workers.for_range(n_blocks, kGrain, [&](size_t begin, size_t end) {
-        kernels_->average(arrays, particles_.data(), static_cast<float>(omega), begin, end);
-        move(in, io_particles, begin, end);
+void JacobiSweep::apply(bool first_iteration, const SweepInput& in, double omega, const WorkerPool& workers,
+                        std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles) {
+    static_assert(sizeof(MovingParticle) == sizeof(MovingRecord) && sizeof(GroupGoal) == 4 * sizeof(double));
+    static_assert(offsetof(MovingParticle, d) == offsetof(MovingRecord, d) &&
+                  offsetof(MovingParticle, D) == offsetof(MovingRecord, D) &&
+                  offsetof(MovingParticle, x_inertial) == offsetof(MovingRecord, x_inertial) &&
+                  offsetof(MovingParticle, d_inertial) == offsetof(MovingRecord, d_inertial));
+    take_up(in);
+    for_units(layout_, kSharedUnit, workers, [&](size_t u, size_t, const UnitBlocks& blocks) {
+        Unit& unit = units_[u];
+        if (first_iteration) {
+            unit.store.take_up(in, layout_, u, *kernels_, blocks);
+            blocks([&](size_t begin, size_t end) { unit.store.load(in, io_particles, io_goals, begin, end); });
+        }
+        const SweepArrays<float> arrays = unit.store.arrays();
+        const JacobiRecords records{reinterpret_cast<MovingRecord*>(io_particles.data()),
+                                    io_goals.data()->rotation.coeffs().data(), in.held.data(),
+                                    unit.store.lane_particles(), unit.origin.data()};
+        JacobiParticles* const jacobi = unit.particles.data();
+        blocks(
+            [&](size_t begin, size_t end) { kernels_->take_in(records, unit.store.particles(), jacobi, begin, end); });
+        blocks([&](size_t begin, size_t end) { kernels_->match(arrays, begin, end); });
+        blocks([&](size_t begin, size_t end) {
+            kernels_->average(arrays, jacobi, static_cast<float>(omega), begin, end);
+            kernels_->give_back(records, jacobi, arrays.groups, begin, end);
+        });
     });
 }
 

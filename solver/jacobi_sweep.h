@@ -11,17 +11,23 @@ public:
 
     /// One sweep over all groups, from the rotations in `io_goals`:
     ///     x <- x + omega [ (x_inertial - x) + sum_g w b_g (goal_g - x) ] / (1 + sum_g w b_g),   rotations likewise.
-    /// Held particles stay. In single precision, relative to the piece.
-    void apply(const SweepInput& input, double omega, const WorkerPool& workers, std::span<GroupGoal> io_goals,
-               std::span<MovingParticle> io_particles);
+    /// Held particles stay. In single precision, relative to the piece: a float tells 1 m from 1.0000001 m, wherever
+    /// the piece is. Between the first and the last iteration of a correction rest shapes and stiffness must stay as
+    /// they are, and rotations as the sweep left them.
+    void apply(bool first_iteration, const SweepInput& input, double omega, const WorkerPool& workers,
+               std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles);
 
 private:
-    void load_inertial(const SweepInput& input, std::span<const MovingParticle> particles, size_t begin, size_t end);
-    void move(const SweepInput& input, std::span<MovingParticle> io_particles, size_t begin, size_t end) const;
+    struct Unit {
+        SweepStore<float> store;
+        std::vector<JacobiParticles> particles;  // by block
+        std::vector<uint32_t> origin;            // where a lane's numbers begin: the first particle of its piece
+    };
+    void take_up(const SweepInput& input);
 
     const SweepKernels* kernels_;
-    SweepStore<float> store_;
-    std::vector<JacobiParticles> particles_;
+    LaneLayout layout_;
+    std::vector<Unit> units_;
 };
 
 }  // namespace sunder

@@ -16,7 +16,8 @@ namespace sunder {
 ///     row 1   member member     padding     the block has rows, the lane itself, with a weight of 0
 ///
 /// Within a window of particles, lanes are in the order of ring sizes, so that little is padding. A unit is what is
-/// solved by itself: a piece, or several small ones. All is a function of the topology alone.
+/// solved by itself: a piece, or several small ones; its rows and neighbours are counted from its first, so that
+/// whoever works on it needs memory for it alone. All is a function of the topology alone.
 class LaneLayout {
 public:
     static constexpr uint32_t kLanes = 8;
@@ -24,29 +25,39 @@ public:
 
     struct Unit {
         uint32_t begin_block, end_block;
+        uint32_t begin_row, end_row;
+
+        size_t n_blocks() const { return end_block - begin_block; }
+        size_t n_rows() const { return end_row - begin_row; }
     };
 
     /// Does nothing if the topology is the one of the last call; true if it did something.
     bool update(const LiveTopology& live);
 
-    size_t n_blocks() const { return row_begin_.size() - 1; }
-    size_t n_lanes() const { return particle_.size(); }
+    uint64_t version() const { return version_; }  // of the topology
+    size_t n_blocks() const { return particle_.size() / kLanes; }
     size_t n_rows() const { return neighbour_.size() / kLanes; }
     std::span<const Unit> units() const { return units_; }
     uint32_t particle(size_t lane) const { return particle_[lane]; }   // kNone: padding
     uint32_t lane(size_t particle) const { return lane_[particle]; }   // kNone: a lone particle
-    uint32_t cell(size_t slot) const { return cell_[slot]; }           // 8 row + lane of the slot's group
-    const uint32_t* row_begin() const { return row_begin_.data(); }    // (n_blocks + 1)
-    const uint32_t* neighbours() const { return neighbour_.data(); }   // (n_rows x 8)
     std::span<const uint32_t> particles() const { return particle_; }  // (n_lanes)
+
+    // Of one unit; rows and lanes within it.
+    const uint32_t* row_begin(size_t u) const {
+        return row_begin_.data() + units_[u].begin_block + u;
+    }                                             // (n_blocks + 1)
+    const uint32_t* neighbours(size_t u) const {  // (n_rows x 8)
+        return neighbour_.data() + size_t{kLanes} * units_[u].begin_row;
+    }
 
 private:
     void add_unit(const LiveTopology& live, std::span<const uint32_t> particles);
 
     uint64_t version_ = 0;
     std::vector<Unit> units_;
-    std::vector<uint32_t> particle_, lane_, cell_, row_begin_ = {0}, neighbour_;
-    std::vector<uint32_t> sorted_;  // scratch
+    std::vector<uint32_t> particle_, lane_, neighbour_;
+    std::vector<uint32_t> row_begin_;  // unit after unit, each with its end
+    std::vector<uint32_t> sorted_;     // scratch
 };
 
 }  // namespace sunder

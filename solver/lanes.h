@@ -210,6 +210,37 @@ SUNDER_INLINE void put_numbers(Double4 a, float* to) {
                      static_cast<float>(h[1])});
 }
 
+SUNDER_INLINE Double4 wide(Float4 a) {
+#ifdef __AVX2__
+    return __builtin_convertvector(a, Double4);
+#else
+    return {Double2{a[0], a[1]}, Double2{a[2], a[3]}};
+#endif
+}
+
+// Four numbers of each of four records, wherever they are: out[i] holds number offset + i of each.
+SUNDER_INLINE void gather_numbers(const double* const (&records)[4], size_t offset, Double4 (&out)[4]) {
+    for (int half = 0; half < 2; ++half) {
+        Double2 in[4];
+        for (int i = 0; i < 4; ++i) in[i] = load<Double2>(records[i] + offset + 2 * half);
+        out[2 * half] = join(__builtin_shufflevector(in[0], in[1], 0, 2), __builtin_shufflevector(in[2], in[3], 0, 2));
+        out[2 * half + 1] =
+            join(__builtin_shufflevector(in[0], in[1], 1, 3), __builtin_shufflevector(in[2], in[3], 1, 3));
+    }
+}
+
+// The reverse.
+SUNDER_INLINE void scatter_numbers(double* const (&records)[4], size_t offset, const Double4 (&in)[4]) {
+    for (int half = 0; half < 2; ++half) {
+        const Double4 &a = in[2 * half], &b = in[2 * half + 1];
+        const size_t at = offset + 2 * half;
+        store(records[0] + at, __builtin_shufflevector(low(a), low(b), 0, 2));
+        store(records[1] + at, __builtin_shufflevector(low(a), low(b), 1, 3));
+        store(records[2] + at, __builtin_shufflevector(high(a), high(b), 0, 2));
+        store(records[3] + at, __builtin_shufflevector(high(a), high(b), 1, 3));
+    }
+}
+
 SUNDER_INLINE float sum(Float8 a) {
     const Float4 h = low(a) + high(a);
     return (h[0] + h[2]) + (h[1] + h[3]);

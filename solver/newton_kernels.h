@@ -7,18 +7,24 @@
 
 namespace sunder {
 
-/// Eight particles. Displacements and residuals are shift (m) then turn (rad), divided by the unit's scale.
+/// Eight particles: what a Newton step knows of them before its linear solve. Residuals are shift (m) then turn (rad),
+/// divided by the unit's scale.
 template <class Real>
 struct alignas(64) CgParticles {
     Real mass[8], inertia[6][8];     // kg; H_j as Sym3, kg m2
     Real inverse_diagonal[8];        // 1 / (1 + sum b); 0: held, or padding
     Real own_shift[8], own_turn[8];  // 1 + sum w b, 1 + omega sum w b
     Real residual[6][8];             // M^-1 (-gradient - H solution)
+};
+
+/// The same eight, as long as the solve takes.
+template <class Real>
+struct alignas(64) CgVectors {
     Real solution[6][8], direction[6][8];
     Real product[6][8], image[6][8];  // M^-1 H z of the preconditioned residual z, and of the direction
 };
 
-/// Eight groups in a Newton step. R: goal rotation; Q, N, W: GroupShape's isotropy, (I - Q) affine_inverse and
+/// Eight groups in a Newton step. R: goal rotation; Q, N, W: GroupShape's isotropy, N and
 /// volume_gradient.
 template <class Real>
 struct alignas(64) CgGroups {
@@ -32,7 +38,7 @@ struct alignas(64) CgGroups {
 
 /// A row of LaneLayout. q of the member in the lane's group, and q of the lane's particle in the member's group.
 template <class Real>
-struct alignas(64) CgRow {
+struct alignas(32) CgRow {
     Real weight[8];  // w_gj, 0: padding
     Real q[3][8], q_other[3][8];
 };
@@ -44,6 +50,7 @@ struct CgArrays {
     const CgRow<Real>* rows;
     const CgGroups<Real>* groups;
     CgParticles<Real>* particles;
+    CgVectors<Real>* vectors;
     Real* momentum;     // M z of each lane: m shift, 0, H turn, 0                     (n_lanes x 8)
     Real* pulls;        // of each lane's group: b c (3), -b P (9), omega b w (3), 0   (n_lanes x 16)
     double* magnitude;  // of each block: z . M s                                      (n_blocks)

@@ -147,17 +147,18 @@ void gather_product(const CgArrays<Real>& a, size_t begin, size_t end) {
                 gather4<16>(a.pulls, groups, 12, fourth);
                 for (int i = 0; i < 3; ++i) turn[i] += weight * fourth[i];
             }
-            CgParticles<Real>& p = a.particles[block];
+            const CgParticles<Real>& p = a.particles[block];
+            CgVectors<Real>& v = a.vectors[block];
             V s[6], product[6];
             for (int i = 0; i < 6; ++i) s[i] = load<V>(p.residual[i] + lane);
             Preconditioned<V> z;
             take(p, lane, s, z);
             const V own_shift = load<V>(p.own_shift + lane), own_turn = load<V>(p.own_turn + lane);
             for (int i = 0; i < 3; ++i) {
-                product[i] = load<V>(p.product[i] + lane) + (own_shift * z.z[i] - shift[i]);
-                product[i + 3] = load<V>(p.product[i + 3] + lane) + (own_turn * z.z[i + 3] - turn[i]);
+                product[i] = load<V>(v.product[i] + lane) + (own_shift * z.z[i] - shift[i]);
+                product[i + 3] = load<V>(v.product[i + 3] + lane) + (own_turn * z.z[i + 3] - turn[i]);
             }
-            for (int i = 0; i < 6; ++i) store(p.product[i] + lane, product[i]);
+            for (int i = 0; i < 6; ++i) store(v.product[i] + lane, product[i]);
             a.curvature[block] += static_cast<double>(sum(dot(z.force, product) + dot(z.torque, product + 3)));
         }
     }
@@ -168,20 +169,21 @@ void advance(const CgArrays<Real>& a, Real alpha, Real beta, size_t begin, size_
     using V = Lanes<Real>;
     for (size_t block = begin; block < end; ++block) {
         CgParticles<Real>& p = a.particles[block];
+        CgVectors<Real>& v = a.vectors[block];
         a.magnitude[block] = 0;
         for (size_t lane = 0; lane < 8; lane += CgLanes<Real>::kCount) {
             const V inverse = load<V>(p.inverse_diagonal + lane), zero = {};
             V s[6];
             for (int i = 0; i < 6; ++i) {
                 s[i] = load<V>(p.residual[i] + lane);
-                const V direction = inverse * s[i] + beta * load<V>(p.direction[i] + lane);
-                const V image = load<V>(p.product[i] + lane) + beta * load<V>(p.image[i] + lane);
+                const V direction = inverse * s[i] + beta * load<V>(v.direction[i] + lane);
+                const V image = load<V>(v.product[i] + lane) + beta * load<V>(v.image[i] + lane);
                 s[i] -= alpha * image;
-                store(p.direction[i] + lane, direction);
-                store(p.image[i] + lane, image);
-                store(p.solution[i] + lane, load<V>(p.solution[i] + lane) + alpha * direction);
+                store(v.direction[i] + lane, direction);
+                store(v.image[i] + lane, image);
+                store(v.solution[i] + lane, load<V>(v.solution[i] + lane) + alpha * direction);
                 store(p.residual[i] + lane, s[i]);
-                store(p.product[i] + lane, zero);
+                store(v.product[i] + lane, zero);
             }
             Preconditioned<V> z;
             take(p, lane, s, z);

@@ -12,6 +12,9 @@ namespace {
 constexpr uint32_t kLanes = LaneLayout::kLanes;
 // A piece moves freely as a whole, 1 beside the b of its groups in H: with single precision that is 6e-8 of some 7 b.
 constexpr double kStiffestSingle = 5e3;  // largest b, -
+constexpr size_t kSharedUnit = 64;       // blocks; the fewest that all threads work on together
+constexpr size_t kSharedSolve = 128;     // likewise, where they wait for one another three times an iteration
+constexpr size_t kKeptBlocks = 1024;     // scenes of more have rest shapes expanded when they are needed
 
 }  // namespace
 
@@ -22,101 +25,158 @@ NewtonStep::NewtonStep() : sweep_kernels_(&kSweepKernelsPortable), cg_kernels_(&
 #endif
 }
 
-void NewtonStep::load(const SweepInput& in, std::span<const MovingParticle> particles, size_t begin, size_t end) {
+size_t NewtonStep::n_stores(const WorkerPool& workers) const {
+    return layout_.n_blocks() <= kKeptBlocks ? layout_.units().size() : static_cast<size_t>(workers.threads());
+}
+
+size_t NewtonStep::store_of(size_t unit, size_t slot) const { return layout_.n_blocks() <= kKeptBlocks ? unit : slot; }
+
+void NewtonStep::load(const SweepInput& in, std::span<const MovingParticle> particles, size_t first_lane, size_t begin,
+                      size_t end, Scratch& o_scratch) const {
     for (size_t l = begin * kLanes; l < end * kLanes; ++l) {
-        const uint32_t j = store_.layout().particle(l);
-        if (j == LaneLayout::kNone) continue;
-        const MovingParticle& p = particles[j];
-        NewtonParticles& to = newton_[l / kLanes];
+        const uint32_t j = layout_.particle(first_lane + l);
+        NewtonParticles& to = o_scratch.particles[l / kLanes];
         const size_t lane = l % kLanes;
+        if (j == LaneLayout::kNone) {
+            const Vec3 zero = Vec3::Zero();
+            put_lane(zero, lane, to.x), put_lane(zero, lane, to.x_inertial);
+            put_lane(Quat::Identity(), lane, to.d), put_lane(Quat::Identity(), lane, to.d_inertial);
+            put_lane(Sym3{}, lane, to.inertia);
+            to.mass[lane] = to.free[lane] = 0;
+            o_scratch.inertia[l] = InertiaRecord();
+            continue;
+        }
+        const MovingParticle& p = particles[j];
         const Sym3 H = to_sym(in.inertia[j]);
         put_lane(p.x, lane, to.x), put_lane(p.d, lane, to.d);
         put_lane(p.x_inertial, lane, to.x_inertial), put_lane(p.d_inertial, lane, to.d_inertial);
         put_lane(H, lane, to.inertia);
         to.mass[lane] = in.rest.mass[j];
         to.free[lane] = in.held[j] ? 0 : 1;
-        std::copy(H.begin(), H.end(), inertia_[l].H);
+        std::copy(H.begin(), H.end(), o_scratch.inertia[l].H);
     }
 }
 
-template <class Real>
-void NewtonStep::prepare(ConjugateGradients<Real>& gradients, const SweepInput& in, const WorkerPool& workers,
-                         std::span<GroupGoal> io_goals, std::span<const MovingParticle> particles) {
-    const LaneLayout& layout = store_.layout();
-    gradients.take_up(in, layout, workers);
-    SweepArrays<double> arrays = store_.arrays();
-    arrays.inertia = inertia_.data();
-    const auto for_blocks = [&](const auto& body) {
-        workers.for_range(layout.n_blocks(), SweepStore<double>::kGrain, body);
-    };
-    for_blocks([&](size_t begin, size_t end) {
-        store_.load(in, particles, io_goals, begin, end);
-        load(in, particles, begin, end);
-    });
-    if constexpr (std::is_same_v<Real, float>)
-        arrays.newton = gradients.groups();
-    else
-        arrays.newton_full = gradients.groups();
-    for_blocks([&](size_t begin, size_t end) {
-        sweep_kernels_->match_for_newton(arrays, begin, end);
-        store_.give_rotations(io_goals, begin, end);
-    });
-    for_blocks([&](size_t begin, size_t end) {
+// Squared, of the whole scene, for a unit of size 1.
+double NewtonStep::mean_residual() const {
+    double magnitude = 0, size = 0;
+    for (const BlockResidual& block : block_residual_) magnitude += block.magnitude, size += block.size;
+    return magnitude / size;
+}
+
+template <class Real, class Change>
+void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration, const SweepInput& in,
+                                const WorkerPool& workers, std::span<GroupGoal> io_goals,
+                                std::span<const MovingParticle> particles, const Change& change) {
+    ConjugateGradients<Real>& gradients = precision.gradients;
+    gradients.fit(layout_);
+    precision.stores.resize(n_stores(workers));
+    for_units(layout_, kSharedUnit, workers, [&](size_t u, size_t slot, const UnitBlocks& blocks) {
+        const LaneLayout::Unit& unit = layout_.units()[u];
+        SweepStore<double>& store = stores_[store_of(u, slot)];
+        Scratch& scratch = scratch_[slot];
+        scratch.particles.resize(unit.n_blocks()), scratch.inertia.resize(kLanes * unit.n_blocks());
+        store.take_up(in, layout_, u, *sweep_kernels_, blocks);
+        SweepArrays<double> arrays = store.arrays();
+        arrays.inertia = scratch.inertia.data();
         if constexpr (std::is_same_v<Real, float>)
-            sweep_kernels_->gather_residual(arrays, newton_.data(), gradients.particles(), begin, end);
+            arrays.newton = gradients.groups(unit);
         else
-            sweep_kernels_->gather_residual_full(arrays, newton_.data(), gradients.particles(), begin, end);
+            arrays.newton_full = gradients.groups(unit);
+        blocks([&](size_t begin, size_t end) {
+            store.load(in, particles, io_goals, begin, end);
+            load(in, particles, size_t{kLanes} * unit.begin_block, begin, end, scratch);
+        });
+        blocks([&](size_t begin, size_t end) {
+            sweep_kernels_->match_for_newton(arrays, begin, end);
+            store.give_rotations(io_goals, begin, end);
+        });
+        blocks([&](size_t begin, size_t end) {
+            if constexpr (std::is_same_v<Real, float>)
+                sweep_kernels_->gather_residual(arrays, scratch.particles.data(), gradients.particles(unit), begin,
+                                                end);
+            else
+                sweep_kernels_->gather_residual_full(arrays, scratch.particles.data(), gradients.particles(unit), begin,
+                                                     end);
+        });
+        change(u, blocks, std::span(scratch.particles), precision.stores[store_of(u, slot)]);
+        UnitResidual& residual = residual_[u];
+        residual.now = residual.size = 0;
+        for (size_t block = 0; block < unit.n_blocks(); ++block) {
+            const NewtonParticles& p = scratch.particles[block];
+            block_residual_[unit.begin_block + block] = {p.magnitude, p.size};
+            residual.now += p.magnitude, residual.size += p.size;
+        }
+        if (first_iteration) residual.reference = residual.now;
+        gradients.take_residual(unit, scratch.particles, residual, blocks);
+    });
+}
+
+template <class Real, class Move>
+void NewtonStep::solve(Precision<Real>& precision, const NewtonKernels<Real>& kernels, const SweepInput& in,
+                       const WorkerPool& workers, const Move& move) {
+    const double mean = mean_residual();
+    for_units(layout_, kSharedSolve, workers, [&](size_t u, size_t slot, const UnitBlocks& blocks) {
+        const LaneLayout::Unit& unit = layout_.units()[u];
+        CgStore<Real>& store = precision.stores[store_of(u, slot)];
+        const double scale =
+            precision.gradients.solve(in, layout_, u, residual_[u], mean, *sweep_kernels_, kernels, blocks, store);
+        if (scale == 0) return;
+        const CgParticles<Real>* solved = precision.gradients.particles(unit);
+        blocks([&](size_t begin, size_t end) {
+            for (size_t lane = begin * kLanes; lane < end * kLanes; ++lane) {
+                if (solved[lane / kLanes].inverse_diagonal[lane % kLanes] == 0) continue;  // held, or padding
+                move(layout_.particle(size_t{kLanes} * unit.begin_block + lane), Vec3(store.shift(lane) / scale),
+                     Vec3(store.turn(lane) / scale));
+            }
+        });
     });
 }
 
 template <class Real>
-void NewtonStep::apply_in(ConjugateGradients<Real>& gradients, const NewtonKernels<Real>& kernels, bool first_iteration,
+void NewtonStep::apply_in(Precision<Real>& precision, const NewtonKernels<Real>& kernels, bool first_iteration,
                           const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,
                           std::span<MovingParticle> io_particles) {
-    const LaneLayout& layout = store_.layout();
-    prepare(gradients, in, workers, io_goals, io_particles);
-    gradients.solve(first_iteration, layout, newton_, kernels, workers, reference_);
-    workers.for_range(layout.n_lanes(), kLanes * SweepStore<double>::kGrain, [&](size_t begin, size_t end) {
-        for (size_t lane = begin; lane < end; ++lane) {
-            if (!gradients.is_moved(lane)) continue;
-            MovingParticle& p = io_particles[layout.particle(lane)];
-            p.x += gradients.shift(lane);
-            p.d = (rotation_of(gradients.turn(lane)) * p.d).normalized();
-            p.D = p.d.toRotationMatrix();
-        }
+    find_residuals(precision, first_iteration, in, workers, io_goals, io_particles, [](const auto&...) {});
+    solve(precision, kernels, in, workers, [&](uint32_t j, const Vec3& shift, const Vec3& turn) {
+        MovingParticle& p = io_particles[j];
+        p.x += shift;
+        p.d = (rotation_of(turn) * p.d).normalized();
+        p.D = p.d.toRotationMatrix();
     });
 }
 
 template <class Real>
-void NewtonStep::damp_in(ConjugateGradients<Real>& gradients, const NewtonKernels<Real>& kernels, const SweepInput& in,
+void NewtonStep::damp_in(Precision<Real>& precision, const NewtonKernels<Real>& kernels, const SweepInput& in,
                          const WorkerPool& workers, std::span<GroupGoal> io_goals,
                          std::span<const MovingParticle> particles, std::span<Vec3> io_shift, std::span<Vec3> io_turn) {
-    const LaneLayout& layout = store_.layout();
-    prepare(gradients, in, workers, io_goals, particles);
-    for (size_t lane = 0; lane < layout.n_lanes(); ++lane) {
-        const uint32_t j = layout.particle(lane);
-        if (j == LaneLayout::kNone) continue;
-        NewtonParticles& block = newton_[lane / kLanes];
-        put_lane(io_shift[j], lane % kLanes, block.residual), put_lane(io_turn[j], lane % kLanes, block.residual + 3);
-        io_shift[j] = io_turn[j] = Vec3::Zero();
-    }
-    gradients.pull_on_motion(layout, newton_, kernels, workers);
-    gradients.solve(true, layout, newton_, kernels, workers, reference_);
-    for (size_t lane = 0; lane < layout.n_lanes(); ++lane) {
-        if (!gradients.is_moved(lane)) continue;
-        const uint32_t j = layout.particle(lane);
-        io_shift[j] = gradients.shift(lane), io_turn[j] = gradients.turn(lane);
-    }
+    const auto take_motion = [&](size_t u, const UnitBlocks& blocks, std::span<NewtonParticles> io_newton,
+                                 CgStore<Real>& io_store) {
+        const size_t first = size_t{kLanes} * layout_.units()[u].begin_block;
+        blocks([&](size_t begin, size_t end) {
+            for (size_t lane = begin * kLanes; lane < end * kLanes; ++lane) {
+                const uint32_t j = layout_.particle(first + lane);
+                if (j == LaneLayout::kNone) continue;
+                NewtonParticles& block = io_newton[lane / kLanes];
+                put_lane(io_shift[j], lane % kLanes, block.residual);
+                put_lane(io_turn[j], lane % kLanes, block.residual + 3);
+                io_shift[j] = io_turn[j] = Vec3::Zero();
+            }
+        });
+        precision.gradients.pull_on_motion(in, layout_, u, io_newton, *sweep_kernels_, kernels, blocks, io_store);
+    };
+    find_residuals(precision, true, in, workers, io_goals, particles, take_motion);
+    solve(precision, kernels, in, workers,
+          [&](uint32_t j, const Vec3& shift, const Vec3& turn) { io_shift[j] = shift, io_turn[j] = turn; });
 }
 
 bool NewtonStep::take_up(const SweepInput& in, const WorkerPool& workers) {
-    if (store_.take_up(in, workers)) {
-        const LaneLayout& layout = store_.layout();
-        newton_.assign(layout.n_blocks(), NewtonParticles());
-        for (NewtonParticles& p : newton_) std::fill_n(p.d[3], kLanes, 1.0), std::fill_n(p.d_inertial[3], kLanes, 1.0);
-        inertia_.assign(layout.n_lanes(), InertiaRecord());
-        reference_.resize(layout.units().size());
+    if (layout_.update(in.live)) {
+        residual_.resize(layout_.units().size());
+        block_residual_.resize(layout_.n_blocks());
+        stores_.resize(n_stores(workers));
     }
+    scratch_.resize(static_cast<size_t>(workers.threads()));
     double stiffest = 0;
     for (size_t g = 0; g < in.stiffness.size(); ++g) {
         const GroupStiffness& s = in.stiffness[g];

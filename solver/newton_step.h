@@ -23,6 +23,10 @@ namespace sunder {
 /// The gradient and the particles are of double precision, the conjugate gradients of single where that tells b from
 /// b + 1: what they lose is left in the next gradient. Their products are with M^-1 H, so that masses and inertias come
 /// in once a particle.
+///
+/// Units are gone through twice: residuals first, for what a unit is solved to depends on those of all. Each time a
+/// thread expands the rest shapes of the unit that it works on into memory of its own; where there are so few that all
+/// of them find room, they stay expanded.
 class NewtonStep {
 public:
     NewtonStep();
@@ -38,30 +42,53 @@ public:
               std::span<const MovingParticle> particles, std::span<Vec3> io_shift, std::span<Vec3> io_turn);
 
 private:
+    template <class Real>
+    struct Precision {
+        ConjugateGradients<Real> gradients;
+        std::vector<CgStore<Real>> stores;  // as store_of
+    };
+    // Particles as a thread works on a unit.
+    struct Scratch {
+        std::vector<NewtonParticles> particles;  // by block
+        std::vector<InertiaRecord> inertia;      // by lane
+    };
+
+    size_t n_stores(const WorkerPool& workers) const;
+    size_t store_of(size_t unit, size_t slot) const;
     /// True if conjugate gradients need double precision.
     bool take_up(const SweepInput& input, const WorkerPool& workers);
-    // Particles, goal rotations, and the residual and diagonal of the implicit step.
+    // Goal rotations, and the residual and diagonal of the implicit step; `change` may make it another residual.
+    template <class Real, class Change>
+    void find_residuals(Precision<Real>& precision, bool first_iteration, const SweepInput& input,
+                        const WorkerPool& workers, std::span<GroupGoal> io_goals,
+                        std::span<const MovingParticle> particles, const Change& change);
+    template <class Real, class Move>
+    void solve(Precision<Real>& precision, const NewtonKernels<Real>& kernels, const SweepInput& input,
+               const WorkerPool& workers, const Move& move);
     template <class Real>
-    void prepare(ConjugateGradients<Real>& gradients, const SweepInput& input, const WorkerPool& workers,
-                 std::span<GroupGoal> io_goals, std::span<const MovingParticle> particles);
-    template <class Real>
-    void damp_in(ConjugateGradients<Real>& gradients, const NewtonKernels<Real>& kernels, const SweepInput& input,
+    void damp_in(Precision<Real>& precision, const NewtonKernels<Real>& kernels, const SweepInput& input,
                  const WorkerPool& workers, std::span<GroupGoal> io_goals, std::span<const MovingParticle> particles,
                  std::span<Vec3> io_shift, std::span<Vec3> io_turn);
     template <class Real>
-    void apply_in(ConjugateGradients<Real>& gradients, const NewtonKernels<Real>& kernels, bool first_iteration,
+    void apply_in(Precision<Real>& precision, const NewtonKernels<Real>& kernels, bool first_iteration,
                   const SweepInput& input, const WorkerPool& workers, std::span<GroupGoal> io_goals,
                   std::span<MovingParticle> io_particles);
-    void load(const SweepInput& input, std::span<const MovingParticle> particles, size_t begin_block, size_t end_block);
+    void load(const SweepInput& input, std::span<const MovingParticle> particles, size_t first_lane, size_t begin_block,
+              size_t end_block, Scratch& o_scratch) const;
+    double mean_residual() const;
 
     const SweepKernels* sweep_kernels_;
     const CgKernels* cg_kernels_;
-    SweepStore<double> store_;
-    std::vector<NewtonParticles> newton_;  // by block
-    std::vector<InertiaRecord> inertia_;   // by lane
-    std::vector<double> reference_;        // squared residual of each unit at the start of the substep, kg m2
-    ConjugateGradients<float> single_;
-    ConjugateGradients<double> full_;
+    LaneLayout layout_;
+    std::vector<SweepStore<double>> stores_;  // as store_of
+    std::vector<Scratch> scratch_;            // by slot
+    std::vector<UnitResidual> residual_;      // by unit
+    struct BlockResidual {
+        double magnitude, size;  // as NewtonParticles
+    };
+    std::vector<BlockResidual> block_residual_;
+    Precision<float> single_;
+    Precision<double> full_;
 };
 
 }  // namespace sunder

@@ -25,13 +25,20 @@ public:
             &body);
     }
 
-    /// Calls body(i) for i in [0, n), each once, by whichever thread is free.
+    /// Calls body(i, slot) for i in [0, n), each once, by whichever thread is free; its slot, below threads(), is no
+    /// other thread's while the call lasts.
+    template <class Body>
+    void for_each_in_slots(size_t n, const Body& body) const {
+        std::atomic<size_t> next{0};
+        for_range(std::min<size_t>(n, static_cast<size_t>(threads())), 1, [&](size_t slot, size_t) {
+            for (size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < n;) body(i, slot);
+        });
+    }
+
+    /// The same without slots.
     template <class Body>
     void for_each(size_t n, const Body& body) const {
-        std::atomic<size_t> next{0};
-        for_range(std::min<size_t>(n, static_cast<size_t>(threads())), 1, [&](size_t, size_t) {
-            for (size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < n;) body(i);
-        });
+        for_each_in_slots(n, [&](size_t i, size_t) { body(i); });
     }
 
 private:

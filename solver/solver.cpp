@@ -151,6 +151,7 @@ const Scene& Solver::scene() const { return impl_->scene; }
 
 Result<std::unique_ptr<Solver>> Solver::create(Scene scene, int threads) {
     if (Status ok = check_scene(scene); !ok) return ok.error();
+    trim(scene.rest);
     build_one_rings(scene.rest);
     scene.rest.group_trace = rest_traces(scene.rest);
     std::unique_ptr<Solver> solver(new Solver());

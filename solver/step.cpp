@@ -35,13 +35,14 @@ void Substep::match_shapes(bool first_iteration) {
         if (work.live.count(g) == 1) work.goals[g].rotation = work.moving[g].d;
     const SweepInput in{rest(), work.live, work.shapes, work.stiffness, work.inertia, work.held, work.span};
     if (settings.method == Method::projective) {
-        work.before_newton = work.moving;
+        work.before_newton.resize(n_particles());
+        for (size_t i = 0; i < n_particles(); ++i) work.before_newton[i] = {work.moving[i].x, work.moving[i].d};
         work.newton.apply(first_iteration, in, context.workers, work.goals, work.moving);
         limit_step(work.live, work.before_newton, 0, work.live.n_pieces(), work.moving);
     } else {
         // A single over-relaxed sweep overshoots the implicit step.
         const double omega = settings.iterations > 1 ? settings.over_relaxation : 1.0;
-        work.jacobi.apply(in, omega, context.workers, work.goals, work.moving);
+        work.jacobi.apply(first_iteration, in, omega, context.workers, work.goals, work.moving);
     }
     restore_linear_momentum(rest(), work.live, work.piece_held, 0, work.live.n_pieces(), work.moving);
 }
@@ -71,7 +72,7 @@ namespace {
 
 void fit_arrays(const FrameState& state, size_t n, size_t n_movables, Workspace& w) {
     w.synced_edges = state.edge_intact;
-    w.synced_plastic = state.plastic_deformation;
+    w.synced_plastic = plastic_keys(state.plastic_deformation);
     w.moving.resize(n_movables), w.start_position.resize(n_movables), w.start_rotation.resize(n_movables);
     w.velocity.resize(n_movables), w.angular_velocity.resize(n_movables);
     w.inverse_mass.resize(n_movables), w.piece.resize(n_movables);
@@ -111,7 +112,7 @@ void renumber(const StepContext& context, const FrameState& state, std::span<con
 void synchronise(const StepContext& context, const FrameState& state, Workspace& w) {
     const SimulationMesh& rest = context.scene.rest;
     const size_t n = rest.n_particles(), n_movables = n + context.scene.rigid_bodies.size();
-    if (w.synced_edges != state.edge_intact || w.synced_plastic != state.plastic_deformation ||
+    if (w.synced_edges != state.edge_intact || w.synced_plastic != plastic_keys(state.plastic_deformation) ||
         w.moving.size() != n_movables) {
         w.live.reset(rest, state.edge_intact);
         w.detection.reset();

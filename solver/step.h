@@ -12,6 +12,7 @@
 #include "solver/newton_step.h"
 #include "solver/parallel.h"
 #include "solver/scene.h"
+#include "solver/step_limit.h"
 
 namespace sunder {
 
@@ -39,8 +40,8 @@ struct SubstepPair {
 struct Workspace {
     LiveTopology live;
     GroupShapes shapes;
-    std::vector<uint8_t> synced_edges;  // what `live` was built from
-    std::vector<Mat3> synced_plastic;   // what `shapes` was built from
+    std::vector<uint8_t> synced_edges;     // what `live` was built from
+    std::vector<uint64_t> synced_plastic;  // what `shapes` was built from (plastic_key)
 
     std::vector<MovingParticle> moving;            // (n_movables)
     std::vector<Vec3> start_position;              // (n_movables)
@@ -65,12 +66,12 @@ struct Workspace {
     std::vector<GroupGoal> goals;             // (n_particles)
     NewtonStep newton;
     JacobiSweep jacobi;
-    std::vector<MovingParticle> before_newton;  // (n_movables)
-    std::vector<GroupStrain> strains;           // (n_particles)
-    std::vector<uint8_t> flowed;                // (n_particles)
-    std::vector<uint8_t> held;                  // by an active pin, or fixed (n_movables)
-    std::vector<uint8_t> piece_held;            // (n_pieces)
-    std::vector<Vec3> piece_angular;            // L the piece must have (n_pieces)
+    std::vector<StepStart> before_newton;  // (n_particles)
+    std::vector<GroupStrain> strains;      // (n_particles)
+    std::vector<uint8_t> flowed;           // (n_particles)
+    std::vector<uint8_t> held;             // by an active pin, or fixed (n_movables)
+    std::vector<uint8_t> piece_held;       // (n_pieces)
+    std::vector<Vec3> piece_angular;       // L the piece must have (n_pieces)
     std::vector<ActiveContact> contacts;
     ContactIslands islands;  // of `contacts`
     SceneContacts detection;

@@ -10,7 +10,7 @@ constexpr double kMostTurn = 0.3;  // rad: sines and angles agree to 1.5 %
 
 }  // namespace
 
-void limit_step(const LiveTopology& live, std::span<const MovingParticle> before, size_t begin_piece, size_t end_piece,
+void limit_step(const LiveTopology& live, std::span<const StepStart> before, size_t begin_piece, size_t end_piece,
                 std::span<MovingParticle> io_particles) {
     for (size_t piece = begin_piece; piece < end_piece; ++piece) {
         double cosine = 1;  // of half the largest turn

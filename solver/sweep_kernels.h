@@ -22,7 +22,7 @@ struct alignas(64) SweepRow {
 template <class Real>
 struct alignas(64) SweepGroups {
     Real inverse_mass[8];                                // 1/kg; 0: padding
-    Real isotropy[6][8], N[6][8];                        // Q; (I - Q) affine_inverse, 1/(kg m2)
+    Real isotropy[6][8], N[6][8];                        // Q; (I - Q) A^+, 1/(kg m2)
     Real stiffness_moment[6][8], volume_gradient[6][8];  // kg m2; 1/(kg m2)
     Real volume_rest[8], spread[8];                      // -; trace / 3, kg m2
     Real b[8], bound[8], volume_ratio[8];                // h^2 k, with what bounds the pull; lambda / (2 mu)
@@ -43,6 +43,7 @@ struct alignas(64) InertiaRecord {
     double H[6], unused[2];  // Sym3, kg m2
 };
 
+/// Of a unit of LaneLayout.
 template <class Real>
 struct SweepArrays {
     const uint32_t* row_begin;   // of LaneLayout
@@ -66,6 +67,20 @@ struct alignas(64) JacobiParticles {
     float x_step[3][8], d[4][8];               // results: pull / total; mean rotation, not yet a unit
 };
 
+/// A MovingParticle, for those who know no vectors.
+struct MovingRecord {
+    double x[3], unused, d[4], D[9], x_inertial[3], d_inertial[4];  // quaternions x, y, z, w; D column by column
+};
+
+/// Particles as the substep has them, and which of them the lanes of a unit are.
+struct JacobiRecords {
+    MovingRecord* moving;      // (n_particles)
+    double* rotations;         // of their groups, x, y, z, w (n_particles x 4)
+    const uint8_t* held;       // (n_particles)
+    const uint32_t* particle;  // of each lane; 0xffffffff: padding
+    const uint32_t* origin;    // first particle of its piece; of each lane, likewise
+};
+
 /// Eight particles in a Newton step.
 struct alignas(64) NewtonParticles {
     double x[3][8], d[4][8], x_inertial[3][8], d_inertial[4][8];
@@ -74,9 +89,29 @@ struct alignas(64) NewtonParticles {
     double magnitude, size;  // of the block: residual . M residual / diagonal; sum of traces of A_qq; kg m2
 };
 
+/// Rest shapes as GroupShapes keeps them, and whose they are.
+struct ShapeRecords {
+    static constexpr size_t kNumbers = 11;  // of a member: q, weight, mass, moment
+    const double* members;                  // (n_slots x 11)
+    const uint32_t *begin, *end, *twin;     // of LiveTopology
+    const uint32_t* particle;               // of the unit's lanes
+};
+
 struct SweepKernels {
+    /// Writes the rows of the blocks [begin, end).
+    void (*expand)(const ShapeRecords&, const uint32_t* row_begin, SweepRow<float>*, size_t begin, size_t end);
+    void (*expand_full)(const ShapeRecords&, const uint32_t* row_begin, SweepRow<double>*, size_t begin, size_t end);
+    void (*expand_for_gradients)(const ShapeRecords&, const uint32_t* row_begin, CgRow<float>*, size_t begin,
+                                 size_t end);
+    void (*expand_for_gradients_full)(const ShapeRecords&, const uint32_t* row_begin, CgRow<double>*, size_t begin,
+                                      size_t end);
+    /// Where particles are and where inertia takes them.
+    void (*take_in)(const JacobiRecords&, SweepParticle<float>*, JacobiParticles*, size_t begin, size_t end);
     void (*match)(const SweepArrays<float>&, size_t begin, size_t end);
     void (*average)(const SweepArrays<float>&, JacobiParticles*, float omega, size_t begin, size_t end);
+    /// Moves particles that are not held, and writes the groups' rotations, as units of double precision; these stay in
+    /// the lanes, too.
+    void (*give_back)(const JacobiRecords&, const JacobiParticles*, SweepGroups<float>*, size_t begin, size_t end);
     void (*match_for_newton)(const SweepArrays<double>&, size_t begin, size_t end);
     /// Minus the gradient of the implicit Euler step, and the diagonal of H.
     void (*gather_residual)(const SweepArrays<double>&, NewtonParticles*, CgParticles<float>*, size_t begin,

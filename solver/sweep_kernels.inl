@@ -1,5 +1,6 @@
 // Included once for each instruction set, after which SUNDER_SWEEP_KERNELS names the table.
-#include "solver/lanes.h"
+#include "solver/lane_copies.h"
+#include "solver/lane_matrices.h"
 #include "solver/sweep_kernels.h"
 
 namespace sunder {
@@ -23,45 +24,6 @@ struct Precision<double> {  // as optimal_rotation
     static constexpr double kConverged = 1e-14;
     static constexpr double kProperMaximum[3] = {1e-9, 1e-12, 1e-15};
 };
-
-template <class V>
-struct Sym {
-    V xx, yy, zz, xy, xz, yz;
-};
-
-template <class V, class Real>
-SUNDER_INLINE Sym<V> sym(const Real (&S)[6][8], size_t lane) {
-    return {load<V>(S[0] + lane), load<V>(S[1] + lane), load<V>(S[2] + lane),
-            load<V>(S[3] + lane), load<V>(S[4] + lane), load<V>(S[5] + lane)};
-}
-
-// out = A S
-template <class V>
-SUNDER_INLINE void multiply(const V (&A)[3][3], const Sym<V>& S, V (&out)[3][3]) {
-    for (int r = 0; r < 3; ++r) {
-        out[r][0] = A[r][0] * S.xx + A[r][1] * S.xy + A[r][2] * S.xz;
-        out[r][1] = A[r][0] * S.xy + A[r][1] * S.yy + A[r][2] * S.yz;
-        out[r][2] = A[r][0] * S.xz + A[r][1] * S.yz + A[r][2] * S.zz;
-    }
-}
-
-template <class V>
-SUNDER_INLINE V contract(const V (&A)[3][3], const V (&B)[3][3]) {
-    return (A[0][0] * B[0][0] + A[0][1] * B[0][1] + A[0][2] * B[0][2]) +
-           (A[1][0] * B[1][0] + A[1][1] * B[1][1] + A[1][2] * B[1][2]) +
-           (A[2][0] * B[2][0] + A[2][1] * B[2][1] + A[2][2] * B[2][2]);
-}
-
-// Of a unit quaternion x, y, z, w.
-template <class V>
-SUNDER_INLINE void rotation_matrix(const V (&q)[4], V (&R)[3][3]) {
-    const V x2 = q[0] + q[0], y2 = q[1] + q[1], z2 = q[2] + q[2];
-    const V wx = x2 * q[3], wy = y2 * q[3], wz = z2 * q[3];
-    const V xx = x2 * q[0], xy = y2 * q[0], xz = z2 * q[0], yy = y2 * q[1], yz = z2 * q[1], zz = z2 * q[2];
-    R[0][0] = 1 - (yy + zz), R[0][1] = xy - wz, R[0][2] = xz + wy;
-    R[1][0] = xy + wz, R[1][1] = 1 - (xx + zz), R[1][2] = yz - wx;
-    R[2][0] = xz - wy, R[2][1] = yz + wx, R[2][2] = 1 - (xx + yy);
-}
 
 // optimal_rotation of polar_decomposition.cpp, lane by lane; q: warm start, then the result. A lane that has converged
 // stays as it is, so that what else is in the block does not matter.
@@ -147,6 +109,7 @@ SUNDER_INLINE void put_newton(const SweepGroups<double>& g, size_t lane, const D
             put_numbers(pressure * RW[r][c], to.RW[r][c] + lane);
         }
     const Double4 b = load<Double4>(g.b + lane);
+    for (int i = 0; i < 6; ++i) put_numbers(load<Double4>(g.N[i] + lane), to.N[i] + lane);
     put_numbers(b * load<Double4>(g.inverse_mass + lane), to.center_scale + lane);
     put_numbers(b, to.b + lane);
 }
@@ -372,17 +335,21 @@ void gather_residual(const SweepArrays<double>& a, NewtonParticles* particles, C
         }
         p.magnitude = sum(magnitude);
         p.size = sum(size);
-        for (int i = 0; i < 6; ++i)
-            for (size_t lane = 0; lane < 8; lane += 4) {
-                put_numbers(zero, to.solution[i] + lane), put_numbers(zero, to.direction[i] + lane);
-                put_numbers(zero, to.product[i] + lane), put_numbers(zero, to.image[i] + lane);
-            }
     }
 }
 
 }  // namespace
 
-const SweepKernels SUNDER_SWEEP_KERNELS = {match<float, false>, average, match<double, true>, gather_residual<float>,
+const SweepKernels SUNDER_SWEEP_KERNELS = {expand<SweepRow<float>>,
+                                           expand<SweepRow<double>>,
+                                           expand<CgRow<float>>,
+                                           expand<CgRow<double>>,
+                                           take_in,
+                                           match<float, false>,
+                                           average,
+                                           give_back,
+                                           match<double, true>,
+                                           gather_residual<float>,
                                            gather_residual<double>};
 
 }  // namespace sunder

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include "solver/polar_decomposition.h"
 
@@ -18,63 +19,67 @@ void exact_rotation(const double* A, double* rotation) {
 
 }  // namespace
 
-template <class Real>
-bool SweepStore<Real>::take_up(const SweepInput& in, const WorkerPool& workers) {
-    const bool anew = layout_.update(in.live);
-    if (anew) {
-        revision_.assign(in.rest.n_particles(), 0);  // no shape has it
-        rows_.assign(layout_.n_rows(), SweepRow<Real>());
-        groups_.assign(layout_.n_blocks(), SweepGroups<Real>());
-        for (SweepGroups<Real>& g : groups_) std::fill_n(g.rotation[3], kLanes, Real(1));
-        particles_.assign(layout_.n_lanes(), SweepParticle<Real>{{0, 0, 0}, 0, {0, 0, 0, 1}});
-        goals_.resize(layout_.n_lanes()), bounds_.resize(layout_.n_lanes());
-    }
-    workers.for_range(in.rest.n_particles(), kTakeUpGrain, [&](size_t begin, size_t end) {
-        for (uint32_t g = static_cast<uint32_t>(begin); g < end; ++g)
-            if (revision_[g] != in.shapes.revision[g] && layout_.lane(g) != LaneLayout::kNone) take_up_group(in, g);
-    });
-    return anew;
+ShapeRecords shape_records(const SweepInput& in, const ShapeWatch& watch) {
+    static_assert(sizeof(MemberShape) == ShapeRecords::kNumbers * sizeof(double));
+    static_assert(offsetof(MemberShape, weight) == 3 * sizeof(double) &&
+                  offsetof(MemberShape, moment) == 5 * sizeof(double));
+    return {in.shapes.member.data()->q.data(), in.live.begins().data(), in.live.ends().data(), in.live.twins().data(),
+            watch.particles()};
 }
 
 template <class Real>
-void SweepStore<Real>::take_up_group(const SweepInput& in, uint32_t g) {
-    revision_[g] = in.shapes.revision[g];
-    for (uint32_t s = in.live.begin(g); s < in.live.end(g); ++s) {
-        const MemberShape& m = in.shapes.member[s];
-        const uint32_t own = layout_.cell(s), other = layout_.cell(in.live.twin(s));
-        SweepRow<Real>& row = rows_[own / kLanes];
-        row.weight[own % kLanes] = static_cast<Real>(m.weight);
-        put_lane(m.q, own % kLanes, row.q);
-        put_lane(m.moment, own % kLanes, row.moment);
-        put_lane(m.q, other % kLanes, rows_[other / kLanes].q_other);
+void SweepStore<Real>::take_up(const SweepInput& in, const LaneLayout& layout, size_t unit, const SweepKernels& kernels,
+                               const UnitBlocks& blocks) {
+    if (watch_.look(in.shapes, layout, unit, blocks)) {
+        const size_t n_lanes = watch_.n_lanes();
+        rows_.resize(watch_.unit().n_rows());
+        groups_.assign(watch_.unit().n_blocks(), SweepGroups<Real>());
+        for (SweepGroups<Real>& g : groups_) std::fill_n(g.rotation[3], kLanes, Real(1));
+        particles_.assign(n_lanes, SweepParticle<Real>{{0, 0, 0}, 0, {0, 0, 0, 1}});
+        goals_.resize(n_lanes), bounds_.resize(n_lanes);
     }
-    const GroupShape& shape = in.shapes.group[g];
-    const uint32_t lane = layout_.lane(g) % kLanes;
-    SweepGroups<Real>& to = groups_[layout_.lane(g) / kLanes];
-    // What keeps a sweep stable: the largest of Q, and the norm of what pressure adds to G.
-    bounds_[layout_.lane(g)] = {shape.most_isotropy,
-                                shape.positions_trace / std::sqrt(3.0) * shape.volume_gradient.norm()};
+    if (!watch_.is_any_changed()) return;
+    const ShapeRecords records = shape_records(in, watch_);
+    blocks([&](size_t begin, size_t end) {
+        for (size_t block = begin; block < end; ++block) {
+            if (!watch_.are_rows_changed(block)) continue;
+            if constexpr (std::is_same_v<Real, float>)
+                kernels.expand(records, watch_.row_begin(), rows_.data(), block, block + 1);
+            else
+                kernels.expand_full(records, watch_.row_begin(), rows_.data(), block, block + 1);
+            for (size_t lane = kLanes * block; lane < kLanes * (block + 1); ++lane)
+                if (watch_.is_changed(lane)) take_up_group(in.shapes.group[particle(lane)], lane);
+        }
+    });
+}
+
+template <class Real>
+void SweepStore<Real>::take_up_group(const GroupShape& shape, size_t l) {
+    const size_t lane = l % kLanes;
+    SweepGroups<Real>& to = groups_[l / kLanes];
+    bounds_[l] = {shape.most_isotropy, shape.most_pressure};  // what keeps a sweep stable
     to.inverse_mass[lane] = static_cast<Real>(1 / shape.mass);
     to.volume_rest[lane] = static_cast<Real>(shape.volume_rest);
     to.spread[lane] = static_cast<Real>(shape.positions_trace / 3);
     put_lane(to_sym(shape.isotropy), lane, to.isotropy);
-    put_lane(to_sym((Mat3::Identity() - shape.isotropy) * shape.affine_inverse), lane, to.N);
-    put_lane(to_sym(shape.stiffness_moment), lane, to.stiffness_moment);
-    put_lane(to_sym(shape.volume_gradient), lane, to.volume_gradient);
+    put_lane(shape.N, lane, to.N);
+    put_lane(shape.stiffness_moment, lane, to.stiffness_moment);
+    put_lane(shape.volume_gradient, lane, to.volume_gradient);
 }
 
 template <class Real>
 void SweepStore<Real>::load(const SweepInput& in, std::span<const MovingParticle> particles,
                             std::span<const GroupGoal> goals, size_t begin, size_t end) {
     for (size_t l = begin * kLanes; l < end * kLanes; ++l) {
-        const uint32_t j = layout_.particle(l);
+        const uint32_t j = particle(l);
         if (j == LaneLayout::kNone) continue;
-        const MovingParticle& p = particles[j];
-        const Vec3 x = std::is_same_v<Real, float> ? Vec3(p.x - piece_origin(in.live, particles, j)) : p.x;
         SweepParticle<Real>& to = particles_[l];
-        for (int i = 0; i < 3; ++i) to.x[i] = static_cast<Real>(x(i));
         to.mass = static_cast<Real>(in.rest.mass[j]);
-        for (int i = 0; i < 4; ++i) to.d[i] = static_cast<Real>(p.d.coeffs()(i));
+        if constexpr (std::is_same_v<Real, double>) {
+            const MovingParticle& p = particles[j];
+            for (int i = 0; i < 3; ++i) to.x[i] = p.x(i);
+            for (int i = 0; i < 4; ++i) to.d[i] = p.d.coeffs()(i);
+        }
 
         SweepGroups<Real>& group = groups_[l / kLanes];
         const double b = in.span[j] * in.span[j] * in.stiffness[j].k, ratio = in.stiffness[j].volume_ratio;
@@ -88,19 +93,18 @@ void SweepStore<Real>::load(const SweepInput& in, std::span<const MovingParticle
 template <class Real>
 void SweepStore<Real>::give_rotations(std::span<GroupGoal> io_goals, size_t begin, size_t end) const {
     for (size_t l = begin * kLanes; l < end * kLanes; ++l) {
-        const uint32_t g = layout_.particle(l);
+        const uint32_t g = particle(l);
         if (g == LaneLayout::kNone) continue;
         const auto& rotation = groups_[l / kLanes].rotation;
         const auto at = [&](int i) { return static_cast<double>(rotation[i][l % kLanes]); };
         io_goals[g].rotation = Quat(at(3), at(0), at(1), at(2));
-        if (std::is_same_v<Real, float>) io_goals[g].rotation.normalize();
     }
 }
 
 template <class Real>
 SweepArrays<Real> SweepStore<Real>::arrays() {
-    return {layout_.row_begin(),
-            layout_.neighbours(),
+    return {watch_.row_begin(),
+            watch_.neighbours(),
             rows_.data(),
             groups_.data(),
             particles_.data(),

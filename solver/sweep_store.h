@@ -4,9 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "solver/lane_layout.h"
-#include "solver/parallel.h"
 #include "solver/shape_matching.h"
+#include "solver/shape_watch.h"
 #include "solver/sweep_kernels.h"
 
 namespace sunder {
@@ -21,16 +20,16 @@ struct SweepInput {
     std::span<const double> span;   // of the implicit step, of each piece's own, s
 };
 
+/// One unit of a layout; blocks and lanes are counted from its first.
 template <class Real>
 class SweepStore {
 public:
-    // Fewest blocks that a thread is worth waking for; and fewest groups, where most have nothing to do.
-    static constexpr size_t kGrain = 32, kTakeUpGrain = 4096;
+    /// From now on this unit, as it stands. What a store held of the same unit, and did not change, it keeps.
+    void take_up(const SweepInput& input, const LaneLayout& layout, size_t unit, const SweepKernels& kernels,
+                 const UnitBlocks& blocks);
 
-    /// Rest shapes that changed since they were last taken up; true if the topology did.
-    bool take_up(const SweepInput& input, const WorkerPool& workers);
-
-    /// Stiffness, rotations to start from and particles, of the blocks [begin, end).
+    /// Stiffness, rotations to start from, masses, and, in double precision, where particles are, of the blocks [begin,
+    /// end).
     void load(const SweepInput& input, std::span<const MovingParticle> particles, std::span<const GroupGoal> goals,
               size_t begin, size_t end);
 
@@ -38,13 +37,14 @@ public:
     void give_rotations(std::span<GroupGoal> io_goals, size_t begin, size_t end) const;
 
     SweepArrays<Real> arrays();
-    const LaneLayout& layout() const { return layout_; }
+    SweepParticle<Real>* particles() { return particles_.data(); }         // by lane
+    const uint32_t* lane_particles() const { return watch_.particles(); }  // as LaneLayout::particle
 
 private:
-    void take_up_group(const SweepInput& input, uint32_t g);
+    uint32_t particle(size_t lane) const { return watch_.particles()[lane]; }
+    void take_up_group(const GroupShape& shape, size_t lane);
 
-    LaneLayout layout_;
-    std::vector<uint64_t> revision_;  // of each group's shape as taken up (n_particles)
+    ShapeWatch watch_;
     struct Bound {
         double elastic, pressure;  // of a goal's pull on a member over b; the latter for a volume ratio of 1
     };
@@ -55,11 +55,8 @@ private:
     std::vector<SweepGoal<Real>> goals_;
 };
 
-/// Where lanes of single precision have their origin: the first particle of the piece, for a float tells 1 m from
-/// 1.0000001 m, wherever the piece is.
-inline const Vec3& piece_origin(const LiveTopology& live, std::span<const MovingParticle> particles, uint32_t j) {
-    return particles[live.piece_particles(live.piece(j)).front()].x;
-}
+/// Of the lanes of the unit that is watched.
+ShapeRecords shape_records(const SweepInput& input, const ShapeWatch& watch);
 
 // Into one lane of a block's arrays.
 template <class Real>

@@ -81,9 +81,9 @@ void rest_gaps(const SimulationMesh& rest, std::span<const std::pair<uint32_t, u
 }
 
 void HullReach::renumber(std::span<const uint32_t> former) {
-    const std::vector<Mat3> found_for = std::move(found_for_);
+    const std::vector<uint64_t> found_for = std::move(found_for_);
     const std::vector<double> reach = std::move(reach_);
-    found_for_.assign(former.size(), Mat3::Zero()), reach_.resize(former.size());
+    found_for_.assign(former.size(), 0), reach_.resize(former.size());
     for (size_t i = 0; i < former.size(); ++i) {
         if (former[i] >= found_for.size()) continue;
         found_for_[i] = found_for[former[i]], reach_[i] = reach[former[i]];
@@ -93,13 +93,14 @@ void HullReach::renumber(std::span<const uint32_t> former) {
 void HullReach::update(const SimulationMesh& rest, std::span<const Mat3> F_P, const WorkerPool& workers) {
     constexpr size_t kGrain = 256;
     if (found_for_.size() != F_P.size()) {
-        found_for_.assign(F_P.size(), Mat3::Zero());  // of no particle
+        found_for_.assign(F_P.size(), 0);
         reach_.resize(F_P.size());
     }
     workers.for_range(F_P.size(), kGrain, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
-            if (found_for_[i] == F_P[i]) continue;
-            found_for_[i] = F_P[i];
+            const uint64_t key = plastic_key(F_P[i]);
+            if (found_for_[i] == key) continue;
+            found_for_[i] = key;
             reach_[i] = farthest_outside(rest, static_cast<uint32_t>(i), F_P[i]);
         }
     });

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "solver/data/frame_state.h"
 #include "solver/data/simulation_mesh.h"
 #include "solver/parallel.h"
 
@@ -33,7 +34,7 @@ public:
     std::span<const double> reach() const { return reach_; }  // (n_particles), m
 
 private:
-    std::vector<Mat3> found_for_;  // F_P (n_particles)
+    std::vector<uint64_t> found_for_;  // plastic_key; 0: none (n_particles)
     std::vector<double> reach_;
 };
 

@@ -68,4 +68,8 @@ uint64_t state_hash(const FrameState& state);
 /// Hash of the bits of some numbers.
 uint64_t hash_of(std::span<const double> numbers);
 
+/// What tells one F_P from another in a ninth of its memory: a hash of its bits, never 0.
+inline uint64_t plastic_key(const Mat3& F_P) { return hash_of({F_P.data(), 9}) | 1; }
+std::vector<uint64_t> plastic_keys(std::span<const Mat3> plastic_deformation);
+
 }  // namespace sunder

@@ -57,6 +57,12 @@ void build_one_rings(SimulationMesh& m) {
         if (e.toughness_factor != 1) m.group_uneven[e.a] = m.group_uneven[e.b] = 1;
 }
 
+void trim(SimulationMesh& m) {
+    const auto each = [](auto&... array) { (array.shrink_to_fit(), ...); };
+    each(m.rest_position, m.rest_orientation, m.radii, m.volume, m.mass, m.body, m.fragment, m.edges);
+    each(m.yield_factor, m.toughness_factor, m.hull_offset, m.hull_point);
+}
+
 namespace {
 
 // Bodies without known hulls have hulls of no points.

@@ -62,6 +62,9 @@ struct SimulationMesh {
 /// Fills the one-rings from `edges`. Call once after particles and edges are set.
 void build_one_rings(SimulationMesh& io_mesh);
 
+/// Gives back memory that the arrays have beyond their sizes, as they do after bodies were appended.
+void trim(SimulationMesh& io_mesh);
+
 /// Appends `body` placed by `pose`; its particles get the next body index. The one-rings are not built: do so after the
 /// last body.
 void append_body(SimulationMesh& io_scene, const SimulationMesh& body, const Pose& pose);

@@ -12,31 +12,38 @@ namespace {
 // Every bound particle has one lane, every membership one cell, and the neighbour there is the member's lane; what is
 // left over points at itself.
 void expect_whole(const SimulationMesh& rest, const LiveTopology& live, const LaneLayout& layout) {
-    std::set<uint32_t> cells;
+    constexpr uint32_t kLanes = LaneLayout::kLanes;
+    std::set<uint32_t> particles;
+    uint32_t end_block = 0, end_row = 0;
+    for (size_t u = 0; u < layout.units().size(); ++u) {
+        const LaneLayout::Unit& unit = layout.units()[u];
+        EXPECT_EQ(unit.begin_block, end_block);
+        EXPECT_EQ(unit.begin_row, end_row);
+        end_block = unit.end_block, end_row = unit.end_row;
+        const uint32_t first = kLanes * unit.begin_block;
+        EXPECT_EQ(layout.row_begin(u)[0], 0u);
+        EXPECT_EQ(layout.row_begin(u)[unit.n_blocks()], unit.n_rows());
+        for (uint32_t lane = 0; lane < kLanes * unit.n_blocks(); ++lane) {
+            const uint32_t g = layout.particle(first + lane);
+            const uint32_t begin = layout.row_begin(u)[lane / kLanes], end = layout.row_begin(u)[lane / kLanes + 1];
+            const uint32_t count = g == LaneLayout::kNone ? 0 : live.count(g);
+            ASSERT_LE(count, end - begin);
+            for (uint32_t row = begin; row < end; ++row) {
+                const uint32_t neighbour = layout.neighbours(u)[kLanes * row + lane % kLanes];
+                const uint32_t k = row - begin;
+                EXPECT_EQ(neighbour, k < count ? layout.lane(live.member(live.begin(g) + k)) - first : lane);
+            }
+            if (g == LaneLayout::kNone) continue;
+            EXPECT_TRUE(particles.insert(g).second);
+            EXPECT_EQ(layout.lane(g), first + lane);
+        }
+    }
+    EXPECT_EQ(end_block, layout.n_blocks());
+    EXPECT_EQ(end_row, layout.n_rows());
     for (uint32_t g = 0; g < rest.n_particles(); ++g) {
-        const uint32_t lane = layout.lane(g);
-        ASSERT_EQ(lane == LaneLayout::kNone, live.count(g) == 1);
-        if (lane == LaneLayout::kNone) continue;
-        EXPECT_EQ(layout.particle(lane), g);
-        for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
-            const uint32_t cell = layout.cell(s), row = cell / LaneLayout::kLanes;
-            EXPECT_TRUE(cells.insert(cell).second);
-            EXPECT_EQ(cell % LaneLayout::kLanes, lane % LaneLayout::kLanes);
-            EXPECT_GE(row, layout.row_begin()[lane / LaneLayout::kLanes]);
-            EXPECT_LT(row, layout.row_begin()[lane / LaneLayout::kLanes + 1]);
-            EXPECT_EQ(layout.neighbours()[cell], layout.lane(live.member(s)));
-        }
+        EXPECT_EQ(particles.contains(g), live.count(g) > 1);
+        EXPECT_EQ(layout.lane(g) != LaneLayout::kNone, live.count(g) > 1);
     }
-    for (uint32_t cell = 0; cell < layout.n_rows() * LaneLayout::kLanes; ++cell)
-        if (!cells.contains(cell)) {
-            EXPECT_EQ(layout.neighbours()[cell] % LaneLayout::kLanes, cell % LaneLayout::kLanes);
-        }
-    uint32_t end = 0;
-    for (const LaneLayout::Unit& unit : layout.units()) {
-        EXPECT_EQ(unit.begin_block, end);
-        end = unit.end_block;
-    }
-    EXPECT_EQ(end, layout.n_blocks());
 }
 
 TEST(lane_layout, every_membership_has_a_cell_before_and_after_breaks) {

@@ -14,6 +14,8 @@ namespace {
 // A bar far from the origin, with flowed groups, broken edges, a held particle and everything out of place.
 struct Disorder {
     SimulationMesh rest = test::lattice_mesh({{4, 4, 20}, 0.05, 6, 1000, {Vec3(300, -200, 100), Quat::Identity()}});
+    std::vector<uint8_t> intact;
+    std::vector<Mat3> plastic;
     LiveTopology live;
     GroupShapes shapes;
     std::vector<GroupStiffness> stiffness;
@@ -30,10 +32,10 @@ struct Disorder {
         std::mt19937_64 rng(3);
         std::uniform_real_distribution<double> uniform(-1, 1);
         const auto vector = [&] { return Vec3(uniform(rng), uniform(rng), uniform(rng)); };
-        std::vector<uint8_t> intact(rest.n_edges(), 1);
+        intact.assign(rest.n_edges(), 1);
         for (size_t e = 0; e < intact.size(); e += 5) intact[e] = 0;
         live.reset(rest, intact);
-        std::vector<Mat3> plastic(n, Mat3::Identity());
+        plastic.assign(n, Mat3::Identity());
         for (size_t i = 0; i < n; i += 3) plastic[i].diagonal() = Vec3(1.2, 1 / 1.2, 1);
         shapes.reset(rest, live, plastic);
         Material material;
@@ -53,6 +55,20 @@ struct Disorder {
             inertia.push_back(p.D * (M.trace() * Mat3::Identity() - M) * p.D.transpose());
         }
     }
+    // The same bar over and over, in the same place.
+    void repeat(int times) {
+        const SimulationMesh bar = rest;
+        const auto copies = [&](auto& io_array) {
+            const auto once = io_array;
+            for (int k = 1; k < times; ++k) io_array.insert(io_array.end(), once.begin(), once.end());
+        };
+        for (int k = 1; k < times; ++k) append_body(rest, bar, Pose{});
+        build_one_rings(rest);
+        copies(intact), copies(plastic), copies(stiffness), copies(inertia), copies(held), copies(particles);
+        copies(goals), copies(span);
+        live.reset(rest, intact);
+        shapes.reset(rest, live, plastic);
+    }
     SweepInput input() const { return {rest, live, shapes, stiffness, inertia, held, span}; }
     std::vector<test::PlainGoal> plain_goals() const {
         std::vector<test::PlainGoal> plain(goals.size());
@@ -71,7 +87,7 @@ TEST_P(Sweep, of_jacobi_is_that_of_the_plain_version) {
     test::plain_average(d.live, d.shapes, goals, 1.5, d.held, expected);
 
     JacobiSweep sweep;
-    sweep.apply(d.input(), 1.5, WorkerPool(1), d.goals, d.particles);
+    sweep.apply(true, d.input(), 1.5, WorkerPool(1), d.goals, d.particles);
     // Single precision: 1e-7 of the piece's 1 m; rotations of a few groups are nearly undefined when all is random.
     const double bound = 1e-6 + 1e-5 * GetParam();
     for (size_t j = 0; j < expected.size(); ++j) {
@@ -79,6 +95,22 @@ TEST_P(Sweep, of_jacobi_is_that_of_the_plain_version) {
         EXPECT_LE(d.particles[j].d.angularDistance(expected[j].d), 10 * bound) << j;
         if (d.live.count(j) == 1) continue;
         EXPECT_LE(d.goals[j].rotation.angularDistance(goals[j].rotation), 10 * bound) << j;
+    }
+}
+
+TEST_P(Sweep, of_jacobi_goes_on_as_if_it_began_there) {
+    Disorder d(GetParam());
+    JacobiSweep sweep, other;
+    sweep.apply(true, d.input(), 1.5, WorkerPool(1), d.goals, d.particles);
+    for (MovingParticle& p : d.particles)
+        p.x += Vec3(0.001, 0, 0), p.x_inertial += Vec3(0, 0.001, 0);  // as contacts do
+    Disorder anew = d;
+    sweep.apply(false, d.input(), 1.5, WorkerPool(1), d.goals, d.particles);
+    other.apply(true, anew.input(), 1.5, WorkerPool(1), anew.goals, anew.particles);
+    for (size_t j = 0; j < d.particles.size(); ++j) {
+        EXPECT_EQ(d.particles[j].x, anew.particles[j].x) << j;
+        EXPECT_EQ(d.particles[j].d.coeffs(), anew.particles[j].d.coeffs()) << j;
+        EXPECT_EQ(d.goals[j].rotation.coeffs(), anew.goals[j].rotation.coeffs()) << j;
     }
 }
 
@@ -91,6 +123,29 @@ TEST_P(Sweep, of_newton_starts_from_the_rotations_of_the_plain_version) {
         if (d.live.count(j) > 1) {
             EXPECT_LE(d.goals[j].rotation.angularDistance(goals[j].rotation), 1e-7) << j;
         }
+}
+
+// Thirty bars, all as out of place as one: so many that their rest shapes are expanded when they are needed.
+TEST(sweep, of_newton_is_the_same_whether_rest_shapes_stay_expanded_or_not) {
+    const Disorder one(0.1);
+    NewtonStep alone;
+    Disorder expected = one;
+    alone.apply(true, expected.input(), WorkerPool(1), expected.goals, expected.particles);
+    for (const int threads : {1, 3}) {
+        Disorder many = one;
+        many.repeat(30);
+        NewtonStep together;
+        // Twice: the second time every store holds another unit, whose shapes are of the same revisions.
+        for (int k = 0; k < 2; ++k) {
+            Disorder d = many;
+            together.apply(true, d.input(), WorkerPool(threads), d.goals, d.particles);
+            const size_t n = one.particles.size();
+            for (size_t j = 0; j < d.particles.size(); ++j) {
+                ASSERT_EQ(d.particles[j].x, expected.particles[j % n].x) << j;
+                ASSERT_EQ(d.particles[j].d.coeffs(), expected.particles[j % n].d.coeffs()) << j;
+            }
+        }
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(disorder, Sweep, testing::Values(0.01, 0.1, 0.5));

@@ -36,15 +36,15 @@ inline void plain_match(const LiveTopology& live, const GroupShapes& shapes, std
         const Mat3 A_balanced = A.positions * shape.isotropy;
         goal.rotation = optimal_rotation(A_balanced + kOrientationWeight * A.ellipsoids, goal.rotation);
         const Mat3 R = goal.rotation.toRotationMatrix();
-        goal.G = R * shape.isotropy + (A.positions - A_balanced) * shape.affine_inverse;
+        goal.G = R * shape.isotropy + A.positions * to_matrix(shape.N);
         goal.weight = h * h * stiffness[g].k;
         goal.weight_bound = goal.weight * shape.most_isotropy;
         if (const double ratio = stiffness[g].volume_ratio; ratio > 0) {
             // Pressure: E = lambda/2 V (tr(R^T A_pq W) - tr(A_qq W))^2 beside the mu |F - R|^2 of shape matching;
             // its gradient at member j is lambda V (...) R W m_j q_j.
             const double volume_strain =
-                (R.transpose() * A.positions * shape.volume_gradient).trace() - shape.volume_rest;
-            const Mat3 spread = shape.positions_trace / 3 * shape.volume_gradient;
+                (R.transpose() * A.positions * to_matrix(shape.volume_gradient)).trace() - shape.volume_rest;
+            const Mat3 spread = shape.positions_trace / 3 * to_matrix(shape.volume_gradient);
             goal.G -= ratio * volume_strain * R * spread;
             goal.weight_bound += goal.weight * (ratio * 3 * spread.norm() / std::sqrt(3.0));
         }

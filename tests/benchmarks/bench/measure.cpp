@@ -76,10 +76,10 @@ Measurement measure(const NamedScene& named, const std::string& method, int thre
     BenchScene s = named.make();
     if (frames > 0) s.frames = frames;
     s.settings.method = method_named(method);
-    auto created = Solver::create(s.scene, threads);
+    auto created = Solver::create(std::move(s.scene), threads);
     if (!created) throw std::runtime_error(created.error().text());
     const std::unique_ptr<Solver> solver = created.take();
-    s.scene = solver->scene();  // with its one-rings
+    if (!s.skins.empty()) s.scene = solver->scene();  // with its one-rings
 
     Measurement m;
     m.gigahertz = clock_gigahertz();
@@ -100,7 +100,7 @@ Measurement measure(const NamedScene& named, const std::string& method, int thre
     }
     m.gigahertz = std::max(m.gigahertz, clock_gigahertz());
 
-    const SimulationMesh& rest = s.scene.rest;
+    const SimulationMesh& rest = solver->scene().rest;
     m.particles = rest.n_particles(), m.edges = rest.n_edges(), m.members = rest.group_member.size();
     m.pieces = best.sum.n_components, m.contacts = best.sum.contacts;
     m.frames = s.frames, m.substeps = best.sum.substeps / s.frames, m.iterations = best.sum.iterations;

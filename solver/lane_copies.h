@@ -1,0 +1,142 @@
+// Kernels that copy into lanes and out of them: rest shapes, and the particles of method jacobi. For sweep_kernels.inl
+// alone.
+#pragma once
+
+#include "solver/lane_matrices.h"
+#include "solver/sweep_kernels.h"
+
+namespace sunder {
+namespace {
+
+template <class Real>
+SUNDER_INLINE void put_moment(const double* const (&records)[4], const Double4 (&second)[4], size_t lane,
+                              SweepRow<Real>& o_row) {
+    Double4 third[4];
+    gather_numbers(records, 7, third);
+    put_numbers(second[1], o_row.moment[0] + lane);
+    put_numbers(second[2], o_row.moment[1] + lane);
+    for (int i = 0; i < 4; ++i) put_numbers(third[i], o_row.moment[2 + i] + lane);
+}
+template <class Real>
+SUNDER_INLINE void put_moment(const double* const (&)[4], const Double4 (&)[4], size_t, CgRow<Real>&) {}
+
+template <class Row>
+void expand(const ShapeRecords& s, const uint32_t* row_begin, Row* rows, size_t begin, size_t end) {
+    constexpr size_t kNumbers = ShapeRecords::kNumbers;
+    constexpr uint32_t kNone = 0xffffffffu;
+    static constexpr double kPadding[kNumbers] = {};
+    for (size_t block = begin; block < end; ++block) {
+        uint32_t slot[8], last[8];
+        for (size_t lane = 0; lane < 8; ++lane) {
+            const uint32_t g = s.particle[8 * block + lane];
+            slot[lane] = g == kNone ? 0 : s.begin[g], last[lane] = g == kNone ? 0 : s.end[g];
+        }
+        for (size_t r = row_begin[block]; r < row_begin[block + 1]; ++r)
+            for (size_t lane = 0; lane < 8; lane += 4) {
+                const double *own[4], *twin[4];
+                for (size_t i = 0; i < 4; ++i) {
+                    const uint32_t at = slot[lane + i];
+                    const bool is_member = at < last[lane + i];
+                    own[i] = is_member ? s.members + kNumbers * at : kPadding;
+                    twin[i] = is_member ? s.members + kNumbers * s.twin[at] : kPadding;
+                    slot[lane + i] = at + is_member;
+                }
+                Double4 first[4], second[4], other[4];
+                gather_numbers(own, 0, first);
+                gather_numbers(own, 4, second);
+                gather_numbers(twin, 0, other);
+                put_numbers(first[3], rows[r].weight + lane);
+                for (int i = 0; i < 3; ++i) {
+                    put_numbers(first[i], rows[r].q[i] + lane);
+                    put_numbers(other[i], rows[r].q_other[i] + lane);
+                }
+                put_moment(own, second, lane, rows[r]);
+            }
+    }
+}
+
+SUNDER_INLINE void normalize(Double4 (&q)[4]) {
+    const Double4 norm = root((q[0] * q[0] + q[2] * q[2]) + (q[1] * q[1] + q[3] * q[3]));
+    for (int i = 0; i < 4; ++i) q[i] = q[i] / norm;
+}
+
+// Where the records of four lanes are; of padding `padding`.
+template <class Record>
+SUNDER_INLINE void find_records(const uint32_t* particle, double* records, double* padding, double* (&out)[4]) {
+    constexpr size_t kNumbers = sizeof(Record) / sizeof(double);
+    for (size_t i = 0; i < 4; ++i) out[i] = particle[i] == 0xffffffffu ? padding : records + kNumbers * particle[i];
+}
+
+constexpr size_t kPlaceOfTurn = offsetof(MovingRecord, d) / sizeof(double);
+constexpr size_t kPlaceOfMatrix = offsetof(MovingRecord, D) / sizeof(double);
+constexpr size_t kPlaceOfInertial = offsetof(MovingRecord, x_inertial) / sizeof(double);
+constexpr size_t kPlaceOfInertialTurn = offsetof(MovingRecord, d_inertial) / sizeof(double);
+
+void take_in(const JacobiRecords& s, SweepParticle<float>* particles, JacobiParticles* jacobi, size_t begin,
+             size_t end) {
+    MovingRecord padding = {{}, 0, {0, 0, 0, 1}, {}, {}, {0, 0, 0, 1}};
+    for (size_t first = 8 * begin; first < 8 * end; first += 4) {
+        double *records[4], *origins[4];
+        find_records<MovingRecord>(s.particle + first, s.moving->x, padding.x, records);
+        find_records<MovingRecord>(s.origin + first, s.moving->x, padding.x, origins);
+        for (size_t i = 0; i < 4; ++i) {
+            SweepParticle<float>& to = particles[first + i];
+            const float mass = to.mass;
+            put_numbers(load<Double4>(records[i]) - load<Double4>(origins[i]), to.x);
+            to.mass = mass;
+            put_numbers(load<Double4>(records[i] + kPlaceOfTurn), to.d);
+        }
+        JacobiParticles& p = jacobi[first / 8];
+        const size_t lane = first % 8;
+        Double4 x[4], origin[4], d[4];
+        gather_numbers({records[0], records[1], records[2], records[3]}, kPlaceOfInertial, x);
+        gather_numbers({origins[0], origins[1], origins[2], origins[3]}, 0, origin);
+        gather_numbers({records[0], records[1], records[2], records[3]}, kPlaceOfInertialTurn, d);
+        for (int i = 0; i < 3; ++i) put_numbers(x[i] - origin[i], p.x_inertial[i] + lane);
+        for (int i = 0; i < 4; ++i) put_numbers(d[i], p.d_inertial[i] + lane);
+    }
+}
+
+void give_back(const JacobiRecords& s, const JacobiParticles* jacobi, SweepGroups<float>* groups, size_t begin,
+               size_t end) {
+    MovingRecord padding = {};
+    double no_rotation[4];
+    const Double4 zero = {};
+    for (size_t first = 8 * begin; first < 8 * end; first += 4) {
+        const size_t lane = first % 8;
+        double *records[4], *rotations[4];
+        find_records<double[4]>(s.particle + first, s.rotations, no_rotation, rotations);
+        find_records<MovingRecord>(s.particle + first, s.moving->x, padding.x, records);
+        for (size_t i = 0; i < 4; ++i)
+            if (records[i] != padding.x && s.held[s.particle[first + i]]) records[i] = padding.x;
+
+        SweepGroups<float>& g = groups[first / 8];
+        Double4 R[4];
+        for (int i = 0; i < 4; ++i) R[i] = wide(load<Float4>(g.rotation[i] + lane));
+        normalize(R);
+        scatter_numbers(rotations, 0, R);
+        for (int i = 0; i < 4; ++i) put_numbers(R[i], g.rotation[i] + lane);
+
+        const JacobiParticles& p = jacobi[first / 8];
+        Double4 step[4], d[4], D[3][3];
+        for (int i = 0; i < 3; ++i) step[i] = wide(load<Float4>(p.x_step[i] + lane));
+        step[3] = zero;
+        double steps[4][4];
+        scatter_numbers({steps[0], steps[1], steps[2], steps[3]}, 0, step);
+        for (size_t i = 0; i < 4; ++i)
+            for (size_t k = 0; k < 4; k += 2)
+                store(records[i] + k, load<Double2>(records[i] + k) + load<Double2>(steps[i] + k));
+        for (int i = 0; i < 4; ++i) d[i] = wide(load<Float4>(p.d[i] + lane));
+        normalize(d);
+        rotation_matrix(d, D);
+        scatter_numbers(records, kPlaceOfTurn, d);
+        scatter_numbers(records, kPlaceOfMatrix, {D[0][0], D[1][0], D[2][0], D[0][1]});  // column by column
+        scatter_numbers(records, kPlaceOfMatrix + 4, {D[1][1], D[2][1], D[0][2], D[1][2]});
+        double last[4];
+        store(last, D[2][2]);
+        for (size_t i = 0; i < 4; ++i) records[i][kPlaceOfMatrix + 8] = last[i];
+    }
+}
+
+}  // namespace
+}  // namespace sunder

@@ -1,0 +1,31 @@
+#include "solver/shape_watch.h"
+
+#include <algorithm>
+
+namespace sunder {
+
+bool ShapeWatch::look(const GroupShapes& shapes, const LaneLayout& layout, size_t unit, const UnitBlocks& blocks) {
+    const bool anew = layout_ != &layout || version_ != layout.version() || unit_ != unit;
+    layout_ = &layout, version_ = layout.version(), unit_ = unit;
+    changed_.resize(n_lanes());
+    if (anew) revision_.assign(n_lanes(), 0);  // no shape has it
+    blocks([&](size_t begin, size_t end) {
+        for (size_t lane = LaneLayout::kLanes * begin; lane < LaneLayout::kLanes * end; ++lane) {
+            const uint32_t g = particles()[lane];
+            const uint64_t now = g == LaneLayout::kNone ? 0 : shapes.revision[g];
+            changed_[lane] = revision_[lane] != now;
+            revision_[lane] = now;
+        }
+    });
+    is_any_changed_ = std::ranges::count(changed_, 0) != static_cast<std::ptrdiff_t>(changed_.size());
+    return anew;
+}
+
+bool ShapeWatch::are_rows_changed(size_t block) const {
+    constexpr size_t kLanes = LaneLayout::kLanes;
+    const uint32_t* const first = neighbours() + kLanes * row_begin()[block];  // the centres are among them
+    const uint32_t* const last = neighbours() + kLanes * row_begin()[block + 1];
+    return std::any_of(first, last, [&](uint32_t lane) { return changed_[lane] != 0; });
+}
+
+}  // namespace sunder

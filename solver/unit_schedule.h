@@ -1,0 +1,51 @@
+// Which thread works on which unit of LaneLayout.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "solver/lane_layout.h"
+#include "solver/parallel.h"
+
+namespace sunder {
+
+/// Blocks [0, n) of one unit, by all threads or by one.
+class UnitBlocks {
+public:
+    static constexpr size_t kGrain = 32;  // fewest blocks that a thread is worth waking for
+
+    UnitBlocks(size_t n, const WorkerPool* sharing) : n_(n), sharing_(sharing) {}
+
+    template <class Body>
+    void operator()(const Body& body) const {
+        if (sharing_)
+            sharing_->for_range(n_, kGrain, body);
+        else
+            body(size_t{0}, n_);
+    }
+
+private:
+    size_t n_;
+    const WorkerPool* sharing_;  // null: the calling thread alone
+};
+
+/// Calls body(unit, slot, blocks) for every unit. Those of `least_shared` blocks and more are worked on by all threads
+/// together, one after the other, if they are so large a part of the scene that the others would not keep the threads
+/// busy; the rest each by one thread. slot < threads: no other unit has it meanwhile.
+template <class Body>
+void for_units(const LaneLayout& layout, size_t least_shared, const WorkerPool& workers, const Body& body) {
+    const auto units = layout.units();
+    least_shared = std::max(least_shared, layout.n_blocks() / (2 * static_cast<size_t>(workers.threads())));
+    std::vector<uint32_t> apart;
+    for (uint32_t u = 0; u < units.size(); ++u) {
+        if (units[u].n_blocks() < least_shared)
+            apart.push_back(u);
+        else
+            body(u, size_t{0}, UnitBlocks(units[u].n_blocks(), &workers));
+    }
+    workers.for_each_in_slots(apart.size(), [&](size_t i, size_t slot) {
+        body(apart[i], slot, UnitBlocks(units[apart[i]].n_blocks(), nullptr));
+    });
+}
+
+}  // namespace sunder
