@@ -14,7 +14,7 @@ constexpr uint32_t kLanes = LaneLayout::kLanes;
 constexpr double kStiffestSingle = 5e3;  // largest b, -
 constexpr size_t kSharedUnit = 64;       // blocks; the fewest that all threads work on together
 constexpr size_t kSharedSolve = 128;     // likewise, where they wait for one another three times an iteration
-constexpr size_t kKeptBlocks = 1024;     // scenes of more have rest shapes expanded when they are needed
+constexpr size_t kKeptBlocks = 4096;     // scenes of more have rest shapes expanded when they are needed
 
 }  // namespace
 
