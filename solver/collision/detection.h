@@ -85,7 +85,8 @@ void find_contacts(const DetectionInput& input, ContactScratch& scratch, std::ve
 /// Boxes that hold movables [begin, end) through the whole step, with half of the reach; writes io_boxes[begin, end).
 void sweep_boxes(const DetectionInput& input, size_t begin, size_t end, std::span<Aabb> io_boxes);
 
-/// Appends the contacts of pairs of movables. `boxes` from sweep_boxes.
+/// Appends the contacts of pairs of movables, each (lower, higher): a particle stands before a rigid body. `boxes` from
+/// sweep_boxes.
 void contacts_of_pairs(const DetectionInput& input, std::span<const Aabb> boxes, std::span<const Pair> pairs,
                        std::vector<Contact>& out);
 
