@@ -160,26 +160,50 @@ void divide_pushes(const StepContext& context, double h, bool last, Workspace& w
     }
 }
 
+namespace {
+
+constexpr size_t kGrain = 1024;  // fewest things that a thread is worth waking for
+
+bool moves_alone(const ContactPiece& p) { return p.rigid || p.inverse_mass == 0; }
+
+template <class Body>
+void for_touching_pieces(const StepContext& context, const Workspace& w, const Body& body) {
+    const auto at = [&](size_t k) { body(w.islands.piece[k]); };
+    if (w.islands.movable.size() >= kGrain)
+        context.workers.for_each(w.islands.piece.size(), at);
+    else
+        for (size_t k = 0; k < w.islands.piece.size(); ++k) at(k);
+}
+
+}  // namespace
+
+void turn_pieces(const StepContext& context, Workspace& w) {
+    for_touching_pieces(context, w, [&](uint32_t piece) {
+        ContactPiece& p = w.pieces[piece];
+        if (moves_alone(p)) return;
+        Vec3 angular = Vec3::Zero();  // L of the displacements, kg m2
+        for (const uint32_t j : w.live.piece_particles(piece)) {
+            const Vec3 lever = w.start_position[j] - p.center, shift = w.moving[j].x - w.start_position[j];
+            const Vec3 own = turned_by(w.moving[j].d * w.start_rotation[j].conjugate());
+            angular += context.scene.rest.mass[j] * lever.cross(shift) + w.inertia[j] * own;
+        }
+        p.turned = p.inverse_inertia * angular;
+    });
+}
+
 void move_pieces(const StepContext& context, Workspace& w) {
-    constexpr size_t kGrain = 1024;  // fewest things that a thread is worth waking for
-    const auto moves_alone = [](const ContactPiece& p) { return p.rigid || p.inverse_mass == 0; };
     context.workers.for_range(w.islands.movable.size(), kGrain, [&](size_t begin, size_t end) {
         for (size_t k = begin; k < end; ++k)
             if (const uint32_t i = w.islands.movable[k]; moves_alone(w.pieces[w.piece[i]])) move_alone(i, w);
     });
-    const auto move = [&](size_t k) {
-        const uint32_t piece = w.islands.piece[k];
+    for_touching_pieces(context, w, [&](uint32_t piece) {
         ContactPiece& p = w.pieces[piece];
         if (moves_alone(p))
             p.turned += w.piece_motion[piece].spin;
         else
             move_piece(context.scene.rest, w.live.piece_particles(piece), p, w.piece_motion[piece], w);
         w.piece_motion[piece] = PieceMotion();
-    };
-    if (w.islands.movable.size() >= kGrain)
-        context.workers.for_each(w.islands.piece.size(), move);
-    else
-        for (size_t k = 0; k < w.islands.piece.size(); ++k) move(k);
+    });
 }
 
 void turn_rigid_things(const StepContext& context, double h, Workspace& w) {

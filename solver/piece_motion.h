@@ -21,6 +21,10 @@ void remember_pieces(const StepContext& context, double h, Workspace& io_work);
 /// rest; contacts within a piece, which no motion of the whole can part, are left as the sweep found them.
 void divide_pushes(const StepContext& context, double h, bool last, Workspace& io_work);
 
+/// Fills `turned` of pieces that touch something, before a round: the rotation of the whole that has their angular
+/// momentum, of what they moved by since the start of the substep.
+void turn_pieces(const StepContext& context, Workspace& io_work);
+
 /// After a round over the contacts: hands what they added to the pieces on to their particles.
 void move_pieces(const StepContext& context, Workspace& io_work);
 

@@ -82,6 +82,7 @@ void Substep::find_contacts() {
 // A round over the contacts, the first with what they start from; `last`: no shape matching follows.
 void Substep::push_apart(ContactRound::Which which) {
     Stopwatch watch(report.contact_s);
+    turn_pieces(context, work);
     divide_pushes(context, h, which == ContactRound::Which::last, work);
     work.round.begin(bodies(), work.islands, which, context.workers, work.contacts);
     work.round.relax(kContactTolerance * context.contact_margin, context.workers);

@@ -27,9 +27,8 @@ PushDivision divide_push(const ContactBodies& b, uint32_t i) {
 
 Vec3 turned(const ContactBodies& b, uint32_t i) {
     const ContactPiece& p = b.pieces[b.piece[i]];
-    if (p.rigid) return p.turned;
-    const Quat dq = b.moving[i].d * b.start_rotation[i].conjugate();
-    return dq.vec() * (dq.w() < 0 ? -2.0 : 2.0);
+    if (p.rigid || p.inverse_mass > 0) return p.turned;
+    return turned_by(b.moving[i].d * b.start_rotation[i].conjugate());
 }
 
 void prepare_contacts(const ContactBodies& b, std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity,
