@@ -16,8 +16,9 @@ public:
 
     int threads() const;
 
-    /// Calls body(begin, end) on contiguous ranges that cover [0, n). Ranges shorter than `grain` are not split off:
-    /// a barrier costs a few microseconds, so small work runs on the calling thread.
+    /// Calls body(begin, end) on contiguous ranges that cover [0, n), the first on the calling thread. Ranges shorter
+    /// than `grain` are not split off: a join costs half a microsecond, and a thread fetches what another wrote before.
+    /// Ranges whose thread has not come by then, the calling one does when it is done with its own.
     template <class Body>
     void for_range(size_t n, size_t grain, const Body& body) const {
         run(
