@@ -1,6 +1,7 @@
 // Groups and pieces as they stand: the rest edges less those that broke.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -37,6 +38,10 @@ public:
     std::span<const uint32_t> pieces() const { return piece_; }  // (n_particles)
     std::span<const uint32_t> piece_particles(size_t p) const {
         return {piece_particle_.data() + piece_offset_[p], piece_offset_[p + 1] - piece_offset_[p]};
+    }
+    /// The first piece that begins there or later; places are counted through the particles of all pieces.
+    size_t piece_from(size_t place) const {
+        return static_cast<size_t>(std::ranges::lower_bound(piece_offset_, place) - piece_offset_.begin());
     }
 
 private:

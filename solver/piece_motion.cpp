@@ -6,6 +6,7 @@
 
 #include "solver/free_rotation.h"
 #include "solver/motion.h"
+#include "solver/unit_schedule.h"
 
 namespace sunder {
 namespace {
@@ -113,12 +114,12 @@ void move_piece(const SimulationMesh& rest, std::span<const uint32_t> particles,
 
 void remember_pieces(const StepContext& context, double h, Workspace& w) {
     const SimulationMesh& rest = context.scene.rest;
-    for (uint32_t piece = 0; piece < w.live.n_pieces(); ++piece) {
+    for_pieces(w.live, kParticleGrain, context.workers, [&](size_t piece) {
         w.pieces[piece] = ContactPiece();
         const auto particles = w.live.piece_particles(piece);
         w.pieces[piece].unbroken = std::ranges::all_of(
             particles, [&](uint32_t j) { return w.live.count(j) == rest.group_offset[j + 1] - rest.group_offset[j]; });
-        if (w.piece_held[piece]) continue;
+        if (w.piece_held[piece]) return;
         const PieceMomentum p =
             piece_momentum(rest, w.inertia, particles, w.start_position, w.velocity, w.angular_velocity);
         w.piece_angular[piece] = p.angular;
@@ -129,7 +130,7 @@ void remember_pieces(const StepContext& context, double h, Workspace& w) {
         c.rigid = particles.size() == 1;
         if (c.rigid)
             c.turned = h * w.angular_velocity[particles.front()] + c.inverse_inertia * w.push[particles.front()].torque;
-    }
+    });
     for (size_t r = 0; r < context.scene.rigid_bodies.size(); ++r) {
         const size_t i = rest.n_particles() + r;
         const Vec3 inverse = rigid_body_inertia(context.scene.rigid_bodies[r]).cwiseInverse();
@@ -208,12 +209,12 @@ void move_pieces(const StepContext& context, Workspace& w) {
 
 void turn_rigid_things(const StepContext& context, double h, Workspace& w) {
     const SimulationMesh& rest = context.scene.rest;
-    for (uint32_t piece = 0; piece < w.live.n_pieces(); ++piece) {
-        if (!w.pieces[piece].rigid) continue;
+    for_pieces(w.live, kParticleGrain, context.workers, [&](size_t piece) {
+        if (!w.pieces[piece].rigid) return;
         const uint32_t i = w.live.piece_particles(piece).front();
         turn_alone(w, i, rest.rest_orientation[i], ellipsoid_inertia(rest, i),
                    w.piece_angular[piece] + bounded(w.push[i].torque, w.pieces[piece].inverse_inertia) / h, h);
-    }
+    });
     for (size_t r = 0; r < context.scene.rigid_bodies.size(); ++r) {
         const auto i = static_cast<uint32_t>(rest.n_particles() + r);
         const Vec3 moments = rigid_body_inertia(context.scene.rigid_bodies[r]);
@@ -226,16 +227,16 @@ void turn_rigid_things(const StepContext& context, double h, Workspace& w) {
 
 void change_velocities(const StepContext& context, Workspace& w) {
     const SimulationMesh& rest = context.scene.rest;
-    for (uint32_t piece = 0; piece < w.live.n_pieces(); ++piece) {
+    for_pieces(w.live, kParticleGrain, context.workers, [&](size_t piece) {
         const PieceVelocity& change = w.piece_change[piece];
-        if (change.velocity.isZero(0) && change.turn.isZero(0) && change.spin.isZero(0)) continue;
+        if (change.velocity.isZero(0) && change.turn.isZero(0) && change.spin.isZero(0)) return;
         const auto particles = w.live.piece_particles(piece);
         const Vec3 center = piece_center(rest, particles, w.moving, &MovingParticle::x);
         for (uint32_t j : particles) {
             w.velocity[j] += change.velocity + change.turn.cross(w.moving[j].x - center);
             w.angular_velocity[j] += change.spin;
         }
-    }
+    });
     for (size_t r = 0; r < context.scene.rigid_bodies.size(); ++r)
         w.angular_velocity[rest.n_particles() + r] += w.piece_change[w.live.n_pieces() + r].spin;
 }

@@ -1,5 +1,7 @@
 #include "solver/step.h"
 
+#include <cmath>
+
 #include "solver/gauss_seidel.h"
 #include "solver/piece_motion.h"
 #include "solver/step_limit.h"
@@ -31,41 +33,49 @@ void Substep::match_shapes(bool first_iteration) {
     if (settings.method == Method::gauss_seidel)
         return gauss_seidel_sweep(work.live, work.shapes, work.paper_stiffness, work.held, work.moving, work.goals);
 
-    for (uint32_t g = 0; g < n_particles(); ++g)  // a lone particle matches itself wherever it is
-        if (work.live.count(g) == 1) work.goals[g].rotation = work.moving[g].d;
+    const bool is_newton = settings.method == Method::projective;
+    if (is_newton) work.before_newton.resize(n_particles());
+    for_all(n_particles(), [&](size_t g) {
+        if (work.live.count(g) == 1) work.goals[g].rotation = work.moving[g].d;  // it matches itself wherever it is
+        if (is_newton) work.before_newton[g] = {work.moving[g].x, work.moving[g].d};
+    });
     const SweepInput in{rest(), work.live, work.shapes, work.stiffness, work.inertia, work.held, work.span};
-    if (settings.method == Method::projective) {
-        work.before_newton.resize(n_particles());
-        for (size_t i = 0; i < n_particles(); ++i) work.before_newton[i] = {work.moving[i].x, work.moving[i].d};
+    if (is_newton) {
         work.newton.apply(first_iteration, in, context.workers, work.goals, work.moving);
-        limit_step(work.live, work.before_newton, 0, work.live.n_pieces(), work.moving);
     } else {
         // A single over-relaxed sweep overshoots the implicit step.
         const double omega = settings.iterations > 1 ? settings.over_relaxation : 1.0;
         work.jacobi.apply(first_iteration, in, omega, context.workers, work.goals, work.moving);
     }
-    restore_linear_momentum(rest(), work.live, work.piece_held, 0, work.live.n_pieces(), work.moving);
+    for_piece_ranges(work.live, kParticleGrain, context.workers, [&](size_t first, size_t last) {
+        if (is_newton) limit_step(work.live, work.before_newton, first, last, work.moving);
+        restore_linear_momentum(rest(), work.live, work.piece_held, first, last, work.moving);
+    });
 }
 
-Status Substep::check_finite(const char* stage) const {
-    for (size_t i = 0; i < n_movables(); ++i) {
-        const MovingParticle& p = work.moving[i];
-        const bool finite = p.x.allFinite() && p.d.coeffs().allFinite() && work.velocity[i].allFinite() &&
-                            work.angular_velocity[i].allFinite();
-        if (finite && work.velocity[i].squaredNorm() < kRunawaySpeed * kRunawaySpeed) continue;
-        const std::string who = i < n_particles()
-                                    ? "particle " + std::to_string(i) + " (body '" +
-                                          context.scene.bodies[rest().body[i]].name + "', fragment " +
-                                          std::to_string(rest().fragment[i]) + ")"
-                                    : "rigid body '" + context.scene.rigid_bodies[i - n_particles()].name + "'";
-        return Error{ErrorCode::numerical,
-                     who + (finite ? " runs away (above 1e5 m/s)" : " is not finite") + " after " + stage,
-                     "time " + std::to_string(state.time) + " s",
-                     "use more substeps, or a smaller stiffness or force",
-                     {},
-                     {}};
-    }
-    return {};
+// Where numbers are not finite, nor is their sum.
+bool Substep::is_sound(size_t i) const {
+    const MovingParticle& p = work.moving[i];
+    const double sum = p.x.sum() + p.d.coeffs().sum() + work.angular_velocity[i].sum();
+    return std::isfinite(sum) && work.velocity[i].squaredNorm() < kRunawaySpeed * kRunawaySpeed;
+}
+
+Status Substep::check(const FirstOf& unsound, const char* stage) const {
+    const size_t i = unsound.get();
+    if (i >= n_movables()) return {};
+    const MovingParticle& p = work.moving[i];
+    const bool finite = p.x.allFinite() && p.d.coeffs().allFinite() && work.velocity[i].allFinite() &&
+                        work.angular_velocity[i].allFinite();
+    const std::string who =
+        i < n_particles() ? "particle " + std::to_string(i) + " (body '" + context.scene.bodies[rest().body[i]].name +
+                                "', fragment " + std::to_string(rest().fragment[i]) + ")"
+                          : "rigid body '" + context.scene.rigid_bodies[i - n_particles()].name + "'";
+    return Error{ErrorCode::numerical,
+                 who + (finite ? " runs away (above 1e5 m/s)" : " is not finite") + " after " + stage,
+                 "time " + std::to_string(state.time) + " s",
+                 "use more substeps, or a smaller stiffness or force",
+                 {},
+                 {}};
 }
 
 namespace {
@@ -120,12 +130,14 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
         fit_arrays(state, n, n_movables, w);
     }
     w.pair.smooth.assign(n_movables, 0);
-    for (size_t g = 0; g < n; ++g) {  // materials may be animated
-        const Material& material = context.input.materials[rest.body[g]];
-        w.stiffness[g] = group_stiffness(w.shapes.group[g], w.shapes.rest_trace[g], rest.volume[g], material);
-        w.paper_stiffness[g] = material.stiffness;
-        w.goals[g].rotation = state.group_rotation[g];
-    }
+    context.workers.for_range(n, kParticleGrain, [&](size_t first, size_t last) {
+        for (size_t g = first; g < last; ++g) {  // materials may be animated
+            const Material& material = context.input.materials[rest.body[g]];
+            w.stiffness[g] = group_stiffness(w.shapes.group[g], w.shapes.rest_trace[g], rest.volume[g], material);
+            w.paper_stiffness[g] = material.stiffness;
+            w.goals[g].rotation = state.group_rotation[g];
+        }
+    });
 }
 
 Status substep(const StepContext& context, Stage stage, double h, double begin, double end, bool measure,
@@ -148,9 +160,7 @@ Status substep(const StepContext& context, Stage stage, double h, double begin, 
     {
         Stopwatch watch(io_report.momentum_s);
         turn_rigid_things(context, h, io_work);
-        s.update_velocities();
-        if (Status ok = s.check_finite("shape matching and fracture"); !ok) return ok;
-        s.take_up_inertia();
+        if (Status ok = s.take_up_motion(); !ok) return ok;
         s.damp_vibrations();
         s.restore_momentum();
     }
@@ -163,8 +173,7 @@ Status substep(const StepContext& context, Stage stage, double h, double begin, 
         s.flow_and_measure(h);
         s.break_edges(0);
     }
-    if (Status ok = s.check_finite("contacts"); !ok) return ok;
-    s.store();
+    if (Status ok = s.store(); !ok) return ok;
     io_report.simulated += s.n_movables();
     io_report.n_components = io_work.live.n_pieces();
     return {};

@@ -1,13 +1,14 @@
 // The parts of a substep, as step.cpp puts them in order.
 #pragma once
 
+#include <atomic>
 #include <chrono>
+#include <cstdint>
 
 #include "solver/step.h"
+#include "solver/unit_schedule.h"
 
 namespace sunder {
-
-constexpr size_t kGroupGrain = 128, kParticleGrain = 512;  // fewest a thread is worth waking for
 
 class Stopwatch {
 public:
@@ -31,6 +32,19 @@ struct FieldsOfForce {
     double drag = 0;  // 1/s
 };
 
+/// The least number that any thread gave.
+class FirstOf {
+public:
+    void add(size_t i) {
+        for (size_t now = first_; i < now && !first_.compare_exchange_weak(now, i);) {
+        }
+    }
+    size_t get() const { return first_; }
+
+private:
+    std::atomic<size_t> first_{SIZE_MAX};
+};
+
 /// When in a substep pinned particles are taken to their pins: all, or those that are in a pair.
 enum class Pinned { at_the_end, in_the_first_stage, in_the_middle };
 
@@ -51,23 +65,34 @@ struct Substep {
     // A resting contact closes at h g: it must not bounce, m/s.
     double resting_speed() const { return 2 * h * context.input.gravity.norm(); }
     const Material& material(size_t particle) const { return context.input.materials[rest().body[particle]]; }
+    /// Calls body(i) for i in [0, n), in parts on all threads.
+    template <class Body>
+    void for_all(size_t n, const Body& body) const {
+        context.workers.for_range(n, kParticleGrain, [&](size_t first, size_t last) {
+            for (size_t i = first; i < last; ++i) body(i);
+        });
+    }
+    template <class Body>
+    void for_pieces(const Body& body) const {
+        sunder::for_pieces(work.live, kParticleGrain, context.workers, body);
+    }
 
     // substep_motion.cpp
     void load();
     void predict();
     void hold_pins(Pinned when);
     void fix_sleepers();
-    void update_velocities();
-    void take_up_inertia();
+    Status take_up_motion();
     void restore_momentum();
-    void store();
+    Status store();
 
     // substep_pairs.cpp
     void pair_up();
-    void leave_out_what_touches();
-    void begin_stage(size_t movable);
+    std::vector<uint8_t> pieces_left_out() const;
+    void begin_stage(const FieldsOfForce& fields, size_t movable);
     void take_up_smooth_momentum();
-    void go_on_to_the_middle();
+    void begin_middle();
+    void go_on_to_the_middle(size_t movable);
     void damp_vibrations();
 
     // substep_contacts.cpp
@@ -87,7 +112,8 @@ struct Substep {
     // step.cpp
     void correct(int iterations);
     void match_shapes(bool first_iteration);
-    Status check_finite(const char* stage) const;
+    bool is_sound(size_t movable) const;
+    Status check(const FirstOf& unsound, const char* stage) const;
 };
 
 }  // namespace sunder

@@ -20,9 +20,10 @@ void Substep::mark_held_pieces() {
 
 // Pieces as contacts see them, from the start of the substep; anew when edges broke.
 void Substep::take_up_pieces() {
-    for (size_t i = 0; i < n_movables(); ++i)
+    for_all(n_movables(), [&](size_t i) {
         work.piece[i] =
             static_cast<uint32_t>(i < n_particles() ? work.live.piece(i) : work.live.n_pieces() + (i - n_particles()));
+    });
     work.pieces.resize(work.live.n_pieces() + state.rigid_bodies.size());
     work.piece_change.resize(work.pieces.size()), work.piece_motion.resize(work.pieces.size());
     work.piece_angular.assign(work.live.n_pieces(), Vec3::Zero());

@@ -8,32 +8,28 @@ namespace sunder {
 
 // Positions and rotations since rest, into the workspace; inverse masses and inertia there.
 void Substep::load() {
-    const Scene& scene = context.scene;
-    for (size_t i = 0; i < n_particles(); ++i) {
+    for_all(n_movables(), [&](size_t i) {
         MovingParticle& p = work.moving[i];
-        p.x = state.position[i];
-        p.d = (state.orientation[i] * rest().rest_orientation[i].conjugate()).normalized();
-        p.D = p.d.toRotationMatrix();
-        const Mat3 M = to_matrix(work.shapes.particle_moment[i]);
-        work.inertia[i] = p.D * (M.trace() * Mat3::Identity() - M) * p.D.transpose();
-        work.inverse_mass[i] = 1.0 / rest().mass[i];
-        work.velocity[i] = state.velocity[i];
-        work.angular_velocity[i] = state.angular_velocity[i];
-    }
-    for (size_t r = 0; r < state.rigid_bodies.size(); ++r) {
-        const size_t i = n_particles() + r;
-        const RigidBodyState& body = state.rigid_bodies[r];
-        MovingParticle& p = work.moving[i];
-        p.x = body.position, p.d = body.orientation, p.D = p.d.toRotationMatrix();
-        work.inverse_mass[i] = 1.0 / scene.rigid_bodies[r].mass;
-        work.velocity[i] = body.velocity;
-        work.angular_velocity[i] = body.angular_velocity;
-    }
-    for (size_t i = 0; i < n_movables(); ++i) {
-        work.start_position[i] = work.moving[i].x;
-        work.start_rotation[i] = work.moving[i].d;
+        if (i < n_particles()) {
+            p.x = state.position[i];
+            p.d = (state.orientation[i] * rest().rest_orientation[i].conjugate()).normalized();
+            p.D = p.d.toRotationMatrix();
+            const Mat3 M = to_matrix(work.shapes.particle_moment[i]);
+            work.inertia[i] = p.D * (M.trace() * Mat3::Identity() - M) * p.D.transpose();
+            work.inverse_mass[i] = 1.0 / rest().mass[i];
+            work.velocity[i] = state.velocity[i];
+            work.angular_velocity[i] = state.angular_velocity[i];
+        } else {
+            const RigidBodyState& body = state.rigid_bodies[i - n_particles()];
+            p.x = body.position, p.d = body.orientation, p.D = p.d.toRotationMatrix();
+            work.inverse_mass[i] = 1.0 / context.scene.rigid_bodies[i - n_particles()].mass;
+            work.velocity[i] = body.velocity;
+            work.angular_velocity[i] = body.angular_velocity;
+        }
+        work.start_position[i] = p.x;
+        work.start_rotation[i] = p.d;
         work.push[i] = ContactPush();
-    }
+    });
 }
 
 FieldsOfForce::FieldsOfForce(const FrameInput& input) : acceleration(input.gravity) {
@@ -42,20 +38,19 @@ FieldsOfForce::FieldsOfForce(const FrameInput& input) : acceleration(input.gravi
 
 // Forces act on velocities; held particles take the speed of their pin.
 void Substep::predict() {
-    const FieldsOfForce fields(context.input);
-    for (Vec3& v : work.velocity) v = fields.after(h, v);
-
     std::fill(work.held.begin(), work.held.end(), uint8_t{0});
     hold_pins(Pinned::at_the_end);
     fix_sleepers();
     mark_held_pieces();
-    for (size_t i = 0; i < n_movables(); ++i) {
+    const FieldsOfForce fields(context.input);
+    for_all(n_movables(), [&](size_t i) {
+        if (work.held[i]) return;
         MovingParticle& p = work.moving[i];
-        if (work.held[i]) continue;
+        work.velocity[i] = fields.after(h, work.velocity[i]);
         p.x = p.x_inertial = work.start_position[i] + h * work.velocity[i];
         p.d = p.d_inertial = (rotation_of(h * work.angular_velocity[i]) * work.start_rotation[i]).normalized();
         p.D = p.d.toRotationMatrix();
-    }
+    });
 }
 
 void Substep::hold_pins(Pinned when) {
@@ -95,29 +90,27 @@ void Substep::fix_sleepers() {
     }
 }
 
-void Substep::update_velocities() {
-    for (size_t i = 0; i < n_movables(); ++i) {
+// Velocities and inertia where things came to.
+Status Substep::take_up_motion() {
+    FirstOf unsound;
+    for_all(n_movables(), [&](size_t i) {
         const MovingParticle& p = work.moving[i];
         work.velocity[i] = (p.x - work.base[i]) / work.span[i];
         if (!work.pieces[work.piece[i]].rigid)
             work.angular_velocity[i] = rotation_vector(p.d * work.base_rotation[i].conjugate()) / work.span[i];
-    }
-}
-
-void Substep::take_up_inertia() {
-    context.workers.for_range(n_particles(), kParticleGrain, [&](size_t first, size_t last) {
-        for (size_t i = first; i < last; ++i) {
-            const Mat3 M = to_matrix(work.shapes.particle_moment[i]);
-            work.inertia[i] = work.moving[i].D * (M.trace() * Mat3::Identity() - M) * work.moving[i].D.transpose();
-            state.position[i] = work.moving[i].x;
-        }
+        if (!is_sound(i)) unsound.add(i);
+        if (i >= n_particles()) return;
+        const Mat3 M = to_matrix(work.shapes.particle_moment[i]);
+        work.inertia[i] = p.D * (M.trace() * Mat3::Identity() - M) * p.D.transpose();
+        state.position[i] = p.x;
     });
+    return check(unsound, "shape matching and fracture");
 }
 
 // Each free piece gets the angular momentum that it had, plus what contacts gave it.
 void Substep::restore_momentum() {
-    for (size_t piece = 0; piece < work.live.n_pieces(); ++piece) {
-        if (work.piece_held[piece] || work.pieces[piece].rigid) continue;
+    for_pieces([&](size_t piece) {
+        if (work.piece_held[piece] || work.pieces[piece].rigid) return;
         const auto particles = work.live.piece_particles(piece);
         // Levers of the start, as the contacts were solved with: the large pushes on a pinched piece cancel there,
         // while a millimetre more or less of lever would spin it.
@@ -127,30 +120,35 @@ void Substep::restore_momentum() {
                       work.push[j].torque;
         set_angular_momentum(rest(), work.inertia, particles, work.piece_angular[piece] + gained / h, state.position,
                              work.velocity, work.angular_velocity);
-    }
+    });
 }
 
-void Substep::store() {
-    go_on_to_the_middle();
+Status Substep::store() {
+    FirstOf unsound;
+    if (stage == Stage::first) begin_middle();
     // What is smooth came to the end of its pair undamped.
     const double keep_once = std::exp(-context.settings.damping * h);
     const auto keep = [&](size_t i) {
         return stage == Stage::second && work.pair.smooth[i] ? keep_once * keep_once : keep_once;
     };
-    for (size_t i = 0; i < n_particles(); ++i) {
+    for_all(n_movables(), [&](size_t i) {
+        if (!is_sound(i)) unsound.add(i);
+        if (stage == Stage::first) go_on_to_the_middle(i);
         const MovingParticle& p = work.moving[i];
-        state.position[i] = p.x;
-        state.orientation[i] = (p.d * rest().rest_orientation[i]).normalized();
-        state.velocity[i] = keep(i) * work.velocity[i];
-        state.angular_velocity[i] = keep(i) * work.angular_velocity[i];
-        state.group_rotation[i] = work.goals[i].rotation;
-    }
-    for (size_t r = 0; r < state.rigid_bodies.size(); ++r) {
-        const size_t i = n_particles() + r;
-        state.rigid_bodies[r] = {work.moving[i].x, work.moving[i].d, keep(i) * work.velocity[i],
-                                 keep(i) * work.angular_velocity[i]};
-    }
+        const Vec3 velocity = keep(i) * work.velocity[i], spin = keep(i) * work.angular_velocity[i];
+        if (i < n_particles()) {
+            state.position[i] = p.x;
+            state.orientation[i] = (p.d * rest().rest_orientation[i]).normalized();
+            state.velocity[i] = velocity;
+            state.angular_velocity[i] = spin;
+            state.group_rotation[i] = work.goals[i].rotation;
+        } else {
+            state.rigid_bodies[i - n_particles()] = {p.x, p.d, velocity, spin};
+        }
+    });
+    if (Status ok = check(unsound, "contacts"); !ok) return ok;
     state.time += h;
+    return {};
 }
 
 }  // namespace sunder

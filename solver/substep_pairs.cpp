@@ -1,4 +1,6 @@
 // Second order for what touches nothing.
+#include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "solver/momentum.h"
@@ -57,53 +59,54 @@ SubstepPair SubstepPair::renumbered(std::span<const uint32_t> former, size_t n_p
 // over h in each substep, from wherever it is.
 void Substep::pair_up() {
     SubstepPair& pair = work.pair;
-    work.span.assign(n_movables(), h), work.gamma.assign(n_movables(), kUndamped);
-    for (size_t i = 0; i < n_particles(); ++i) work.gamma[i] = gamma_for(material(i).damping_time, h);
-    work.base = work.start_position, work.base_rotation = work.start_rotation;
-    if (stage == Stage::alone || context.settings.method == Method::gauss_seidel)
-        return pair.smooth.assign(n_movables(), 0);
-
-    if (stage == Stage::first) {
-        pair.smooth.assign(n_movables(), 1);
-        pair.begin_velocity.resize(n_movables()), pair.begin_spin.resize(n_movables());
-    }
-    leave_out_what_touches();
+    const size_t n = n_movables();
+    work.span.resize(n), work.gamma.resize(n), work.base.resize(n), work.base_rotation.resize(n);
+    const bool is_pair = stage != Stage::alone && context.settings.method != Method::gauss_seidel;
+    if (!is_pair || stage == Stage::first) pair.smooth.assign(n, is_pair);
+    if (stage == Stage::first) pair.begin_velocity.resize(n), pair.begin_spin.resize(n);
+    std::vector<double> gamma;  // by body
+    for (const Material& m : context.input.materials) gamma.push_back(gamma_for(m.damping_time, h));
+    const FieldsOfForce fields(context.input);
+    const std::vector<uint8_t> rough = is_pair ? pieces_left_out() : std::vector<uint8_t>();
+    for_all(n, [&](size_t i) {
+        work.gamma[i] = i < n_particles() ? gamma[rest().body[i]] : kUndamped;
+        work.span[i] = h, work.base[i] = work.start_position[i], work.base_rotation[i] = work.start_rotation[i];
+        if (is_pair && rough[work.piece[i]]) pair.smooth[i] = 0;
+        if (!pair.smooth[i]) return;
+        work.span[i] = 2 * h * work.gamma[i];
+        if (!work.held[i]) begin_stage(fields, i);
+    });
+    if (!is_pair) return;
     if (stage == Stage::first) hold_pins(Pinned::in_the_first_stage);
     for (size_t i = 0; i < n_movables(); ++i) {
-        if (!pair.smooth[i]) continue;
-        work.span[i] = 2 * h * work.gamma[i];
-        if (work.held[i]) {
-            const MovingParticle& p = work.moving[i];
-            work.base[i] = p.x - work.span[i] * work.velocity[i];
-            work.base_rotation[i] = rotation_of(-work.span[i] * work.angular_velocity[i]) * p.d;
-        } else {
-            begin_stage(i);
-        }
+        if (!pair.smooth[i] || !work.held[i]) continue;
+        const MovingParticle& p = work.moving[i];
+        work.base[i] = p.x - work.span[i] * work.velocity[i];
+        work.base_rotation[i] = rotation_of(-work.span[i] * work.angular_velocity[i]) * p.d;
     }
     take_up_smooth_momentum();
 }
 
-void Substep::leave_out_what_touches() {
+// That touch something, or whose waves are not resolved.
+std::vector<uint8_t> Substep::pieces_left_out() const {
     std::vector<uint8_t> rough(work.pieces.size(), 0);
     for (const ActiveContact& c : work.contacts) {
         rough[work.piece[c.contact.a]] = 1;
         if (has_movable_b(c.contact)) rough[work.piece[c.contact.b]] = 1;
     }
-    for (uint32_t piece = 0; piece < work.live.n_pieces(); ++piece) {
+    for_pieces([&](size_t piece) {
         const auto particles = work.live.piece_particles(piece);
         const double thick = std::cbrt(static_cast<double>(particles.size()));
         double stiffest = 0;
         for (uint32_t j : particles) stiffest = std::max(stiffest, work.live.count(j) * work.stiffness[j].k);
         if (particles.size() > 1 && h * std::sqrt(stiffest) > kFarthestWave * thick) rough[piece] = 1;
-    }
-    for (size_t i = 0; i < n_movables(); ++i)
-        if (rough[work.piece[i]]) work.pair.smooth[i] = 0;
+    });
+    return rough;
 }
 
 // Where a stage's implicit step of a free thing starts from, and its inertial path.
-void Substep::begin_stage(size_t i) {
+void Substep::begin_stage(const FieldsOfForce& fields, size_t i) {
     SubstepPair& pair = work.pair;
-    const FieldsOfForce fields(context.input);
     const double H = 2 * h, gamma = work.gamma[i], span = work.span[i];
     const bool turns = !work.pieces[work.piece[i]].rigid;
     if (stage == Stage::first) {
@@ -136,9 +139,9 @@ void Substep::begin_stage(size_t i) {
 void Substep::take_up_smooth_momentum() {
     const SubstepPair& pair = work.pair;
     const double drag = FieldsOfForce(context.input).drag;
-    for (uint32_t piece = 0; piece < work.live.n_pieces(); ++piece) {
+    for_pieces([&](size_t piece) {
         const auto particles = work.live.piece_particles(piece);
-        if (work.piece_held[piece] || particles.size() == 1 || !pair.smooth[particles.front()]) continue;
+        if (work.piece_held[piece] || particles.size() == 1 || !pair.smooth[particles.front()]) return;
         if (stage == Stage::first)
             work.piece_angular[piece] = piece_momentum(rest(), work.inertia, particles, work.start_position,
                                                        work.velocity, work.angular_velocity)
@@ -149,51 +152,53 @@ void Substep::take_up_smooth_momentum() {
                 (1 + (1 - gamma) / gamma * (left - 1)) *
                 piece_momentum(rest(), pair.inertia, particles, pair.position, pair.velocity, pair.spin).angular;
         }
-    }
+    });
 }
 
-// Of a first stage: keeps it for the second, and leaves what is smooth in the middle of the pair.
-void Substep::go_on_to_the_middle() {
-    if (stage != Stage::first) return;
+void Substep::begin_middle() {
     SubstepPair& pair = work.pair;
     pair.position.resize(n_movables()), pair.velocity.resize(n_movables()), pair.spin.resize(n_movables());
     pair.rotation.resize(n_movables()), pair.inertia.resize(n_particles());
     hold_pins(Pinned::in_the_middle);
-    for (size_t i = 0; i < n_movables(); ++i) {
-        if (!pair.smooth[i]) continue;
-        MovingParticle& p = work.moving[i];
-        pair.position[i] = p.x, pair.velocity[i] = work.velocity[i];
-        pair.rotation[i] = p.d, pair.spin[i] = work.angular_velocity[i];
-        if (i < n_particles()) pair.inertia[i] = work.inertia[i];
-        if (work.held[i]) continue;
-        const double gamma = work.gamma[i], onwards = (1 - 2 * gamma) * h, more = onwards / (2 * gamma * h);
-        p.x += onwards * work.velocity[i];
-        work.velocity[i] += more * (work.velocity[i] - pair.begin_velocity[i]);
-        if (work.pieces[work.piece[i]].rigid) continue;
-        p.d = (rotation_of(onwards * work.angular_velocity[i]) * p.d).normalized();
-        work.angular_velocity[i] += more * (work.angular_velocity[i] - pair.begin_spin[i]);
-    }
+}
+
+// Of a first stage: keeps it for the second, and leaves what is smooth in the middle of the pair.
+void Substep::go_on_to_the_middle(size_t i) {
+    SubstepPair& pair = work.pair;
+    if (!pair.smooth[i]) return;
+    MovingParticle& p = work.moving[i];
+    pair.position[i] = p.x, pair.velocity[i] = work.velocity[i];
+    pair.rotation[i] = p.d, pair.spin[i] = work.angular_velocity[i];
+    if (i < n_particles()) pair.inertia[i] = work.inertia[i];
+    if (work.held[i]) return;
+    const double gamma = work.gamma[i], onwards = (1 - 2 * gamma) * h, more = onwards / (2 * gamma * h);
+    p.x += onwards * work.velocity[i];
+    work.velocity[i] += more * (work.velocity[i] - pair.begin_velocity[i]);
+    if (work.pieces[work.piece[i]].rigid) return;
+    p.d = (rotation_of(onwards * work.angular_velocity[i]) * p.d).normalized();
+    work.angular_velocity[i] += more * (work.angular_velocity[i] - pair.begin_spin[i]);
 }
 
 // What a material's damping takes of its vibrations, as far as the step itself takes less: velocities of an implicit
 // step of that damping alone. Rigid motions of a piece, held or not, are none.
 void Substep::damp_vibrations() {
-    if (context.settings.method == Method::gauss_seidel) return;
+    const auto lacks = [&](const Material& m) { return m.damping_time > h; };
+    if (context.settings.method == Method::gauss_seidel || std::ranges::none_of(context.input.materials, lacks)) return;
     std::vector<double>& span = work.span;  // the velocities are known: it is free
-    bool any = false;
-    for (size_t i = 0; i < n_particles(); ++i) {
+    std::atomic<bool> any{false};
+    for_all(n_particles(), [&](size_t i) {
         const double wanted = material(i).damping_time;
         double product = std::max(0.0, wanted - std::max(h, kSparedByHits)) * h;  // missing time, times how long, s2
         if (work.pair.smooth[i]) product = stage == Stage::second && wanted > h ? 2 * h * wanted : 0;
         span[i] = std::sqrt(product);
-        any = any || (product > 0 && work.live.count(static_cast<uint32_t>(i)) > 1);
-    }
+        if (product > 0 && work.live.count(i) > 1) any = true;
+    });
     if (!any) return;
     // The rigid motion of a piece, large beside its vibrations, is taken out first.
     std::vector<Vec3> shift(n_particles(), Vec3::Zero()), turn = shift;
-    for (uint32_t piece = 0; piece < work.live.n_pieces(); ++piece) {
+    for_pieces([&](size_t piece) {
         const auto particles = work.live.piece_particles(piece);
-        if (particles.size() == 1) continue;
+        if (particles.size() == 1) return;
         const PieceMomentum p =
             piece_momentum(rest(), work.inertia, particles, state.position, work.velocity, work.angular_velocity);
         const Vec3 spin = rigid_spin(p, p.angular);
@@ -201,10 +206,10 @@ void Substep::damp_vibrations() {
             shift[j] = work.velocity[j] - p.velocity - spin.cross(state.position[j] - p.center);
             turn[j] = work.angular_velocity[j] - spin;
         }
-    }
+    });
     work.newton.damp({rest(), work.live, work.shapes, work.stiffness, work.inertia, work.held, span}, context.workers,
                      work.goals, work.moving, shift, turn);
-    for (size_t i = 0; i < n_particles(); ++i) work.velocity[i] += shift[i], work.angular_velocity[i] += turn[i];
+    for_all(n_particles(), [&](size_t i) { work.velocity[i] += shift[i], work.angular_velocity[i] += turn[i]; });
 }
 
 }  // namespace sunder

@@ -1,4 +1,4 @@
-// Which thread works on which unit of LaneLayout.
+// Which thread works on which unit of LaneLayout, or which piece.
 #pragma once
 
 #include <algorithm>
@@ -8,6 +8,8 @@
 #include "solver/parallel.h"
 
 namespace sunder {
+
+constexpr size_t kGroupGrain = 256, kParticleGrain = 256;  // fewest a thread is worth waking for
 
 /// Blocks [0, n) of one unit, by all threads or by one.
 class UnitBlocks {
@@ -45,6 +47,24 @@ void for_units(const LaneLayout& layout, size_t least_shared, const WorkerPool& 
     }
     workers.for_each_in_slots(apart.size(), [&](size_t i, size_t slot) {
         body(apart[i], slot, UnitBlocks(units[apart[i]].n_blocks(), nullptr));
+    });
+}
+
+/// Calls body(begin_piece, end_piece) on ranges that cover all pieces, of about as many particles each and `grain` at
+/// least.
+template <class Body>
+void for_piece_ranges(const LiveTopology& live, size_t grain, const WorkerPool& workers, const Body& body) {
+    workers.for_range(live.pieces().size(), grain, [&](size_t begin, size_t end) {
+        const size_t first = live.piece_from(begin), last = live.piece_from(end);
+        if (first < last) body(first, last);
+    });
+}
+
+/// Calls body(piece) for each.
+template <class Body>
+void for_pieces(const LiveTopology& live, size_t grain, const WorkerPool& workers, const Body& body) {
+    for_piece_ranges(live, grain, workers, [&](size_t first, size_t last) {
+        for (size_t piece = first; piece < last; ++piece) body(piece);
     });
 }
 
