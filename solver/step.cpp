@@ -146,7 +146,7 @@ Status substep(const StepContext& context, Stage stage, double h, double begin, 
     {
         Stopwatch watch(io_report.predict_s);
         s.load();
-        s.predict();
+        s.hold();
     }
     {
         Stopwatch watch(io_report.contact_s);

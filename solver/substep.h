@@ -65,6 +65,10 @@ struct Substep {
     // A resting contact closes at h g: it must not bounce, m/s.
     double resting_speed() const { return 2 * h * context.input.gravity.norm(); }
     const Material& material(size_t particle) const { return context.input.materials[rest().body[particle]]; }
+    uint32_t piece_of(size_t movable) const {
+        return static_cast<uint32_t>(movable < n_particles() ? work.live.piece(movable)
+                                                             : work.live.n_pieces() + (movable - n_particles()));
+    }
     /// Calls body(i) for i in [0, n), in parts on all threads.
     template <class Body>
     void for_all(size_t n, const Body& body) const {
@@ -79,15 +83,17 @@ struct Substep {
 
     // substep_motion.cpp
     void load();
-    void predict();
+    void hold();
     void hold_pins(Pinned when);
     void fix_sleepers();
+    void predict();
     Status take_up_motion();
     void restore_momentum();
     Status store();
 
     // substep_pairs.cpp
     void pair_up();
+    bool is_paired() const;
     std::vector<uint8_t> pieces_left_out() const;
     void begin_stage(const FieldsOfForce& fields, size_t movable);
     void take_up_smooth_momentum();

@@ -20,10 +20,7 @@ void Substep::mark_held_pieces() {
 
 // Pieces as contacts see them, from the start of the substep; anew when edges broke.
 void Substep::take_up_pieces() {
-    for_all(n_movables(), [&](size_t i) {
-        work.piece[i] =
-            static_cast<uint32_t>(i < n_particles() ? work.live.piece(i) : work.live.n_pieces() + (i - n_particles()));
-    });
+    for_all(n_movables(), [&](size_t i) { work.piece[i] = piece_of(i); });
     work.pieces.resize(work.live.n_pieces() + state.rigid_bodies.size());
     work.piece_change.resize(work.pieces.size()), work.piece_motion.resize(work.pieces.size());
     work.piece_angular.assign(work.live.n_pieces(), Vec3::Zero());
@@ -76,6 +73,7 @@ void Substep::find_contacts() {
         {h, begin, end}, context.contact_margin, search_end, context.workers, work.contacts);
     if (!complete) return;
     report.contacts = std::max(report.contacts, work.contacts.size());
+    predict();
     take_up_pieces();
     warm_start(bodies(), state.contacts, h, resting_speed(), work.contacts);
 }

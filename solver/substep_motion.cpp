@@ -6,8 +6,10 @@
 
 namespace sunder {
 
-// Positions and rotations since rest, into the workspace; inverse masses and inertia there.
+// Positions and rotations since rest, into the workspace; inverse masses and inertia there; velocities as forces take
+// them.
 void Substep::load() {
+    const FieldsOfForce fields(context.input);
     for_all(n_movables(), [&](size_t i) {
         MovingParticle& p = work.moving[i];
         if (i < n_particles()) {
@@ -17,13 +19,13 @@ void Substep::load() {
             const Mat3 M = to_matrix(work.shapes.particle_moment[i]);
             work.inertia[i] = p.D * (M.trace() * Mat3::Identity() - M) * p.D.transpose();
             work.inverse_mass[i] = 1.0 / rest().mass[i];
-            work.velocity[i] = state.velocity[i];
+            work.velocity[i] = fields.after(h, state.velocity[i]);
             work.angular_velocity[i] = state.angular_velocity[i];
         } else {
             const RigidBodyState& body = state.rigid_bodies[i - n_particles()];
             p.x = body.position, p.d = body.orientation, p.D = p.d.toRotationMatrix();
             work.inverse_mass[i] = 1.0 / context.scene.rigid_bodies[i - n_particles()].mass;
-            work.velocity[i] = body.velocity;
+            work.velocity[i] = fields.after(h, body.velocity);
             work.angular_velocity[i] = body.angular_velocity;
         }
         work.start_position[i] = p.x;
@@ -36,17 +38,24 @@ FieldsOfForce::FieldsOfForce(const FrameInput& input) : acceleration(input.gravi
     for (const Force& f : input.forces) acceleration += f.acceleration + f.drag * f.wind, drag += f.drag;
 }
 
-// Forces act on velocities; held particles take the speed of their pin.
-void Substep::predict() {
+// Held particles take the speed of their pin.
+void Substep::hold() {
     std::fill(work.held.begin(), work.held.end(), uint8_t{0});
     hold_pins(Pinned::at_the_end);
     fix_sleepers();
     mark_held_pieces();
-    const FieldsOfForce fields(context.input);
+}
+
+// Where inertia takes what is not held. What is bound and in a pair goes elsewhere (`begin_stage`).
+void Substep::predict() {
+    SubstepPair& pair = work.pair;
+    if (!is_paired() || stage == Stage::first) pair.smooth.assign(n_movables(), is_paired());
+    const std::vector<uint8_t> left_out = pieces_left_out();
     for_all(n_movables(), [&](size_t i) {
-        if (work.held[i]) return;
+        if (left_out[piece_of(i)]) pair.smooth[i] = 0;
+        const bool is_bound = i < n_particles() && work.live.count(i) > 1;
+        if (work.held[i] || (pair.smooth[i] && is_bound)) return;
         MovingParticle& p = work.moving[i];
-        work.velocity[i] = fields.after(h, work.velocity[i]);
         p.x = p.x_inertial = work.start_position[i] + h * work.velocity[i];
         p.d = p.d_inertial = (rotation_of(h * work.angular_velocity[i]) * work.start_rotation[i]).normalized();
         p.D = p.d.toRotationMatrix();

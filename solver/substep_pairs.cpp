@@ -61,22 +61,18 @@ void Substep::pair_up() {
     SubstepPair& pair = work.pair;
     const size_t n = n_movables();
     work.span.resize(n), work.gamma.resize(n), work.base.resize(n), work.base_rotation.resize(n);
-    const bool is_pair = stage != Stage::alone && context.settings.method != Method::gauss_seidel;
-    if (!is_pair || stage == Stage::first) pair.smooth.assign(n, is_pair);
     if (stage == Stage::first) pair.begin_velocity.resize(n), pair.begin_spin.resize(n);
     std::vector<double> gamma;  // by body
     for (const Material& m : context.input.materials) gamma.push_back(gamma_for(m.damping_time, h));
     const FieldsOfForce fields(context.input);
-    const std::vector<uint8_t> rough = is_pair ? pieces_left_out() : std::vector<uint8_t>();
     for_all(n, [&](size_t i) {
         work.gamma[i] = i < n_particles() ? gamma[rest().body[i]] : kUndamped;
         work.span[i] = h, work.base[i] = work.start_position[i], work.base_rotation[i] = work.start_rotation[i];
-        if (is_pair && rough[work.piece[i]]) pair.smooth[i] = 0;
         if (!pair.smooth[i]) return;
         work.span[i] = 2 * h * work.gamma[i];
         if (!work.held[i]) begin_stage(fields, i);
     });
-    if (!is_pair) return;
+    if (!is_paired()) return;
     if (stage == Stage::first) hold_pins(Pinned::in_the_first_stage);
     for (size_t i = 0; i < n_movables(); ++i) {
         if (!pair.smooth[i] || !work.held[i]) continue;
@@ -87,12 +83,15 @@ void Substep::pair_up() {
     take_up_smooth_momentum();
 }
 
-// That touch something, or whose waves are not resolved.
+bool Substep::is_paired() const { return stage != Stage::alone && context.settings.method != Method::gauss_seidel; }
+
+// Of pairs: those that touch something, and those whose waves are not resolved.
 std::vector<uint8_t> Substep::pieces_left_out() const {
-    std::vector<uint8_t> rough(work.pieces.size(), 0);
+    std::vector<uint8_t> rough(work.live.n_pieces() + state.rigid_bodies.size(), 0);
+    if (!is_paired()) return rough;
     for (const ActiveContact& c : work.contacts) {
-        rough[work.piece[c.contact.a]] = 1;
-        if (has_movable_b(c.contact)) rough[work.piece[c.contact.b]] = 1;
+        rough[piece_of(c.contact.a)] = 1;
+        if (has_movable_b(c.contact)) rough[piece_of(c.contact.b)] = 1;
     }
     for_pieces([&](size_t piece) {
         const auto particles = work.live.piece_particles(piece);
