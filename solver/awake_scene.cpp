@@ -124,19 +124,22 @@ void AwakeScene::cover(const StepContext& whole, double h, double end, FrameStat
                            (boxes[i].max.array() <= covered_[i].max.array()).all();
         if (fixed_[i] || known) continue;
         leave(io_state);
-        const std::vector<uint32_t> before = index_;
-        const SubstepPair pair = std::move(work_.pair);
+        const SubstepPair begun = pair();
         build(whole, io_state);
-        work_.pair = pair.renumbered(picked(before, movable_), particle_.size());
+        go_on(begun);
         return;
     }
 }
+
+SubstepPair AwakeScene::pair() const { return work_.pair.renumbered(index_, n_whole_particles_); }
+
+void AwakeScene::go_on(const SubstepPair& whole) { work_.pair = whole.renumbered(movable_, particle_.size()); }
 
 void AwakeScene::build(const StepContext& whole, const FrameState& state) {
     if (scene_.colliders.empty()) scene_.colliders = whole.scene.colliders;
     scene_.bodies = whole.scene.bodies;
     asleep_ = state.asleep;
-    const size_t n_movables = asleep_.size(), n = state.n_particles();
+    const size_t n_movables = asleep_.size(), n = n_whole_particles_ = state.n_particles();
     std::vector<uint8_t> here(n_movables);
     for (size_t i = 0; i < n_movables; ++i) here[i] = !asleep_[i];
     n_awake_ = static_cast<size_t>(std::count(here.begin(), here.end(), 1));

@@ -23,6 +23,11 @@ public:
     /// Writes what is awake back into the state of the whole scene.
     void leave(FrameState& io_state);
 
+    /// What the second substep of a pair needs of the first, of the whole scene; what was not here is not in it.
+    SubstepPair pair() const;
+    /// To be called after `enter` between two substeps of a pair.
+    void go_on(const SubstepPair& whole);
+
     bool empty() const { return n_awake_ == 0; }
     StepContext context(const StepContext& whole) const;
     FrameState& state() { return state_; }
@@ -43,7 +48,7 @@ private:
     std::vector<uint32_t> index_;                                   // movable of the whole scene -> here, or kNone
     std::vector<uint8_t> fixed_;                                    // (n_movables)
     std::vector<Aabb> covered_;                                     // where neighbours are known (n_movables), m
-    size_t n_awake_ = 0;
+    size_t n_awake_ = 0, n_whole_particles_ = 0;
 };
 
 }  // namespace sunder

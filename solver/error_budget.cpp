@@ -169,7 +169,9 @@ double oscillation(const StepContext& context, const Workspace& work, bool touch
     const double damping_time = context.input.materials[rest.body[particles.front()]].damping_time;
     double substeps = 1, error = kPhaseError;
     for (int pass = 0; pass < 3; ++pass) {  // the error of pairs depends on the substep
-        if (!touches) error = phase_error(damping_time, seconds / substeps);
+        const bool pairs = !touches && substeps > 1 && context.settings.method != Method::gauss_seidel &&
+                           resolves_waves(work, particles, seconds / substeps);
+        error = pairs ? phase_error(damping_time, seconds / substeps) : kPhaseError;
         substeps = seconds * std::sqrt(error * kHigherModes * omega_squared * seen / context.settings.error_budget);
         substeps = std::clamp(substeps, 1.0, double(kMostBudgetSubsteps));
     }

@@ -22,11 +22,11 @@ constexpr int kContactSubsteps = 8;      // at least where things touch: contact
 /// of two iterations, and is the frame where nothing more is needed.
 ///
 /// * Oscillation. With u the deformation that the trial makes, a piece at a time, its frequency is
-///   omega^2 = <u, K u> / <u, M u> (Rayleigh's quotient), and implicit Euler steps of length h get its phase wrong by
-///   (omega h)^2 / 3. It counts as far as elastic forces and contacts push particles off their inertial paths: a body
-///   that is driven steadily, at rest, or tumbling as a whole asks for nothing.
+///   omega^2 = <u, K u> / <u, M u> (Rayleigh's quotient). Steps of length h get its phase wrong by (omega h)^2 / 3 in
+///   implicit Euler steps, by `phase_error` in pairs. It counts as far as elastic forces and contacts push particles
+///   off their inertial paths: a body that is driven steadily, at rest, or tumbling as a whole asks for nothing.
 /// * Breaking. A group that nears its toughness is late by up to a substep: the strain of one is to stay below the
-///   budget's share of the toughness.
+///   budget's share of half the toughness.
 ///
 /// A trial of a whole frame says little of what lies on something: pieces that a first short substep leaves calm are
 /// left out, and take the substeps that contacts need.

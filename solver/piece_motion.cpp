@@ -14,9 +14,6 @@ namespace {
 // What a particle gives, over what it would between neighbours that are held: 1.5 inside a lattice, about 3 at a face,
 // more at edges and corners.
 constexpr double kGive = 3;
-// (c h / d)^2 over 1 + sum_g b_g, with c = sqrt(E/rho) and d the spacing of the particles: a lattice has 7 groups of
-// b = (c h / d)^2 / 2 at a particle.
-constexpr double kWavePerWeight = 0.29;
 // Contacts are solved along straight paths. What they would turn further than this in a substep is pinched and gets
 // away before it does: it turns so far and no further, and the rest of the couple is lost, rad.
 constexpr double kMostTurn = std::numbers::pi / 2;

@@ -268,7 +268,12 @@ Status Solver::Impl::advance(const StepContext& whole, Stage stage, double h, do
         if (!ok || awake.work().woken.empty()) return ok;
         awake.leave(io_state);
         wake(scene, awake.woken(), io_state);
+        SubstepPair begun = awake.pair();
         enter(whole, io_state);
+        if (anything_sleeps(io_state))
+            awake.go_on(begun);
+        else
+            work.pair = std::move(begun);
     }
     return substep(whole, stage, h, begin, end, measure, work, io_state, io_report);
 }

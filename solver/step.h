@@ -23,6 +23,11 @@ enum class Stage { alone, first, second };
 /// (w h)^2, -.
 double phase_error(double damping_time, double h);
 
+struct Workspace;
+
+/// Whether substeps of h seconds are short enough for a piece that touches nothing to be in pairs.
+bool resolves_waves(const Workspace& work, std::span<const uint32_t> particles, double h);
+
 /// What the second substep of a pair needs of the first, of those that are `smooth`: that touched nothing (n_movables).
 struct SubstepPair {
     std::vector<uint8_t> smooth;
@@ -36,7 +41,8 @@ struct SubstepPair {
 };
 
 /// Scratch of the solver: derived from rest data and the state alone, so it may be rebuilt at any time without
-/// changing a bit of the result. Arrays of "movables" hold the particles, then the rigid bodies.
+/// changing a bit of the result, but for `pair`, which goes on from the first to the second substep of a pair. Arrays
+/// of "movables" hold the particles, then the rigid bodies.
 struct Workspace {
     LiveTopology live;
     GroupShapes shapes;

@@ -144,7 +144,8 @@ Status Substep::store() {
         if (!is_sound(i)) unsound.add(i);
         if (stage == Stage::first) go_on_to_the_middle(i);
         const MovingParticle& p = work.moving[i];
-        const Vec3 velocity = keep(i) * work.velocity[i], spin = keep(i) * work.angular_velocity[i];
+        const double keep_spin = work.pieces[work.piece[i]].rigid ? keep_once : keep(i);  // turns a substep at a time
+        const Vec3 velocity = keep(i) * work.velocity[i], spin = keep_spin * work.angular_velocity[i];
         if (i < n_particles()) {
             state.position[i] = p.x;
             state.orientation[i] = (p.d * rest().rest_orientation[i]).normalized();
