@@ -230,7 +230,8 @@ std::vector<ParameterDescription> parameters() {
              .min = 1,
              .max = 1000,
              .default_value = nullptr,
-             .sentence = "Steps per frame: more for stiff materials and fast impacts; null: the preset's",
+             .sentence = "Steps per frame: more for stiff materials and fast impacts, even numbers are more accurate; "
+                         "null: the preset's",
              .nullable = true},
             {.name = "iterations",
              .label = "Iterations",

@@ -25,7 +25,7 @@ struct alignas(64) SweepGroups {
     Real isotropy[6][8], N[6][8];                        // Q; (I - Q) A^+, 1/(kg m2)
     Real stiffness_moment[6][8], volume_gradient[6][8];  // kg m2; 1/(kg m2)
     Real volume_rest[8], spread[8];                      // -; trace / 3, kg m2
-    Real b[8], bound[8], volume_ratio[8];                // h^2 k, with what bounds the pull; lambda / (2 mu)
+    Real b[8], bound[8], volume_ratio[8];                // span^2 k, with what bounds the pull; lambda / (2 mu)
     Real rotation[4][8];                                 // R as x, y, z, w: warm start, then the result
 };
 

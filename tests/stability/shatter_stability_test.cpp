@@ -82,7 +82,7 @@ TEST_P(Shatter, pieces_leave_with_no_more_energy_than_there_was) {
         "%s: %zu pieces, energy %.0f J, above it %.2f J, most in a pair of substeps %.2f J, fastest spin %.0f rad/s\n",
         hit.name, test::count_pieces(solver->scene().rest, state), start, highest, rise, spin);
     EXPECT_GE(test::count_pieces(solver->scene().rest, state), 10u) << "else this tells nothing";
-    // No motor in the scene. What the implicit step loses hides nothing: a single substep may not gain either. A
+    // No motor in the scene. What implicit steps lose hides nothing: a single pair of substeps may not gain either. A
     // contact's work is taken along the straight path of the substep; a hundredth of the whole covers its error.
     EXPECT_LE(highest, 1e-3 * start);
     EXPECT_LE(rise, 0.01 * start);
