@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <optional>
 
 #include "fracture_tools/disjoint_sets.h"
 #include "fracture_tools/fragment_faces.h"
 #include "fracture_tools/particle_transforms.h"
+#include "fracture_tools/side_by_side.h"
 #include "fracture_tools/skin_motion.h"
 #include "fracture_tools/skinning.h"
 #include "fracture_tools/split_topology.h"
@@ -320,6 +322,26 @@ Result<VisualMesh> VisualMeshBuilder::build(const BodyFrame& frame, const RangeR
     const bool is_rebound = self.follow_breaks(frame.edge_intact, run);
     self.follow_particles(frame, is_rebound, run);
     return self.mesh;
+}
+
+size_t VisualMeshBuilder::size() const { return impl_->topology ? impl_->topology->n_fans() : 0; }
+
+Status build_meshes(std::span<const MovingBody> bodies, const RangeRunner& run) {
+    std::vector<size_t> order(bodies.size());  // the largest first: threads end together
+    std::iota(order.begin(), order.end(), size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](size_t a, size_t b) { return bodies[a].builder->size() > bodies[b].builder->size(); });
+    std::vector<Status> status(bodies.size());
+    run_side_by_side(bodies.size(), run, [&](size_t i, const RangeRunner& of_body) {
+        const MovingBody& body = bodies[order[i]];
+        if (Result<VisualMesh> mesh = body.builder->build(body.frame, of_body))
+            *body.mesh = mesh.take();
+        else
+            status[order[i]] = mesh.error();
+    });
+    for (const Status& s : status)
+        if (!s) return s;
+    return {};
 }
 
 }  // namespace sunder

@@ -87,18 +87,54 @@ TEST_P(Incremental, frames_after_others_have_the_bits_of_frames_alone) {
     }
 }
 
+// As threads that come and go: three of them, each for a third.
+const RangeRunner kTorn = [](size_t n, size_t, const std::function<void(size_t, size_t)>& body) {
+    std::vector<std::jthread> threads;
+    for (size_t begin = 0; begin < n; begin += n / 3 + 1)
+        threads.emplace_back([&, begin] { body(begin, std::min(n, begin + n / 3 + 1)); });
+};
+
 TEST_P(Incremental, any_split_of_the_work_over_threads_gives_the_same_bits) {
-    const RangeRunner torn = [](size_t n, size_t, const std::function<void(size_t, size_t)>& body) {
-        std::vector<std::jthread> threads;
-        for (size_t begin = 0; begin < n; begin += n / 3 + 1)
-            threads.emplace_back([&, begin] { body(begin, std::min(n, begin + n / 3 + 1)); });
-    };
     Body body = with_artist_normals(small_box());
     VisualMeshBuilder one = builder_of(body, GetParam()), many = builder_of(body, GetParam());
     std::mt19937 random(6);
     for (int frame = 0; frame < 8; ++frame) {
         next_frame(body, frame, random);
-        expect_same(*one.build(frame_of(body)), *many.build(frame_of(body), torn), "frame " + std::to_string(frame));
+        expect_same(*one.build(frame_of(body)), *many.build(frame_of(body), kTorn), "frame " + std::to_string(frame));
+    }
+}
+
+// Of different sizes, more of them than threads; one is at fault now and then.
+TEST_P(Incremental, bodies_made_together_have_the_bits_of_bodies_made_alone) {
+    const auto box = testing::make_tet_box({4, 4, 4}, 0.25, 0.2);
+    std::vector<Body> bodies = {testing::make_body(box, testing::kmeans_labels(box, 8, 1)),
+                                with_artist_normals(small_box()), small_box(),
+                                testing::make_body(box, testing::kmeans_labels(box, 20, 2))};
+    std::vector<std::unique_ptr<VisualMeshBuilder>> builders;
+    std::vector<VisualMesh> meshes(bodies.size());
+    for (const Body& b : bodies)
+        builders.push_back(std::make_unique<VisualMeshBuilder>(b.fragments, b.rest, Pose{}, GetParam()));
+    std::mt19937 random(8);
+    for (int frame = 0; frame < 12; ++frame) {
+        for (Body& b : bodies) next_frame(b, frame, random);
+        const bool is_faulty = frame % 5 == 3;
+        const std::vector<VisualMesh> before = meshes;
+        std::vector<MovingBody> moving;
+        for (size_t b = 0; b < bodies.size(); ++b)
+            moving.push_back({builders[b].get(), frame_of(bodies[b]), &meshes[b]});
+        if (is_faulty) moving[3].frame.edge_intact = {}, moving[1].frame.position = {};
+        const Status status = build_meshes(moving, kTorn);
+        EXPECT_EQ(bool(status), !is_faulty);
+        if (is_faulty) {
+            EXPECT_NE(status.error().what.find("0 positions"), std::string::npos) << "body 1 is the first";
+        }
+        for (const size_t b : {0, 1, 2, 3}) {
+            const std::string where = "frame " + std::to_string(frame) + " body " + std::to_string(b);
+            if (is_faulty && b % 2 == 1)
+                expect_same(meshes[b], before[b], where);
+            else
+                expect_same(meshes[b], *builder_of(bodies[b], GetParam()).build(frame_of(bodies[b])), where);
+        }
     }
 }
 

@@ -41,20 +41,21 @@ Skins::Skins(const BenchScene& scene) {
 
 void Skins::build(const BenchScene& scene, const FrameState& state, const WorkerPool& workers) {
     const RangeRunner run = [&](size_t n, size_t grain, const auto& body) { workers.for_range(n, grain, body); };
-    vertices_ = triangles_ = 0;
+    std::vector<MovingBody> bodies;
     last_.resize(builders_.size());
     for (size_t b = 0; b < builders_.size(); ++b) {
         const Body& body = scene.scene.bodies[b];
         const size_t n = body.particle_end - body.particle_begin;
-        auto mesh = builders_[b]->build({{state.position.data() + body.particle_begin, n},
-                                         {state.orientation.data() + body.particle_begin, n},
-                                         {state.plastic_deformation.data() + body.particle_begin, n},
-                                         {state.edge_intact.data() + body.edge_begin, body.edge_end - body.edge_begin}},
-                                        run);
-        if (!mesh) throw std::runtime_error(mesh.error().text());
-        vertices_ += mesh->positions.size(), triangles_ += mesh->triangles.size();
-        last_[b] = mesh.take();
+        bodies.push_back({builders_[b].get(),
+                          {{state.position.data() + body.particle_begin, n},
+                           {state.orientation.data() + body.particle_begin, n},
+                           {state.plastic_deformation.data() + body.particle_begin, n},
+                           {state.edge_intact.data() + body.edge_begin, body.edge_end - body.edge_begin}},
+                          &last_[b]});
     }
+    if (const Status s = build_meshes(bodies, run); !s) throw std::runtime_error(s.error().text());
+    vertices_ = triangles_ = 0;
+    for (const VisualMesh& m : last_) vertices_ += m.positions.size(), triangles_ += m.triangles.size();
 }
 
 uint64_t Skins::hash() const {

@@ -1,0 +1,18 @@
+// Several tasks at once, each of which asks for threads by itself.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+#include "fracture_tools/range_runner.h"
+
+namespace sunder {
+
+/// Calls task(i, run) for i in [0, n), each once: one task a thread as long as there are tasks, begun in their order;
+/// then threads without one join the loops of those that are still at work. A task's loops (the `run` that it is given;
+/// no loop within another) are split no more than `run` would split them. Fewer joins than if all threads worked on one
+/// task after the other, and what a task writes and reads again stays with one processor.
+void run_side_by_side(size_t n, const RangeRunner& run,
+                      const std::function<void(size_t i, const RangeRunner& run)>& task);
+
+}  // namespace sunder
