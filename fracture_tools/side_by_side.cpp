@@ -43,7 +43,7 @@ public:
             if (part >= parts) return false;
         } while (!next_.compare_exchange_weak(next, next + 1, std::memory_order_acq_rel, std::memory_order_acquire));
         (*body_)(n_ * part / parts, n_ * (part + 1) / parts);
-        if (left_.fetch_sub(1, std::memory_order_acq_rel) == 1) left_.notify_one();
+        if (left_.fetch_sub(1) == 1) left_.notify_one();  // in sequence with a look at who sleeps
         return true;
     }
 
@@ -70,7 +70,7 @@ void run_side_by_side(size_t n, const RangeRunner& run,
     std::atomic<uint32_t> news{0};  // grows when a loop opens and when the last task ends
 
     const auto tell = [&] {
-        news.fetch_add(1, std::memory_order_acq_rel);
+        news.fetch_add(1);
         news.notify_all();
     };
     run(kMostThreads, 1, [&](size_t, size_t) {  // once for each thread
@@ -92,7 +92,7 @@ void run_side_by_side(size_t n, const RangeRunner& run,
         for (size_t i; (i = turn.fetch_add(1, std::memory_order_relaxed)) < n;) {
             if (!loop) loop = &loops[n_loops.fetch_add(1, std::memory_order_relaxed)];
             task(i, own);
-            if (left.fetch_sub(1, std::memory_order_acq_rel) == 1) tell();
+            if (left.fetch_sub(1) == 1) tell();
         }
         for (;;) {
             const uint32_t seen = news.load(std::memory_order_acquire);
