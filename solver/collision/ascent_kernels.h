@@ -9,7 +9,7 @@ namespace sunder {
 struct alignas(64) FourEllipsoidPairs {
     double d[3][4];               // center_a - center_b, m
     double M_a[6][4], M_b[6][4];  // R diag(r^2) R^T as Sym3 (xx, yy, zz, xy, xz, yz), m2
-    double candidates[6][3][4];   // further directions to start from where solids overlap deeply
+    double candidates[6][3][4];   // further directions to start from where f may have several maxima
     double n[3][4];               // result: from b to a, unit
     double s_a[3][4], s_b[3][4];  // result: support points along n, from the centres, m
     double f[4];                  // result: the gap, m

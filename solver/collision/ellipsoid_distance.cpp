@@ -68,6 +68,20 @@ const AscentKernels& kernels() {
 
 constexpr size_t kBatch = 64;  // pairs
 
+// The least radius of curvature of the surface, m.
+double least_curvature_radius(const Ellipsoid& e) {
+    const double least = e.radii.minCoeff();
+    return least * least / e.radii.maxCoeff();
+}
+
+// Whether the maximum that a climb found may be a lower one. Along a great circle f'' = -f - rho, rho being the radius
+// of curvature there of both surfaces together, no less than the sum of their least: from a maximum of f >= -rho on, f
+// falls all the way to the other side, so that there is no other. Shallow overlaps are not asked (kShallow).
+bool may_have_higher(const OrderedPair& p, const FourEllipsoidPairs& climbed, size_t lane) {
+    return climbed.depth[lane] >= kShallow &&
+           -climbed.f[lane] > least_curvature_radius(*p.a) + least_curvature_radius(*p.b);
+}
+
 void distances_of_batch(const AscentKernels& kernels, std::span<const OrderedPair> pairs, Separation* out) {
     FourEllipsoidPairs blocks[kBatch / 4], deep_blocks[kBatch / 4];
     const size_t n_blocks = (pairs.size() + 3) / 4;
@@ -78,7 +92,7 @@ void distances_of_batch(const AscentKernels& kernels, std::span<const OrderedPai
     for (size_t k = 0; k < pairs.size(); ++k) {
         const FourEllipsoidPairs& block = blocks[k / 4];
         out[k] = separation(pairs[k], block, k % 4);
-        if (block.depth[k % 4] >= kShallow) deep[n_deep++] = k;
+        if (may_have_higher(pairs[k], block, k % 4)) deep[n_deep++] = k;
     }
     if (n_deep == 0) return;
     const size_t n_deep_blocks = (n_deep + 3) / 4;

@@ -45,7 +45,7 @@ TEST_P(EllipsoidPairs, the_best_direction_of_a_brute_force_search_is_found) {
     RecordProperty("missed", missed);
     EXPECT_EQ(missed, 0) << "worst " << worst;
 }
-INSTANTIATE_TEST_SUITE_P(Aspects, EllipsoidPairs, testing::Values(1.0, 3.0, 10.0));
+INSTANTIATE_TEST_SUITE_P(Aspects, EllipsoidPairs, testing::Values(1.0, 1.5, 3.0, 10.0));
 
 TEST(ellipsoid_distance, thin_needles_and_discs_keep_a_safe_and_useful_gap) {
     auto rng = generator(12);
