@@ -15,18 +15,13 @@ constexpr int64_t kCellLimit = (1 << 19) - 1;  // cells a side of the origin; fa
 constexpr double kFarthest = 1e150;            // m; beyond it differences and products may overflow
 constexpr uint64_t kSweepTests = 2000;         // a box; beyond it the grid is cheaper than a sweep
 
-bool usable(const Aabb& box) {
-    return (box.min.array() <= box.max.array()).all() && (box.min.array() > -kFarthest).all() &&
-           (box.max.array() < kFarthest).all();
-}
-
 double largest_extent(const Aabb& box) { return (box.max - box.min).maxCoeff(); }
 
 /// Median of the usable boxes' largest extents; the lower one of two. 0 when there is none.
 double median_extent(std::span<const Aabb> boxes, std::vector<double>& scratch) {
     scratch.clear();
     for (const Aabb& box : boxes)
-        if (usable(box)) scratch.push_back(largest_extent(box));
+        if (is_usable(box)) scratch.push_back(largest_extent(box));
     if (scratch.empty()) return 0;
     const auto middle = scratch.begin() + (scratch.size() - 1) / 2;
     std::nth_element(scratch.begin(), middle, scratch.end());
@@ -71,6 +66,11 @@ void sort_into_buckets(OverlapScratch& s) {
 }
 
 }  // namespace
+
+bool is_usable(const Aabb& box) {
+    return (box.min.array() <= box.max.array()).all() && (box.min.array() > -kFarthest).all() &&
+           (box.max.array() < kFarthest).all();
+}
 
 bool LiveRings::joined(uint32_t i, uint32_t j) const {
     if (i >= begin.size()) return false;
@@ -163,7 +163,7 @@ void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, const 
                    std::vector<Pair>& out) {
     out.clear();
     s.usable.resize(boxes.size());
-    for (size_t i = 0; i < boxes.size(); ++i) s.usable[i] = usable(boxes[i]);
+    for (size_t i = 0; i < boxes.size(); ++i) s.usable[i] = is_usable(boxes[i]);
     const bool is_crowded = s.sweep.sort(boxes, s.usable, workers) > kSweepTests * boxes.size();
     if (is_crowded)
         find_in_grid(boxes, s, out);
@@ -181,7 +181,7 @@ void find_in_grid(std::span<const Aabb> boxes, OverlapScratch& s, std::vector<Pa
     // Points have no extent; their cells then follow from how far they lie apart.
     Aabb bounds;
     for (const Aabb& box : boxes)
-        if (usable(box)) {
+        if (is_usable(box)) {
             bounds.extend(box.min);
             bounds.extend(box.max);
         }
@@ -190,7 +190,7 @@ void find_in_grid(std::span<const Aabb> boxes, OverlapScratch& s, std::vector<Pa
     if (!(cell > 0)) {  // everything is one and the same point
         for (uint32_t i = 0; i < boxes.size(); ++i)
             for (uint32_t j = i + 1; j < boxes.size(); ++j)
-                if (usable(boxes[i]) && usable(boxes[j])) out.push_back({i, j});
+                if (is_usable(boxes[i]) && is_usable(boxes[j])) out.push_back({i, j});
         return;
     }
     // Counted from the middle box, so that a single runaway cannot spoil the resolution of the rest.
@@ -198,7 +198,7 @@ void find_in_grid(std::span<const Aabb> boxes, OverlapScratch& s, std::vector<Pa
     for (int axis = 0; axis < 3; ++axis) {
         s.extents.clear();
         for (const Aabb& box : boxes)
-            if (usable(box)) s.extents.push_back(box.min[axis]);
+            if (is_usable(box)) s.extents.push_back(box.min[axis]);
         const auto middle = s.extents.begin() + s.extents.size() / 2;
         std::nth_element(s.extents.begin(), middle, s.extents.end());
         origin[axis] = *middle;
@@ -212,7 +212,7 @@ void find_in_grid(std::span<const Aabb> boxes, OverlapScratch& s, std::vector<Pa
     bool inhabited[kLevels] = {};
     for (size_t i = 0; i < boxes.size(); ++i) {
         s.level[i] = kLevels;
-        if (!usable(boxes[i])) continue;
+        if (!is_usable(boxes[i])) continue;
         const double extent = largest_extent(boxes[i]);
         int l = 0;
         for (double fits = cell; l < kLevels - 1 && extent > fits; ++l) fits *= kLevelRatio;

@@ -89,4 +89,12 @@ inline bool overlap(const Aabb& a, const Aabb& b) {
     return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
 }
 
+/// Finite and not empty.
+bool is_usable(const Aabb& box);
+
+/// False where either is not a number.
+inline bool holds(const Aabb& outer, const Aabb& inner) {
+    return (outer.min.array() <= inner.min.array()).all() && (inner.max.array() <= outer.max.array()).all();
+}
+
 }  // namespace sunder

@@ -1,6 +1,7 @@
 #include "solver/collision/detection.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 
 #include "solver/collision/detection_parts.h"
@@ -61,6 +62,22 @@ std::span<Pair> candidates(const DetectionInput& in, const WorkerPool& workers, 
     s.pairs.assign(within.begin(), within.end());
     s.pairs.insert(s.pairs.end(), between.begin(), between.end());
     return s.pairs;
+}
+
+// The median of a sample, component by component: a few that fly off do not move it.
+Vec3 common_velocity(std::span<const Vec3> velocity) {
+    constexpr size_t kSample = 128;
+    const size_t stride = velocity.size() / kSample + 1;
+    Vec3 common = Vec3::Zero();
+    std::array<double, kSample> sample;
+    for (int axis = 0; axis < 3; ++axis) {
+        size_t n = 0;
+        for (size_t i = 0; i < velocity.size(); i += stride) sample[n++] = velocity[i][axis];
+        const auto middle = sample.begin() + n / 2;
+        std::nth_element(sample.begin(), middle, sample.begin() + n);
+        if (n > 0) common[axis] = *middle;
+    }
+    return common;
 }
 
 // Calls find(begin, end, out) on chunks of [0, n), from several threads; appends what they found in their order.
@@ -131,10 +148,10 @@ void find_contacts(const DetectionInput& input, ContactScratch& scratch, std::ve
         workers.for_range(n, 512,
                           [&](size_t begin, size_t end) { sweep_boxes_from(frame, in, begin, end, scratch.boxes); });
     };
-    // Two things meet or miss whoever looks: in the frame of their mean velocity, what falls together hardly moves.
-    Vec3 mean = Vec3::Zero();
-    for (const Vec3& v : in.velocity) mean += v / static_cast<double>(n);
-    sweep(mean);
+    // Two things meet or miss whoever looks: in the frame that goes with most of them, what falls together hardly
+    // moves.
+    const Vec3 common = common_velocity(in.velocity);
+    sweep(common);
     const std::span<Pair> pairs = candidates(in, workers, scratch);
     scratch.found.clear();
     const auto find_among = [&](std::span<const Pair> some) {

@@ -7,6 +7,7 @@
 
 #include "solver/collision/broad_phase.h"
 #include "solver/collision/contact.h"
+#include "solver/collision/pairs_between_pieces.h"
 #include "solver/collision/piece_pairs.h"
 #include "solver/collision/shape_distance.h"
 
@@ -63,9 +64,9 @@ struct ContactScratch {
     /// Call when a state was set from outside.
     void reset() { between.reset(), within.reset(); }
     /// Call when particles were numbered anew (PiecePairs::renumber).
-    void renumber(std::span<const uint32_t> former) { between.reset(), within.renumber(former); }
+    void renumber(std::span<const uint32_t> former) { between.renumber(former), within.renumber(former); }
     /// Call when edges broke.
-    void edges_broke() { between.reset(), within.edges_broke(); }
+    void edges_broke() { between.edges_broke(), within.edges_broke(); }
 };
 
 /// All contacts, ascending by (a, b), points of one pair in the order of their features.

@@ -18,11 +18,8 @@ float outwards(double x, float direction) {
 
 constexpr size_t kTogether = 8;  // boxes that are tested side by side
 
-struct Limits {
-    float y_min, y_max, z_min, z_max;
-};
-
 // A bit for each of eight boxes that is not beside the limits.
+template <class Limits>
 uint32_t hits_of(const Limits& own, const float* y_min, const float* y_max, const float* z_min, const float* z_max) {
     using Four = float __attribute__((vector_size(16)));
     using Answers = int __attribute__((vector_size(16)));
@@ -114,23 +111,37 @@ uint64_t OverlapSweep::sort(std::span<const Aabb> boxes, std::span<const uint8_t
     return n_tests;
 }
 
-void OverlapSweep::find(size_t begin, size_t end, std::vector<std::pair<uint32_t, uint32_t>>& out) const {
+// Calls hit(k) for rows [begin, end) that are not beside the limits.
+template <class Hit>
+void OverlapSweep::test_rows(const Limits& own, size_t begin, size_t end, const Hit& hit) const {
     const float *const y_min = across_[0].data(), *const y_max = across_[1].data(), *const z_min = across_[2].data(),
                        *const z_max = across_[3].data();
+    for (size_t j = begin; j < end; j += kTogether) {
+        uint32_t hits = hits_of(own, y_min + j, y_max + j, z_min + j, z_max + j);
+        if (end - j < kTogether) hits &= (1u << (end - j)) - 1;
+        for (; hits != 0; hits &= hits - 1) hit(j + static_cast<size_t>(std::countr_zero(hits)));
+    }
+}
+
+void OverlapSweep::find(size_t begin, size_t end, std::vector<std::pair<uint32_t, uint32_t>>& out) const {
     const Start* const start = start_.data();
     const Aabb* const box = box_.data();
-    for (size_t k = begin; k < end; ++k) {
-        const Limits own = {y_min[k], y_max[k], z_min[k], z_max[k]};
-        const size_t beyond = end_[k];
-        for (size_t j = k + 1; j < beyond; j += kTogether) {
-            uint32_t hits = hits_of(own, y_min + j, y_max + j, z_min + j, z_max + j);
-            if (beyond - j < kTogether) hits &= (1u << (beyond - j)) - 1;
-            for (; hits != 0; hits &= hits - 1) {
-                const size_t m = j + static_cast<size_t>(std::countr_zero(hits));
-                if (overlap(box[k], box[m])) out.push_back({start[k].box, start[m].box});
-            }
-        }
-    }
+    for (size_t k = begin; k < end; ++k)
+        test_rows({across_[0][k], across_[1][k], across_[2][k], across_[3][k]}, k + 1, end_[k], [&](size_t m) {
+            if (overlap(box[k], box[m])) out.push_back({start[k].box, start[m].box});
+        });
+}
+
+void OverlapSweep::find_with(const Aabb& own, std::vector<uint32_t>& out) const {
+    out.clear();
+    const int y = (axis_ + 1) % 3, z = (axis_ + 2) % 3;
+    const Limits limits = {outwards(own.min[y], -1), outwards(own.max[y], 1), outwards(own.min[z], -1),
+                           outwards(own.max[z], 1)};
+    const auto beyond = std::upper_bound(start_.begin(), start_.end(), own.max[axis_],
+                                         [](double end, const Start& s) { return end < s.at; });
+    test_rows(limits, 0, static_cast<size_t>(beyond - start_.begin()), [&](size_t m) {
+        if (overlap(own, box_[m])) out.push_back(start_[m].box);
+    });
 }
 
 }  // namespace sunder

@@ -24,7 +24,16 @@ public:
     /// that depends on the boxes alone: of each pair the box that begins first is in rows [begin, end).
     void find(size_t begin, size_t end, std::vector<std::pair<uint32_t, uint32_t>>& out) const;
 
+    /// Writes which of the boxes that were sorted `own` overlaps, in an order that depends on the boxes alone.
+    void find_with(const Aabb& own, std::vector<uint32_t>& out) const;
+
 private:
+    struct Limits {
+        float y_min, y_max, z_min, z_max;
+    };
+    template <class Hit>
+    void test_rows(const Limits& own, size_t begin, size_t end, const Hit& hit) const;
+
     struct Start {
         double at;
         uint32_t box;

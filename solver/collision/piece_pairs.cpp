@@ -9,9 +9,8 @@ namespace sunder {
 namespace {
 
 constexpr uint32_t kNone = 0xffffffffu;
-constexpr double kSkin = 0.15;          // of a mean box: how much boxes are grown on every side
-constexpr uint32_t kManyPartners = 16;  // a piece that meets more is not asked for each which of it meets it
-constexpr double kMostTurn = 0.5;       // rad a step; faster pieces are followed without their turning
+constexpr double kSkin = 0.15;     // of a mean box: how much boxes are grown on every side
+constexpr double kMostTurn = 0.5;  // rad a step; faster pieces are followed without their turning
 
 struct RigidMotion {
     Vec3 center = Vec3::Zero(), velocity = Vec3::Zero(), spin = Vec3::Zero();
@@ -46,10 +45,6 @@ Aabb box_in_piece(const ParticleMotion& in, const RigidMotion& m, const Quat& tu
     const double radius = in.radius[i] + theta / (1 - theta) * (in.radius[i] + way.norm());
     const Vec3 from = back * r, to = from + back * way, reach = Vec3::Constant(radius * (1 + 1e-9));
     return {from.cwiseMin(to) - reach, from.cwiseMax(to) + reach};
-}
-
-bool holds(const Aabb& outer, const Aabb& inner) {
-    return (outer.min.array() <= inner.min.array()).all() && (inner.max.array() <= outer.max.array()).all();
 }
 
 }  // namespace
@@ -209,56 +204,6 @@ std::span<const Pair> PiecePairs::update(const ParticleMotion& motion, std::span
     if (!changed) return pairs_;
     pairs_.clear();
     for (const Piece& p : pieces_) pairs_.insert(pairs_.end(), p.pairs.begin(), p.pairs.end());
-    return pairs_;
-}
-
-void PairsBetweenPieces::take_pieces(std::span<const uint32_t> piece, size_t n_movables) {
-    item_.assign(piece.begin(), piece.end());
-    uint32_t n_items = 0;
-    for (const uint32_t p : piece) n_items = std::max(n_items, p + 1);
-    for (size_t i = piece.size(); i < n_movables; ++i) item_.push_back(n_items++);
-    begin_.assign(n_items + 1, 0);
-    for (const uint32_t p : item_) ++begin_[p + 1];
-    for (uint32_t p = 0; p < n_items; ++p) begin_[p + 1] += begin_[p];
-    member_.resize(item_.size());
-    std::vector<uint32_t> next(begin_.begin(), begin_.end() - 1);
-    for (uint32_t i = 0; i < item_.size(); ++i) member_[next[item_[i]]++] = i;
-}
-
-std::span<const Pair> PairsBetweenPieces::update(std::span<const Aabb> boxes, std::span<const uint32_t> piece,
-                                                 PairFilter filter, const WorkerPool& workers) {
-    constexpr size_t kGrain = 256;
-    if (!are_known_) take_pieces(piece, boxes.size());
-    are_known_ = true;
-    const size_t n_items = begin_.size() - 1;
-    const auto members = [&](size_t p) { return std::span(member_).subspan(begin_[p], begin_[p + 1] - begin_[p]); };
-    box_.resize(n_items);
-    workers.for_range(n_items, kGrain, [&](size_t first, size_t last) {
-        for (size_t p = first; p < last; ++p) {
-            box_[p] = Aabb();
-            for (const uint32_t i : members(p)) box_[p].extend(boxes[i].min), box_[p].extend(boxes[i].max);
-        }
-    });
-    find_overlaps(box_, {}, workers, of_pieces_, meetings_);
-    pairs_.clear();
-    if (meetings_.empty()) return pairs_;
-
-    partners_.assign(n_items, 0);
-    for (const auto& [p, q] : meetings_) ++partners_[p], ++partners_[q];
-    exposed_.assign(boxes.size(), Aabb());
-    const auto expose = [&](uint32_t p, const Aabb& to) {
-        if (partners_[p] == 0) return;  // all of it is
-        const bool all = partners_[p] > kManyPartners;
-        for (const uint32_t i : members(p))
-            if (all || overlap(boxes[i], to)) exposed_[i] = boxes[i];
-        if (all) partners_[p] = 0;
-    };
-    for (const auto& [p, q] : meetings_) expose(p, box_[q]), expose(q, box_[p]);
-    filter.item = item_;
-    filter.rings = {};  // those of different pieces hold nothing in common
-    find_overlaps(exposed_, filter, workers, of_movables_, pairs_);
-    for (auto& [i, j] : pairs_)
-        if (i > j) std::swap(i, j);
     return pairs_;
 }
 

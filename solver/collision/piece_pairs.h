@@ -60,27 +60,4 @@ private:
     size_t n_rebuilds_ = 0;
 };
 
-/// Pairs of movables of different pieces: of pieces whose boxes meet, and of those the particles that meet the other's
-/// box. A rigid body is a piece.
-class PairsBetweenPieces {
-public:
-    /// Call when edges broke or a state was set from outside.
-    void reset() { are_known_ = false; }
-
-    /// The overlapping pairs of `boxes` (n_movables), first < second, in an order that depends on the boxes alone.
-    std::span<const Pair> update(std::span<const Aabb> boxes, std::span<const uint32_t> piece, PairFilter filter,
-                                 const WorkerPool& workers);
-
-private:
-    void take_pieces(std::span<const uint32_t> piece, size_t n_movables);
-
-    bool are_known_ = false;
-    std::vector<uint32_t> item_;            // the piece of each movable (n_movables)
-    std::vector<uint32_t> begin_, member_;  // movables, piece after piece
-    std::vector<uint32_t> partners_;        // (n_pieces and rigid bodies)
-    std::vector<Aabb> box_, exposed_;       // of pieces; of what meets another piece's box, else empty
-    OverlapScratch of_pieces_, of_movables_;
-    std::vector<Pair> meetings_, pairs_;
-};
-
 }  // namespace sunder
