@@ -11,11 +11,17 @@ namespace {
 
 // The farthest that a point of the hull is outside, by the way to the surface along its own direction.
 double farthest_outside(const SimulationMesh& rest, uint32_t i, const Mat3& F_P) {
+    constexpr double kRounding = 1e-9;  // a share of the way, beyond which a point is surely not the farthest
+    // Into the frame in which the ellipsoid is the unit ball.
+    const Mat3 to_ball =
+        rest.radii[i].cwiseInverse().asDiagonal() * rest.rest_orientation[i].conjugate().toRotationMatrix() * F_P;
     double farthest = 0;
     for (const Vec3f& point : rest.hull(i)) {
-        const Vec3 p = F_P * point.cast<double>();
+        const Vec3 x = point.cast<double>(), p = F_P * x;
+        const double length = p.norm();
+        if (length * (1 + kRounding - 1 / (to_ball * x).norm()) < farthest) continue;
         const double times = (rest.rest_orientation[i].conjugate() * p).cwiseQuotient(rest.radii[i]).norm();
-        if (times > 1) farthest = std::max(farthest, p.norm() * (1 - 1 / times));
+        if (times > 1) farthest = std::max(farthest, length * (1 - 1 / times));
     }
     return farthest;
 }
