@@ -13,7 +13,6 @@ constexpr uint32_t kLanes = LaneLayout::kLanes;
 // A piece moves freely as a whole, 1 beside the b of its groups in H: with single precision that is 6e-8 of some 7 b.
 constexpr double kStiffestSingle = 5e3;  // largest b, -
 constexpr size_t kSharedUnit = 64;       // blocks; the fewest that all threads work on together
-constexpr size_t kSharedSolve = 128;     // likewise, where they wait for one another three times an iteration
 constexpr size_t kKeptBlocks = 4096;     // scenes of more have rest shapes expanded when they are needed
 
 }  // namespace
@@ -116,7 +115,7 @@ template <class Real, class Move>
 void NewtonStep::solve(Precision<Real>& precision, const NewtonKernels<Real>& kernels, const SweepInput& in,
                        const WorkerPool& workers, const Move& move) {
     const double mean = mean_residual();
-    for_units(layout_, kSharedSolve, workers, [&](size_t u, size_t slot, const UnitBlocks& blocks) {
+    for_units(layout_, kSharedUnit, workers, [&](size_t u, size_t slot, const UnitBlocks& blocks) {
         const LaneLayout::Unit& unit = layout_.units()[u];
         CgStore<Real>& store = precision.stores[store_of(u, slot)];
         const double scale =
@@ -136,12 +135,14 @@ void NewtonStep::solve(Precision<Real>& precision, const NewtonKernels<Real>& ke
 template <class Real>
 void NewtonStep::apply_in(Precision<Real>& precision, const NewtonKernels<Real>& kernels, bool first_iteration,
                           const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,
-                          std::span<MovingParticle> io_particles) {
+                          std::span<MovingParticle> io_particles, std::span<double> io_cosine) {
     find_residuals(precision, first_iteration, in, workers, io_goals, io_particles, [](const auto&...) {});
     solve(precision, kernels, in, workers, [&](uint32_t j, const Vec3& shift, const Vec3& turn) {
         MovingParticle& p = io_particles[j];
+        const Quat before = p.d;
         p.x += shift;
         p.d = (rotation_of(turn) * p.d).normalized();
+        io_cosine[j] = std::abs(before.dot(p.d));
         p.D = p.d.toRotationMatrix();
     });
 }
@@ -186,11 +187,12 @@ bool NewtonStep::take_up(const SweepInput& in, const WorkerPool& workers) {
 }
 
 void NewtonStep::apply(bool first_iteration, const SweepInput& in, const WorkerPool& workers,
-                       std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles) {
+                       std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles,
+                       std::span<double> io_cosine) {
     if (take_up(in, workers))
-        apply_in(full_, cg_kernels_->full, first_iteration, in, workers, io_goals, io_particles);
+        apply_in(full_, cg_kernels_->full, first_iteration, in, workers, io_goals, io_particles, io_cosine);
     else
-        apply_in(single_, cg_kernels_->single, first_iteration, in, workers, io_goals, io_particles);
+        apply_in(single_, cg_kernels_->single, first_iteration, in, workers, io_goals, io_particles, io_cosine);
 }
 
 void NewtonStep::damp(const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,

@@ -32,9 +32,9 @@ public:
     NewtonStep();
 
     /// Moves the particles by the step. Later iterations of a substep do no more than contacts and turning left to do.
-    /// `io_goals`: rotations to start from.
+    /// `io_goals`: rotations to start from. Writes the `cosine` of half the turn of every particle that it moves.
     void apply(bool first_iteration, const SweepInput& input, const WorkerPool& workers, std::span<GroupGoal> io_goals,
-               std::span<MovingParticle> io_particles);
+               std::span<MovingParticle> io_particles, std::span<double> io_cosine);
 
     /// The step of velocities v (`io_shift`, m/s; `io_turn`, rad/s) under the damping of stiffness alone: H v' = M v, b
     /// being span^2 k. Leaves v' - v in them.
@@ -72,7 +72,7 @@ private:
     template <class Real>
     void apply_in(Precision<Real>& precision, const NewtonKernels<Real>& kernels, bool first_iteration,
                   const SweepInput& input, const WorkerPool& workers, std::span<GroupGoal> io_goals,
-                  std::span<MovingParticle> io_particles);
+                  std::span<MovingParticle> io_particles, std::span<double> io_cosine);
     void load(const SweepInput& input, std::span<const MovingParticle> particles, size_t first_lane, size_t begin_block,
               size_t end_block, Scratch& o_scratch) const;
     double mean_residual() const;

@@ -34,21 +34,21 @@ void Substep::match_shapes(bool first_iteration) {
         return gauss_seidel_sweep(work.live, work.shapes, work.paper_stiffness, work.held, work.moving, work.goals);
 
     const bool is_newton = settings.method == Method::projective;
-    if (is_newton) work.before_newton.resize(n_particles());
+    if (is_newton) work.before_newton.resize(n_particles()), work.newton_cosine.resize(n_particles());
     for_all(n_particles(), [&](size_t g) {
         if (work.live.count(g) == 1) work.goals[g].rotation = work.moving[g].d;  // it matches itself wherever it is
-        if (is_newton) work.before_newton[g] = {work.moving[g].x, work.moving[g].d};
+        if (is_newton) work.before_newton[g] = {work.moving[g].x, work.moving[g].d}, work.newton_cosine[g] = 1;
     });
     const SweepInput in{rest(), work.live, work.shapes, work.stiffness, work.inertia, work.held, work.span};
     if (is_newton) {
-        work.newton.apply(first_iteration, in, context.workers, work.goals, work.moving);
+        work.newton.apply(first_iteration, in, context.workers, work.goals, work.moving, work.newton_cosine);
     } else {
         // A single over-relaxed sweep overshoots the implicit step.
         const double omega = settings.iterations > 1 ? settings.over_relaxation : 1.0;
         work.jacobi.apply(first_iteration, in, omega, context.workers, work.goals, work.moving);
     }
     for_piece_ranges(work.live, kParticleGrain, context.workers, [&](size_t first, size_t last) {
-        if (is_newton) limit_step(work.live, work.before_newton, first, last, work.moving);
+        if (is_newton) limit_step(work.live, work.before_newton, work.newton_cosine, first, last, work.moving);
         restore_linear_momentum(rest(), work.live, work.piece_held, first, last, work.moving);
     });
 }
@@ -170,8 +170,7 @@ Status substep(const StepContext& context, Stage stage, double h, double begin, 
     }
     if (pushed) {
         Stopwatch watch(io_report.fracture_s);
-        s.flow_and_measure(h);
-        s.break_edges(0);
+        s.break_edges(s.flow_and_measure(h), 0);
     }
     if (Status ok = s.store(); !ok) return ok;
     io_report.simulated += s.n_movables();

@@ -111,8 +111,11 @@ struct Substep {
     void settle_contacts();
 
     // substep_fracture.cpp
-    void flow_and_measure(double seconds);
-    bool break_edges(double leading);
+    struct Found {
+        bool changed = false, overloaded = false;  // a rest shape flowed; a group is to break
+    };
+    Found flow_and_measure(double seconds);
+    bool break_edges(Found found, double leading);
     void run_cracks();
 
     // step.cpp

@@ -1,5 +1,6 @@
 // Plastic flow and fracture of a substep.
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "solver/plasticity.h"
@@ -15,7 +16,8 @@ constexpr double kLeading = 0.8;    // what cuts in a pass is within a fifth of 
 }  // namespace
 
 // Optimal stretch of every group where things came to lie; flow above the yield strain; the load towards breaking.
-void Substep::flow_and_measure(double seconds) {
+Substep::Found Substep::flow_and_measure(double seconds) {
+    std::atomic<bool> changed{false}, overloaded{false};
     context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
         for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
             work.strains[g].load = 0;
@@ -46,16 +48,20 @@ void Substep::flow_and_measure(double seconds) {
                 work.strains[g] = is_uneven ? uneven_group_strain(result.elastic_log_strain, principal.directions, R, m,
                                                                   {rest(), work.live, work.shapes, work.moving}, g)
                                             : group_strain(result.elastic_log_strain, principal.directions, R, m);
+            if (work.strains[g].load > 1) overloaded = true;
             if (!result.flowed) continue;
+            changed = true;
             state.plastic_deformation[g] = plastic.F_P;
             state.yield[g] = plastic.yield;
             R = (R * result.spin).normalized();
             work.flowed[g] = 1;
         }
     });
+    return {changed, overloaded};
 }
 
-bool Substep::break_edges(double leading) {
+bool Substep::break_edges(Found found, double leading) {
+    if (!found.changed && !found.overloaded) return false;
     const auto cuts =
         edges_to_cut({rest(), work.live, work.shapes, work.moving}, work.strains, leading, state.time + h);
     std::vector<uint32_t> broken;
@@ -91,8 +97,7 @@ void Substep::run_cracks() {
     for (int pass = 0; pass < kFracturePasses; ++pass) {
         {
             Stopwatch watch(report.fracture_s);
-            flow_and_measure(pass == 0 ? h : 0);
-            if (!break_edges(kLeading)) return;
+            if (!break_edges(flow_and_measure(pass == 0 ? h : 0), kLeading)) return;
         }
         take_up_pieces();
         take_up_smooth_momentum();

@@ -118,7 +118,11 @@ TEST_P(Sweep, of_newton_starts_from_the_rotations_of_the_plain_version) {
     Disorder d(GetParam());
     const auto goals = d.plain_goals();
     NewtonStep step;
-    step.apply(true, d.input(), WorkerPool(1), d.goals, d.particles);
+    const auto before = d.particles;
+    std::vector<double> cosine(d.particles.size(), 1);
+    step.apply(true, d.input(), WorkerPool(1), d.goals, d.particles, cosine);
+    for (size_t j = 0; j < before.size(); ++j)
+        EXPECT_NEAR(cosine[j], std::abs(before[j].d.dot(d.particles[j].d)), 1e-15) << j;
     for (size_t j = 0; j < goals.size(); ++j)
         if (d.live.count(j) > 1) {
             EXPECT_LE(d.goals[j].rotation.angularDistance(goals[j].rotation), 1e-7) << j;
@@ -130,7 +134,8 @@ TEST(sweep, of_newton_is_the_same_whether_rest_shapes_stay_expanded_or_not) {
     const Disorder one(0.1);
     NewtonStep alone;
     Disorder expected = one;
-    alone.apply(true, expected.input(), WorkerPool(1), expected.goals, expected.particles);
+    std::vector<double> cosine(expected.particles.size());
+    alone.apply(true, expected.input(), WorkerPool(1), expected.goals, expected.particles, cosine);
     for (const int threads : {1, 3}) {
         Disorder many = one;
         many.repeat(30);
@@ -138,7 +143,8 @@ TEST(sweep, of_newton_is_the_same_whether_rest_shapes_stay_expanded_or_not) {
         // Twice: the second time every store holds another unit, whose shapes are of the same revisions.
         for (int k = 0; k < 2; ++k) {
             Disorder d = many;
-            together.apply(true, d.input(), WorkerPool(threads), d.goals, d.particles);
+            std::vector<double> cosines(d.particles.size());
+            together.apply(true, d.input(), WorkerPool(threads), d.goals, d.particles, cosines);
             const size_t n = one.particles.size();
             for (size_t j = 0; j < d.particles.size(); ++j) {
                 ASSERT_EQ(d.particles[j].x, expected.particles[j % n].x) << j;
