@@ -116,7 +116,8 @@ void remember_pieces(const StepContext& context, double h, Workspace& w) {
         const auto particles = w.live.piece_particles(piece);
         w.pieces[piece].unbroken = std::ranges::all_of(
             particles, [&](uint32_t j) { return w.live.count(j) == rest.group_offset[j + 1] - rest.group_offset[j]; });
-        if (w.piece_held[piece]) return;
+        const bool is_smooth = w.pair.smooth[particles.front()] != 0 && particles.size() > 1;
+        if (w.piece_held[piece] || is_smooth) return;
         const PieceMomentum p =
             piece_momentum(rest, w.inertia, particles, w.start_position, w.velocity, w.angular_velocity);
         w.piece_angular[piece] = p.angular;

@@ -10,7 +10,7 @@ namespace sunder {
 constexpr double kWavePerWeight = 0.29;
 
 /// Fills `pieces` and `piece_angular` from the start of the substep, its predicted velocities and what contacts pushed
-/// so far. Call before contacts are prepared.
+/// so far; of what is held, or bound and in a pair, that it is so. Call before contacts are prepared.
 void remember_pieces(const StepContext& context, double h, Workspace& io_work);
 
 /// Fills `own_share` of the pieces that are in a contact. A push on a bound particle in an implicit
