@@ -10,6 +10,7 @@ namespace {
 
 constexpr uint32_t kNone = 0xffffffffu;
 constexpr double kSkin = 0.15;     // of a mean box: how much boxes are grown on every side
+constexpr size_t kMostAgain = 6;   // looked for again: one of so many at most
 constexpr double kMostTurn = 0.5;  // rad a step; faster pieces are followed without their turning
 
 struct RigidMotion {
@@ -137,10 +138,23 @@ void PiecePairs::refresh(const ParticleMotion& in, const PairFilter& filter, Pie
         for (size_t k = 0; k < p.member.size(); ++k)
             A += (in.position[p.member[k]] - m.center) * p.remembered[k].transpose();
         p.turn = optimal_rotation(A, p.turn);
-        bool all = true;
-        for (size_t k = 0; k < p.member.size() && all; ++k)
-            all = holds(p.grown[k], box_in_piece(in, m, p.turn, p.member[k]));
-        if (all) return take_in(filter, p);
+        std::vector<uint32_t> left;  // places in `member`
+        std::vector<Aabb> box;       // as left
+        const size_t most = p.member.size() / kMostAgain;
+        for (uint32_t k = 0; k < p.member.size() && left.size() <= most; ++k) {
+            const Aabb now = box_in_piece(in, m, p.turn, p.member[k]);
+            if (!holds(p.grown[k], now)) left.push_back(k), box.push_back(now);
+        }
+        if (left.size() <= most) {
+            take_in(filter, p);
+            if (left.empty()) return;
+            for (size_t k = 0; k < left.size(); ++k) {
+                p.remembered[left[k]] = p.turn.conjugate() * (in.position[p.member[left[k]]] - m.center);
+                const double by = kSkin * (box[k].max - box[k].min).maxCoeff();
+                p.grown[left[k]] = {box[k].min.array() - by, box[k].max.array() + by};
+            }
+            return find_again(filter, left, p);
+        }
     }
     p.is_fresh = p.is_changed = true;
     p.turn = Quat::Identity();
@@ -175,6 +189,26 @@ void PiecePairs::take_in(const PairFilter& filter, Piece& io_piece) {
         p.is_changed = true;
         return true;
     });
+}
+
+// Pairs of those at these places of `member`.
+void PiecePairs::find_again(const PairFilter& filter, std::span<const uint32_t> places, Piece& io_piece) {
+    Piece& p = io_piece;
+    const uint32_t first = p.member.front();
+    std::vector<uint8_t> has_left(p.member.back() - first + 1, 0);
+    for (const uint32_t k : places) has_left[p.member[k] - first] = 1;
+    for (std::vector<Pair>* pairs : {&p.pairs, &p.excluded})
+        std::erase_if(*pairs,
+                      [&](const Pair& pair) { return has_left[pair.first - first] || has_left[pair.second - first]; });
+    for (const uint32_t k : places) {
+        const uint32_t i = p.member[k];
+        for (size_t other = 0; other < p.member.size(); ++other) {
+            const uint32_t j = p.member[other];
+            if (!overlap(p.grown[k], p.grown[other]) || i == j || (has_left[j - first] && j < i)) continue;
+            (filter.excludes(i, j) ? p.excluded : p.pairs).push_back({std::min(i, j), std::max(i, j)});
+        }
+    }
+    p.is_changed = true;
 }
 
 void PiecePairs::find_pairs(const PairFilter& filter, Piece& io_piece) {

@@ -52,6 +52,7 @@ private:
     static void inherit(Piece& io_parent, std::span<const uint32_t> piece, Piece& io_child);
     static void refresh(const ParticleMotion& motion, const PairFilter& filter, Piece& io_piece);
     static void take_in(const PairFilter& filter, Piece& io_piece);
+    static void find_again(const PairFilter& filter, std::span<const uint32_t> places, Piece& io_piece);
     static void find_pairs(const PairFilter& filter, Piece& io_piece);
 
     std::vector<Piece> pieces_;  // of three particles or more: two are joined

@@ -52,6 +52,28 @@ TEST(piece_pairs, a_body_that_falls_and_spins_as_a_whole_finds_its_pairs_once) {
     EXPECT_EQ(kept.within.n_rebuilds(), 1u * Flight::kPieces);
 }
 
+TEST(piece_pairs, few_that_leave_their_boxes_are_looked_for_alone) {
+    Flight f;
+    ContactScratch kept;
+    std::vector<Contact> with, without;
+    size_t total = 0;
+    for (uint32_t step = 0; step < 30; ++step) {
+        f.set_velocities(0, 0);
+        for (uint32_t i = 0; i < f.particles.size(); ++i)
+            if (i / Flight::kPieces % 10 == step % 10) f.velocity[i] += 4 * f.own[i];  // four of each piece
+        DetectionInput in = f.input();
+        ContactScratch fresh;
+        find_contacts(in, fresh, without);
+        in.piece = f.piece;
+        find_contacts(in, kept, with);
+        expect_same(with, without);
+        total += with.size();
+        f.move();
+    }
+    EXPECT_GT(total, 30 * 100u);
+    EXPECT_EQ(kept.within.n_rebuilds(), 1u * Flight::kPieces);
+}
+
 TEST(piece_pairs, parts_of_a_piece_that_breaks_find_what_a_fresh_search_finds) {
     Crumbling f;
     ContactScratch kept;
