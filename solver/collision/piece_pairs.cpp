@@ -10,7 +10,8 @@ namespace {
 
 constexpr uint32_t kNone = 0xffffffffu;
 constexpr double kSkin = 0.15;     // of a mean box: how much boxes are grown on every side
-constexpr size_t kMostAgain = 6;   // looked for again: one of so many at most
+constexpr size_t kMostAgain = 6;   // looked for again: one of so many at most,
+constexpr size_t kMostAlone = 32;  // and no more, for each is tested against the whole piece
 constexpr double kMostTurn = 0.5;  // rad a step; faster pieces are followed without their turning
 
 struct RigidMotion {
@@ -140,7 +141,7 @@ void PiecePairs::refresh(const ParticleMotion& in, const PairFilter& filter, Pie
         p.turn = optimal_rotation(A, p.turn);
         std::vector<uint32_t> left;  // places in `member`
         std::vector<Aabb> box;       // as left
-        const size_t most = p.member.size() / kMostAgain;
+        const size_t most = std::min(p.member.size() / kMostAgain, kMostAlone);
         for (uint32_t k = 0; k < p.member.size() && left.size() <= most; ++k) {
             const Aabb now = box_in_piece(in, m, p.turn, p.member[k]);
             if (!holds(p.grown[k], now)) left.push_back(k), box.push_back(now);
