@@ -175,8 +175,8 @@ bool NewtonStep::take_up(const SweepInput& in, const WorkerPool& workers) {
     if (layout_.update(in.live)) {
         residual_.resize(layout_.units().size());
         block_residual_.resize(layout_.n_blocks());
-        stores_.resize(n_stores(workers));
     }
+    stores_.resize(n_stores(workers));
     scratch_.resize(static_cast<size_t>(workers.threads()));
     double stiffest = 0;
     for (size_t g = 0; g < in.stiffness.size(); ++g) {

@@ -1,7 +1,6 @@
 // What changed of the rest shapes of a unit since they were last looked at.
 #pragma once
 
-#include <cstring>
 #include <vector>
 
 #include "solver/group_shape.h"

@@ -73,15 +73,33 @@ void pass_body(Io& io, B& body) {
     io.one(body.particle_begin), io.one(body.particle_end), io.one(body.edge_begin), io.one(body.edge_end);
 }
 
+// Whether every body's particles and edges are there, in the rest and in each frame.
+bool is_whole(const SkinRecording& recording) {
+    const SimulationMesh& rest = recording.scene.scene.rest;
+    const size_t n = rest.rest_position.size(), n_edges = rest.edges.size();
+    const auto are_in = [](size_t begin, size_t end, size_t size) { return begin <= end && end <= size; };
+    const auto fits = [&](const FrameState& f) {
+        return f.position.size() == n && f.orientation.size() == n && f.plastic_deformation.size() == n &&
+               f.edge_intact.size() == n_edges;
+    };
+    return rest.rest_orientation.size() == n && rest.radii.size() == n && rest.volume.size() == n &&
+           rest.mass.size() == n && rest.fragment.size() == n &&
+           std::ranges::all_of(recording.scene.scene.bodies,
+                               [&](const Body& b) {
+                                   return are_in(b.particle_begin, b.particle_end, n) &&
+                                          are_in(b.edge_begin, b.edge_end, n_edges);
+                               }) &&
+           std::ranges::all_of(recording.frames, fits);
+}
+
 }  // namespace
 
 void write_recording(const SkinRecording& recording, const std::string& path) {
     Writer io{std::ofstream(path, std::ios::binary)};
     const BenchScene& s = recording.scene;
     std::vector<const FragmentSet*> sets;  // bodies share them
-    for (const SkinnedBody& skin : s.skins) sets.push_back(skin.fragments.get());
-    std::sort(sets.begin(), sets.end());
-    sets.erase(std::unique(sets.begin(), sets.end()), sets.end());
+    for (const SkinnedBody& skin : s.skins)
+        if (std::ranges::find(sets, skin.fragments.get()) == sets.end()) sets.push_back(skin.fragments.get());
     io.one(kMagic);
     io.one(std::array<uint64_t, 3>{sets.size(), s.skins.size(), recording.frames.size()});
     for (const FragmentSet* set : sets) pass_set(io, *set);
@@ -127,6 +145,7 @@ SkinRecording read_recording(const std::string& path) {
     }
     pass_rest(io, s.scene.rest);
     for (uint64_t f = 0; f < count[2]; ++f) pass_frame(io, recording.frames.emplace_back());
+    if (!is_whole(recording)) throw std::runtime_error(path + ": its parts do not fit together (record it again)");
     return recording;
 }
 
