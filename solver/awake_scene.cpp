@@ -120,9 +120,7 @@ void AwakeScene::enter(const StepContext& whole, const FrameState& state) {
 void AwakeScene::cover(const StepContext& whole, double h, double end, FrameState& io_state) {
     const std::vector<Aabb> boxes = reach(context(whole), state_, fixed_, h, end, 0);
     for (size_t i = 0; i < boxes.size(); ++i) {
-        const bool known = (covered_[i].min.array() <= boxes[i].min.array()).all() &&
-                           (boxes[i].max.array() <= covered_[i].max.array()).all();
-        if (fixed_[i] || known) continue;
+        if (fixed_[i] || holds(covered_[i], boxes[i])) continue;
         leave(io_state);
         const SubstepPair begun = pair();
         build(whole, io_state);
