@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <exception>
+#include <new>
 #include <numeric>
 #include <optional>
 
@@ -88,6 +90,20 @@ std::vector<Detour> find_detours(const FragmentSet& set, const SimulationMesh& r
         if (!d.edges.empty()) detours.push_back(std::move(d));
     }
     return detours;
+}
+
+// No other body may suffer, and nobody beyond a thread's start could catch what is thrown.
+Status build_on_any_thread(const MovingBody& body, const RangeRunner& run) {
+    try {
+        Result<VisualMesh> mesh = body.builder->build(body.frame, run);
+        if (!mesh) return mesh.error();
+        *body.mesh = mesh.take();
+        return {};
+    } catch (const std::bad_alloc&) {
+        return Error{ErrorCode::internal, "out of memory", {}, "fewer pieces need less", {}, {}};
+    } catch (const std::exception& e) {
+        return Error{ErrorCode::internal, std::string("unexpected: ") + e.what(), {}, {}, {}, {}};
+    }
 }
 
 }  // namespace
@@ -326,7 +342,7 @@ Result<VisualMesh> VisualMeshBuilder::build(const BodyFrame& frame, const RangeR
 
 size_t VisualMeshBuilder::size() const { return impl_->topology ? impl_->topology->n_fans() : 0; }
 
-Status build_meshes(std::span<const MovingBody> bodies, const RangeRunner& run) {
+std::vector<Status> build_meshes(std::span<const MovingBody> bodies, const RangeRunner& run) {
     std::vector<size_t> order(bodies.size());  // the largest first: threads end together
     std::iota(order.begin(), order.end(), size_t{0});
     std::stable_sort(order.begin(), order.end(),
@@ -334,14 +350,9 @@ Status build_meshes(std::span<const MovingBody> bodies, const RangeRunner& run) 
     std::vector<Status> status(bodies.size());
     run_side_by_side(bodies.size(), run, [&](size_t i, const RangeRunner& of_body) {
         const MovingBody& body = bodies[order[i]];
-        if (Result<VisualMesh> mesh = body.builder->build(body.frame, of_body))
-            *body.mesh = mesh.take();
-        else
-            status[order[i]] = mesh.error();
+        status[order[i]] = build_on_any_thread(body, of_body);
     });
-    for (const Status& s : status)
-        if (!s) return s;
-    return {};
+    return status;
 }
 
 }  // namespace sunder

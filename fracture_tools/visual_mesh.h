@@ -88,7 +88,8 @@ struct MovingBody {
 };
 
 /// Makes the meshes of the bodies of a scene. Bit for bit what `build` gives each; sooner on several threads, for they
-/// go from body to body instead of through each one together. Errors: the first body's that has one; its mesh stays.
-Status build_meshes(std::span<const MovingBody> bodies, const RangeRunner& run);
+/// go from body to body instead of through each one together. Gives a status for each body: one that fails (as `build`
+/// does, or out of memory) keeps the mesh it had, and the others are made.
+std::vector<Status> build_meshes(std::span<const MovingBody> bodies, const RangeRunner& run);
 
 }  // namespace sunder

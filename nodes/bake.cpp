@@ -23,10 +23,6 @@ const SocketDescription* find_output(const NodeDescription& node, SocketType typ
     return nullptr;
 }
 
-struct Output {
-    std::string node, socket;
-};
-
 // One bake at work.
 class Baker {
 public:
@@ -97,7 +93,7 @@ private:
     // No two files of one name, and known formats, before any work is done.
     Status check_paths() {
         std::map<std::string, std::string> owner;
-        for (const Output& bake : bake_nodes_) {
+        for (const SocketReference& bake : bake_nodes_) {
             const auto fault = [&](std::string what, std::string mend) -> Status {
                 return node_error(bake.node, "path", std::move(what), std::move(mend));
             };
@@ -233,7 +229,7 @@ private:
     }
 
     Status seed_solvers(int frame) {
-        for (const Output& solver : solvers_) {
+        for (const SocketReference& solver : solvers_) {
             const auto saved = std::find_if(manifest_.resume.begin(), manifest_.resume.end(),
                                             [&](const ManifestFile& f) { return f.node == solver.node; });
             if (saved == manifest_.resume.end())
@@ -259,8 +255,8 @@ private:
     // Frames are written while the next ones are simulated. However this ends, what was put is whole, or absent.
     Status bake_frames(int first, int last, double n) {
         std::vector<std::string> bake_names, solver_names;
-        for (const Output& o : bake_nodes_) bake_names.push_back(o.node);
-        for (const Output& o : solvers_) solver_names.push_back(o.node);
+        for (const SocketReference& o : bake_nodes_) bake_names.push_back(o.node);
+        for (const SocketReference& o : solvers_) solver_names.push_back(o.node);
         FrameWriter writer(*folder_, manifest_, bake_names, solver_names);
         Status status;
         for (int frame = first; frame <= last && status; ++frame) {
@@ -305,13 +301,12 @@ private:
 
         begin = Clock::now();
         std::vector<std::shared_ptr<const BakeItem>> items;
-        for (const Output& bake : bake_nodes_) {
-            auto value = graph_.evaluate(bake.node, bake.socket, frame, progress.part(kSolverShare, 1));
+        for (const Result<Value>& value : graph_.evaluate_all(bake_nodes_, frame, progress.part(kSolverShare, 1))) {
             if (!value) return value.error();
             items.push_back(std::get<std::shared_ptr<const BakeItem>>(*value));
         }
         done.other_nodes_s = seconds_since(begin);
-        if (!progress.report(kSolverShare, text)) return cancelled();
+        if (!progress.report(1, text)) return cancelled();
 
         return writer.put({std::move(items), std::move(states), done});
     }
@@ -325,8 +320,8 @@ private:
     Graph& graph_;
     const BakeSettings& settings_;
     const Progress& progress_;
-    std::optional<BakeFolder> folder_;          // once nothing else can be refused
-    std::vector<Output> bake_nodes_, solvers_;  // solvers in the order in which bake nodes need them
+    std::optional<BakeFolder> folder_;                   // once nothing else can be refused
+    std::vector<SocketReference> bake_nodes_, solvers_;  // solvers in the order in which bake nodes need them
     std::vector<WantedExport> exports_;
     std::array<int, 2> frames_ = {0, 0};
     std::map<std::string, std::string> paths_;  // every file of the bake -> its node

@@ -32,36 +32,84 @@ std::span<const T> slice(const std::vector<T>& array, uint32_t begin, uint32_t e
     return std::span<const T>(array).subspan(begin, end - begin);
 }
 
-Result<Value> cook(CookContext& context) {
+/// What one node makes its mesh of.
+struct Inputs {
+    std::shared_ptr<const BodyValue> body;
+    std::shared_ptr<const StateValue> state;
+    size_t index = 0;  // of the body among those of the state
+
+    BodyFrame frame() const {
+        const Body& b = state->scene->bodies[index];
+        const FrameState& s = *state->state;
+        return {.position = slice(s.position, b.particle_begin, b.particle_end),
+                .orientation = slice(s.orientation, b.particle_begin, b.particle_end),
+                .plastic_deformation = slice(s.plastic_deformation, b.particle_begin, b.particle_end),
+                .edge_intact = slice(s.edge_intact, b.edge_begin, b.edge_end),
+                .velocity = slice(s.velocity, b.particle_begin, b.particle_end),
+                .angular_velocity = slice(s.angular_velocity, b.particle_begin, b.particle_end)};
+    }
+};
+
+Result<Inputs> read_inputs(CookContext& context) {
     Result<std::shared_ptr<const BodyValue>> body = context.input<BodyValue>("body");
     if (!body) return body.error();
     Result<std::shared_ptr<const StateValue>> state = context.input<StateValue>("state");
     if (!state) return state.error();
     Result<size_t> index = body_index(context, **state, **body);
     if (!index) return index.error();
+    return Inputs{body.take(), state.take(), *index};
+}
 
+VisualMeshBuilder& kept_builder(CookContext& context, const BodyValue& body) {
     DeformerStore& store = context.store().get<DeformerStore>();
     const VisualTopology topology =
         context.parameters().text("topology") == "constant" ? VisualTopology::constant : VisualTopology::compact;
-    if (!store.builder || store.key != (*body)->key || store.topology != topology) {
-        store.builder =
-            std::make_unique<VisualMeshBuilder>((*body)->fragments, *(*body)->rest, (*body)->pose, topology);
-        store.key = (*body)->key, store.topology = topology;
+    if (!store.builder || store.key != body.key || store.topology != topology) {
+        store.builder = std::make_unique<VisualMeshBuilder>(body.fragments, *body.rest, body.pose, topology);
+        store.key = body.key, store.topology = topology;
     }
-    const Body& b = (*state)->scene->bodies[*index];
-    const FrameState& s = *(*state)->state;
-    const WorkerPool& workers = context.workers();
-    const RangeRunner run = [&](size_t n, size_t grain, const auto& body) { workers.for_range(n, grain, body); };
-    Result<VisualMesh> mesh =
-        store.builder->build({.position = slice(s.position, b.particle_begin, b.particle_end),
-                              .orientation = slice(s.orientation, b.particle_begin, b.particle_end),
-                              .plastic_deformation = slice(s.plastic_deformation, b.particle_begin, b.particle_end),
-                              .edge_intact = slice(s.edge_intact, b.edge_begin, b.edge_end),
-                              .velocity = slice(s.velocity, b.particle_begin, b.particle_end),
-                              .angular_velocity = slice(s.angular_velocity, b.particle_begin, b.particle_end)},
-                             run);
-    if (!mesh) return mesh.error();
-    return make_value(BodyMesh{(*body)->name, (*body)->fragments, mesh.take()});
+    return *store.builder;
+}
+
+std::vector<Result<Value>> cook_together(std::span<CookContext* const> contexts) {
+    std::vector<Result<Inputs>> inputs;
+    for (CookContext* context : contexts) {
+        inputs.push_back(read_inputs(*context));
+        if (!inputs.back() && inputs.back().error().code == ErrorCode::cancelled)
+            return std::vector<Result<Value>>(contexts.size(), cancelled());
+    }
+
+    std::vector<VisualMesh> meshes(contexts.size());
+    std::vector<MovingBody> bodies;
+    for (size_t i = 0; i < contexts.size(); ++i)
+        if (inputs[i])
+            bodies.push_back({&kept_builder(*contexts[i], *inputs[i]->body), inputs[i]->frame(), &meshes[i]});
+    const WorkerPool& workers = contexts.front()->workers();
+    const std::vector<Status> made =
+        build_meshes(bodies, [&](size_t n, size_t grain, const auto& body) { workers.for_range(n, grain, body); });
+
+    std::vector<Result<Value>> values;
+    size_t n_bodies = 0;
+    for (size_t i = 0; i < contexts.size(); ++i) {
+        if (!inputs[i]) {
+            values.push_back(inputs[i].error());
+            continue;
+        }
+        const Status& status = made[n_bodies++];
+        if (status) {
+            const BodyValue& body = *inputs[i]->body;
+            values.push_back(make_value(BodyMesh{body.name, body.fragments, std::move(meshes[i])}));
+        } else {
+            contexts[i]->store().get<DeformerStore>().builder.reset();  // it may have stopped halfway
+            values.push_back(status.error());
+        }
+    }
+    return values;
+}
+
+Result<Value> cook(CookContext& context) {
+    CookContext* const alone = &context;
+    return std::move(cook_together({&alone, 1}).front());
 }
 
 }  // namespace
@@ -87,7 +135,7 @@ NodeType deformer_node() {
                      "constant: all fragments are there from the first frame, break surfaces marked as hidden until "
                      "they open, so that vertices and faces stay the same for point caches and motion blur",
          .choices = {"compact", "constant"}}};
-    return {.description = d, .cook = cook};
+    return {.description = d, .cook = cook, .cook_together = cook_together};
 }
 
 }  // namespace sunder

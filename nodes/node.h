@@ -119,6 +119,10 @@ struct NodeType {
     NodeDescription description;
     /// The value of CookContext::output() at CookContext::frame(). A pure function of parameters, inputs and files.
     Result<Value> (*cook)(CookContext& context) = nullptr;
+    /// The same for several nodes of this type at one frame and output, with less work or sooner: one result for each,
+    /// bit for bit what `cook` gives; the error of one is no other's. For types whose value is always wanted at the
+    /// frame of what it feeds, since nodes are found by their wires before anybody asks. May be null.
+    std::vector<Result<Value>> (*cook_together)(std::span<CookContext* const> contexts) = nullptr;
     /// Whether parameters agree with one another (ranges of each alone come from the description). May be null.
     Status (*check)(const std::string& node, const Parameters& parameters) = nullptr;
     /// Results differ by frame even if no parameter is animated.

@@ -53,7 +53,8 @@ void Skins::build(const BenchScene& scene, const FrameState& state, const Worker
                            {state.edge_intact.data() + body.edge_begin, body.edge_end - body.edge_begin}},
                           &last_[b]});
     }
-    if (const Status s = build_meshes(bodies, run); !s) throw std::runtime_error(s.error().text());
+    for (const Status& s : build_meshes(bodies, run))
+        if (!s) throw std::runtime_error(s.error().text());
     vertices_ = triangles_ = 0;
     for (const VisualMesh& m : last_) vertices_ += m.positions.size(), triangles_ += m.triangles.size();
 }
