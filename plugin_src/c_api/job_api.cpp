@@ -6,7 +6,9 @@
 #include <cstring>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "plugin_src/c_api/handles.h"
 
@@ -65,6 +67,24 @@ sunder_status sunder_graph_start_evaluate(sunder_graph* graph, const char* outpu
                      sunder_value* value = nullptr;
                      const sunder_status status = sunder_graph_evaluate(graph, output.c_str(), frame, progress, &value);
                      sunder_value_free(value);
+                     return status;
+                 });
+}
+
+sunder_status sunder_graph_start_evaluate_all(sunder_graph* graph, const char* const* outputs, uint32_t n_outputs,
+                                              int32_t frame, sunder_job** out_job) {
+    if (out_job) *out_job = nullptr;
+    if (!graph || !out_job || (n_outputs > 0 && !outputs)) return SUNDER_BAD_USAGE;
+    if (std::find(outputs, outputs + n_outputs, nullptr) != outputs + n_outputs) return SUNDER_BAD_USAGE;
+    return start(graph, out_job,
+                 [graph, frame, own = std::vector<std::string>(outputs, outputs + n_outputs)](
+                     sunder_job*, const sunder_progress* progress) {
+                     std::vector<const char*> names;
+                     for (const std::string& output : own) names.push_back(output.c_str());
+                     std::vector<sunder_value*> values(names.size());
+                     const sunder_status status = sunder_graph_evaluate_all(
+                         graph, names.data(), static_cast<uint32_t>(names.size()), frame, progress, values.data());
+                     for (sunder_value* value : values) sunder_value_free(value);
                      return status;
                  });
 }

@@ -131,6 +131,12 @@ typedef struct sunder_array {
 /* The value of "node.socket" at a frame. `progress` may be NULL. Free what you get. */
 SUNDER_API sunder_status sunder_graph_evaluate(sunder_graph* graph, const char* output, int32_t frame,
                                                const sunder_progress* progress, sunder_value** out_value);
+/* The values of `n_outputs` outputs at a frame, as sunder_graph_evaluate gives them one by one, bit for bit; sooner,
+ * since deformers make their meshes side by side. out_values[i] is of outputs[i], or NULL if that one failed: the
+ * status and the graph's error are of the first such, and the others are there. Free what you get. */
+SUNDER_API sunder_status sunder_graph_evaluate_all(sunder_graph* graph, const char* const* outputs, uint32_t n_outputs,
+                                                   int32_t frame, const sunder_progress* progress,
+                                                   sunder_value** out_values);
 /* A state frame that a bake wrote. Errors are told by the graph. */
 SUNDER_API sunder_status sunder_graph_read_state(sunder_graph* graph, const char* path, sunder_value** out_value);
 /* Makes a solver continue from a state (of "solver.state", or read from a file) at a frame. */
@@ -208,6 +214,9 @@ typedef struct sunder_job_state {
 /* As sunder_graph_evaluate; a later call for the same value finds it done. */
 SUNDER_API sunder_status sunder_graph_start_evaluate(sunder_graph* graph, const char* output, int32_t frame,
                                                      sunder_job** out_job);
+/* As sunder_graph_evaluate_all; later calls for these values find them done. */
+SUNDER_API sunder_status sunder_graph_start_evaluate_all(sunder_graph* graph, const char* const* outputs,
+                                                         uint32_t n_outputs, int32_t frame, sunder_job** out_job);
 /* As sunder_graph_bake. */
 SUNDER_API sunder_status sunder_graph_start_bake(sunder_graph* graph, const sunder_bake_settings* settings,
                                                  sunder_job** out_job);

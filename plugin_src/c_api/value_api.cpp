@@ -1,6 +1,7 @@
 // Evaluation, values and files.
 #include <algorithm>
 #include <cstring>
+#include <vector>
 
 #include "nodes/bake.h"
 #include "nodes/fragment_folder.h"
@@ -41,6 +42,34 @@ sunder_status sunder_graph_evaluate(sunder_graph* graph, const char* output, int
         if (!value) return value.error();
         *out_value = new sunder_value(value.take());
         return {};
+    });
+}
+
+sunder_status sunder_graph_evaluate_all(sunder_graph* graph, const char* const* outputs, uint32_t n_outputs,
+                                        int32_t frame, const sunder_progress* progress, sunder_value** out_values) {
+    if (out_values) std::fill_n(out_values, n_outputs, nullptr);
+    const bool all_there =
+        n_outputs == 0 ||
+        (outputs && out_values && std::all_of(outputs, outputs + n_outputs, [](const char* o) { return o; }));
+    return long_call(graph, all_there, progress, [&](const sunder::Progress& p) -> Status {
+        std::vector<Status> named;  // of each output
+        std::vector<sunder::SocketReference> references;
+        for (uint32_t i = 0; i < n_outputs; ++i) {
+            const auto reference = sunder::parse_reference(outputs[i]);
+            named.push_back(reference ? Status() : reference.error());
+            if (reference) references.push_back(*reference);
+        }
+        auto values = graph->graph.evaluate_all(references, frame, p);
+        auto next = values.begin();
+        Status first;
+        for (uint32_t i = 0; i < n_outputs; ++i) {
+            sunder::Result<sunder::Value> value = named[i] ? std::move(*next++) : named[i].error();
+            if (value)
+                out_values[i] = new sunder_value(value.take());
+            else if (first)
+                first = value.error();
+        }
+        return first;
     });
 }
 

@@ -131,6 +131,38 @@ static void values(sunder_graph* graph) {
     sunder_value_free(value);
 }
 
+/* Several values of a frame at once; what fails leaves the others. */
+static void several(sunder_graph* graph) {
+    const char* const outputs[] = {"sim.state", "nobody.state", "bar.fragments", "no dot"};
+    const char* const holed[] = {"sim.state", NULL};
+    sunder_value* made[4] = {NULL, (sunder_value*)outputs, NULL, (sunder_value*)outputs};
+    sunder_value* alone = NULL;
+    struct watch w = {0, 1000000};
+    sunder_progress progress = {sizeof(sunder_progress), on_progress, &w};
+    sunder_array a, b;
+    a.struct_size = sizeof a, b.struct_size = sizeof b;
+    CHECK(sunder_graph_evaluate_all(graph, outputs, 4, 3, &progress, made) == SUNDER_BAD_INPUT);
+    CHECK(strcmp(error_of(graph).node, "nobody") == 0 && made[1] == NULL && made[3] == NULL);
+    CHECK(made[0] && strcmp(sunder_value_type(made[0]), "state") == 0);
+    CHECK(made[2] && strcmp(sunder_value_type(made[2]), "fragments") == 0);
+    CHECK(sunder_graph_evaluate(graph, "sim.state", 3, NULL, &alone) == SUNDER_OK);
+    CHECK(sunder_value_array(made[0], "position", &a) == SUNDER_OK);
+    CHECK(sunder_value_array(alone, "position", &b) == SUNDER_OK && a.data == b.data);
+    sunder_value_free(alone), sunder_value_free(made[0]), sunder_value_free(made[2]);
+
+    CHECK(sunder_graph_evaluate_all(graph, outputs, 1, 3, NULL, made) == SUNDER_OK && made[0] != NULL);
+    sunder_value_free(made[0]);
+    CHECK(sunder_graph_evaluate_all(graph, NULL, 0, 3, NULL, NULL) == SUNDER_OK);
+    CHECK(sunder_graph_evaluate_all(graph, holed, 2, 3, NULL, made) == SUNDER_BAD_USAGE && made[0] == NULL);
+    CHECK(sunder_graph_evaluate_all(graph, outputs, 1, 3, NULL, NULL) == SUNDER_BAD_USAGE);
+    CHECK(sunder_graph_evaluate_all(NULL, outputs, 1, 3, NULL, made) == SUNDER_BAD_USAGE);
+    w.calls = 0, w.stop_after = 0;
+    CHECK(sunder_graph_set(graph, "clay", "density", "900") == SUNDER_OK);
+    CHECK(sunder_graph_evaluate_all(graph, outputs, 3, 3, &progress, made) == SUNDER_CANCELLED);
+    CHECK(made[0] == NULL && made[2] == NULL && w.calls == 1);
+    CHECK(sunder_graph_reset(graph, "clay", "density") == SUNDER_OK);
+}
+
 static void files(sunder_graph* graph, const char* folder) {
     sunder_bake_settings settings;
     sunder_bake_report report;
@@ -182,6 +214,12 @@ static void jobs(sunder_graph* graph, const char* folder) {
     CHECK(sunder_graph_start_evaluate(graph, "nobody.state", 2, &job) == SUNDER_OK);
     CHECK(sunder_job_finish(job, NULL) == SUNDER_BAD_INPUT && strstr(error_of(graph).text, "nobody") != NULL);
     sunder_job_free(job);
+    const char* const outputs[] = {"sim.state", "bar.fragments", NULL};
+    CHECK(sunder_graph_start_evaluate_all(graph, outputs, 2, 2, &job) == SUNDER_OK);
+    CHECK(sunder_job_finish(job, NULL) == SUNDER_OK);
+    sunder_job_free(job);
+    CHECK(sunder_graph_start_evaluate_all(graph, outputs, 3, 2, &job) == SUNDER_BAD_USAGE && job == NULL);
+    CHECK(sunder_graph_start_evaluate_all(graph, outputs, 2, 2, NULL) == SUNDER_BAD_USAGE);
     CHECK(sunder_graph_start_bake(graph, &settings, &job) == SUNDER_OK);
     while (!sunder_job_wait(job, 1)) sunder_job_look(job, &state);
     sunder_job_look(job, &state);
@@ -213,6 +251,7 @@ int main(int argc, char** argv) {
     CHECK(sunder_graph_parse(graph, scene, "scene", "") == SUNDER_OK);
     edits_and_errors(graph);
     values(graph);
+    several(graph);
     files(graph, argv[1]);
     jobs(graph, argv[1]);
     sunder_graph_free(graph);

@@ -225,6 +225,33 @@ def test_cancel_from_another_thread_and_the_lock_is_free_meanwhile(graph):
     assert not thread.is_alive() and failed == ["cancelled"]
 
 
+def test_several_values_of_a_frame_are_those_of_each_alone(graph):
+    graph.add("deformer", "whole", body="@clay.body", state="@sim.state", topology="constant")
+    outputs, told = ["skin.mesh", "whole.mesh", "sim.state"], []
+    for frame in (6, 3):
+        several = graph.evaluate_all(outputs, frame, progress=lambda fraction, text: told.append(fraction))
+        other = sunder.Graph.from_dict(graph.to_dict())
+        for output, value in zip(outputs, several):
+            alone = other.evaluate(output, frame)
+            assert type(value) is type(alone) and value._arrays == alone._arrays
+            for name in alone._arrays:
+                assert getattr(value, name).tobytes() == getattr(alone, name).tobytes(), (output, name)
+    assert told and told == sorted(told)
+    assert len(several[1].positions) > len(several[0].positions)
+    assert graph.evaluate_all([]) == [] and graph.evaluate_all(iter(["sim.state"]))[0].frame == 1
+
+
+def test_of_several_values_the_first_error_is_raised_and_the_others_are_made(graph):
+    with pytest.raises(sunder.Error) as caught:
+        graph.evaluate_all(["skin.mesh", "sim.stat", "nobody.mesh"], 3)
+    assert caught.value.node == "sim" and caught.value.parameter == "stat"
+    never = lambda fraction, text: pytest.fail("it is made again")
+    assert len(graph.evaluate("skin.mesh", 3, progress=never).positions) > 0
+    with pytest.raises(sunder.Error) as caught:
+        graph.evaluate_all(["skin.mesh", "sim.state"], 8, progress=lambda fraction, text: False)
+    assert caught.value.code == "cancelled"
+
+
 def test_a_job_works_beside_and_no_python_thread_does(tmp_path, graph):
     job = graph.start_evaluate("sim.state", 3)
     assert threading.active_count() == 1
@@ -232,6 +259,9 @@ def test_a_job_works_beside_and_no_python_thread_does(tmp_path, graph):
         fraction, text = job.progress
         assert 0 <= fraction <= 1
     job.result()
+    graph.start_evaluate_all(["skin.mesh", "sim.state"], 4).result()
+    with pytest.raises(sunder.Error, match="nobody"):
+        graph.start_evaluate_all(["skin.mesh", "nobody.mesh"]).result()
     job = graph.start_bake(tmp_path / "a", frames=(1, 4))
     assert job.result()["n_frames"] == 4
     job = graph.start_bake(tmp_path / "a", frames=(1, 100000), resume=True)

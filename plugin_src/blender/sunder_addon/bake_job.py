@@ -103,11 +103,11 @@ class BakeJob:
             yield None
         if not self.is_resumed:
             # What cannot be baked is refused before the bake that is there is removed. (The bake finds this frame done.)
-            for name, fields in self.graph.to_dict()["nodes"].items():
-                if fields["type"] == "deformer":
-                    job = self.graph.start_evaluate(f"{name}.mesh", self.frames[0])
-                    yield job
-                    job.result()
+            nodes = self.graph.to_dict()["nodes"].items()
+            meshes = [f"{name}.mesh" for name, fields in nodes if fields["type"] == "deformer"]
+            job = self.graph.start_evaluate_all(meshes, self.frames[0])
+            yield job
+            job.result()
             cache.remove_old_inputs(self.folder, self._inputs)
         yield from self._note_factors()
         cache.write_note(self.folder, self._note, self._description)

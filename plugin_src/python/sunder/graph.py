@@ -191,6 +191,24 @@ class Graph:
         self._long_call("graph_evaluate", progress, encode(output), int(frame), Progress, ctypes.byref(out))
         return wrap(out)
 
+    def evaluate_all(self, outputs, frame=None, progress=None):
+        """The values of several "node.socket" at a frame, in their order; sooner than one by one where they are meshes.
+
+        Raises the first one's Error that has one; the others are made nevertheless, and `evaluate` finds them done.
+        """
+        names, n, frame = self._wanted(outputs, frame)
+        out = (ctypes.c_void_p * n)()
+        try:
+            self._long_call("graph_evaluate_all", progress, names, n, frame, Progress, out)
+        finally:
+            values = [wrap(ctypes.c_void_p(pointer)) for pointer in out if pointer]  # freed with what wraps them
+        return values
+
+    def _wanted(self, outputs, frame):
+        names = [encode(output) for output in outputs]
+        frame = self.frame_range[0] if frame is None else frame
+        return (ctypes.c_char_p * len(names))(*names), len(names), int(frame)
+
     def seed_state(self, node, frame, state):
         """Makes a solver continue from a State at a frame."""
         self._call("graph_seed_state", encode(node), int(frame), state._handle.pointer)
@@ -209,6 +227,10 @@ class Graph:
         """A Job that evaluates on a thread of the library's own; `evaluate` then finds it done."""
         frame = self.frame_range[0] if frame is None else frame
         return Job(self, "graph_start_evaluate", encode(output), int(frame))
+
+    def start_evaluate_all(self, outputs, frame=None):
+        """A Job that evaluates on a thread of the library's own; `evaluate_all` and `evaluate` then find it done."""
+        return Job(self, "graph_start_evaluate_all", *self._wanted(outputs, frame))
 
     def start_bake(self, folder, frames=None, resume=False, restart=False):
         """A Job that bakes on a thread of the library's own, as `bake`."""

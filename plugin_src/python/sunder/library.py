@@ -91,8 +91,8 @@ class ExportSettings(_Sized):
     ]
 
 
-_TEXT = POINTER(c_char_p)
-_HANDLE = POINTER(c_void_p)
+_TEXT = POINTER(c_char_p)  # also an array of texts
+_HANDLE = POINTER(c_void_p)  # also an array of handles
 _PROGRESS = POINTER(ProgressStruct)
 _FUNCTIONS = {  # name: (result, arguments)
     "abi_version": (c_uint32, []),
@@ -121,10 +121,12 @@ _FUNCTIONS = {  # name: (result, arguments)
     "graph_set_cut_folder": (c_int32, [c_void_p, c_char_p]),
     "graph_cancel": (None, [c_void_p]),
     "graph_evaluate": (c_int32, [c_void_p, c_char_p, c_int32, _PROGRESS, _HANDLE]),
+    "graph_evaluate_all": (c_int32, [c_void_p, _TEXT, c_uint32, c_int32, _PROGRESS, _HANDLE]),
     "graph_read_state": (c_int32, [c_void_p, c_char_p, _HANDLE]),
     "graph_seed_state": (c_int32, [c_void_p, c_char_p, c_int32, c_void_p]),
     "graph_bake": (c_int32, [c_void_p, POINTER(BakeSettings), _PROGRESS, POINTER(BakeReport)]),
     "graph_start_evaluate": (c_int32, [c_void_p, c_char_p, c_int32, _HANDLE]),
+    "graph_start_evaluate_all": (c_int32, [c_void_p, _TEXT, c_uint32, c_int32, _HANDLE]),
     "graph_start_bake": (c_int32, [c_void_p, POINTER(BakeSettings), _HANDLE]),
     "job_look": (None, [c_void_p, POINTER(JobState)]),
     "job_cancel": (None, [c_void_p]),
