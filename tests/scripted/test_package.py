@@ -305,6 +305,12 @@ def test_a_library_that_is_not_there_or_not_ours_is_told(tmp_path):
     assert "is not Sunder's library" in run_python("import sunder", SUNDER_LIBRARY=str(tmp_path / "text.so")).stderr
 
 
+def test_a_library_older_than_the_package_is_told(monkeypatch):
+    monkeypatch.setitem(sunder.library._FUNCTIONS, "graph_of_tomorrow", (None, []))
+    with pytest.raises(sunder.Error, match="is older than this package, it has no sunder_graph_of_tomorrow"):
+        sunder.library._load()
+
+
 def test_nothing_leaks_over_many_values():
     code = """
 import resource, sunder

@@ -181,7 +181,12 @@ def _load():
             "that came with the library)",
         )
     for name, (result, arguments) in _FUNCTIONS.items():
-        function = getattr(library, "sunder_" + name)
+        function = getattr(library, "sunder_" + name, None)
+        if function is None:  # additions leave the version of the interface
+            raise Error(
+                "bad_input",
+                f"{path}: is older than this package, it has no sunder_{name} (use the package that came with the library)",
+            )
         function.restype, function.argtypes = result, arguments
     return library
 
