@@ -44,7 +44,6 @@ Placement placement_of(const SimulationMesh& rest, const FrameState& state) {
     for (size_t i = 0; i < p.size(); ++i) {
         p[i].x = state.position[i];
         p[i].d = (state.orientation[i] * rest.rest_orientation[i].conjugate()).normalized();
-        p[i].D = p[i].d.toRotationMatrix();
     }
     return p;
 }
@@ -100,7 +99,6 @@ Placement moved(Path path, const StepContext& context, const FrameState& state, 
             p[j].x = m.center + seconds * m.velocity + turn * (r + own_seconds * own);
             if (free || path == Path::inertial) p[j].x += drop;
             p[j].d = (turn * rotation_of(own_seconds * (state.angular_velocity[j] - m.spin)) * start[j].d).normalized();
-            p[j].D = p[j].d.toRotationMatrix();
         }
     }
     return p;

@@ -23,7 +23,6 @@ void gauss_seidel_sweep(const LiveTopology& live, const GroupShapes& shapes, std
             const double k = stiffness[g] * shapes.member[s].weight;
             p.x += k * (A.center + matrix * shapes.member[s].q - p.x);
             p.d = p.d.slerp(k, R);
-            p.D = p.d.toRotationMatrix();
         }
     }
 }

@@ -1,5 +1,6 @@
 #include "solver/jacobi_sweep.h"
 
+#include <algorithm>
 #include <cstddef>
 
 #include "solver/instruction_set.h"
@@ -32,32 +33,39 @@ void JacobiSweep::take_up(const SweepInput& in) {
     }
 }
 
-void JacobiSweep::apply(bool first_iteration, const SweepInput& in, double omega, const WorkerPool& workers,
+void JacobiSweep::apply(const JacobiIteration& iteration, const SweepInput& in, const WorkerPool& workers,
                         std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles) {
     static_assert(sizeof(MovingParticle) == sizeof(MovingRecord) && sizeof(GroupGoal) == 4 * sizeof(double));
     static_assert(offsetof(MovingParticle, d) == offsetof(MovingRecord, d) &&
-                  offsetof(MovingParticle, D) == offsetof(MovingRecord, D) &&
                   offsetof(MovingParticle, x_inertial) == offsetof(MovingRecord, x_inertial) &&
                   offsetof(MovingParticle, d_inertial) == offsetof(MovingRecord, d_inertial));
     take_up(in);
     for_units(layout_, kSharedUnit, workers, [&](size_t u, size_t, const UnitBlocks& blocks) {
         Unit& unit = units_[u];
-        if (first_iteration) {
+        if (iteration.number == 0) {
+            unit.is_touched = std::ranges::any_of(unit.origin, [&](uint32_t j) {
+                return j != LaneLayout::kNone && iteration.is_touched[in.live.piece(j)];
+            });
             unit.store.take_up(in, layout_, u, *kernels_, blocks);
             blocks([&](size_t begin, size_t end) { unit.store.load(in, io_particles, io_goals, begin, end); });
+        } else if (!unit.is_touched) {
+            return;
         }
         const SweepArrays<float> arrays = unit.store.arrays();
         const JacobiRecords records{reinterpret_cast<MovingRecord*>(io_particles.data()),
                                     io_goals.data()->rotation.coeffs().data(), in.held.data(),
                                     unit.store.lane_particles(), unit.origin.data()};
+        SweepParticle<float>* const particles = unit.store.particles();
         JacobiParticles* const jacobi = unit.particles.data();
-        blocks(
-            [&](size_t begin, size_t end) { kernels_->take_in(records, unit.store.particles(), jacobi, begin, end); });
-        blocks([&](size_t begin, size_t end) { kernels_->match(arrays, begin, end); });
-        blocks([&](size_t begin, size_t end) {
-            kernels_->average(arrays, jacobi, static_cast<float>(omega), begin, end);
-            kernels_->give_back(records, jacobi, arrays.groups, begin, end);
-        });
+        const auto omega = static_cast<float>(iteration.omega);
+        blocks([&](size_t begin, size_t end) { kernels_->take_in(records, particles, jacobi, begin, end); });
+        for (int sweeps = unit.is_touched ? 1 : iteration.of; sweeps > 0; --sweeps) {
+            blocks([&](size_t begin, size_t end) { kernels_->match(arrays, begin, end); });
+            blocks([&](size_t begin, size_t end) {
+                kernels_->average(arrays, particles, jacobi, omega, begin, end);
+                if (sweeps == 1) kernels_->give_back(records, particles, jacobi, arrays.groups, begin, end);
+            });
+        }
     });
 }
 

@@ -5,6 +5,14 @@
 
 namespace sunder {
 
+/// Which sweeps of a correction these are.
+struct JacobiIteration {
+    int number, of;  // number in [0, of)
+    double omega;    // over-relaxation, -
+    /// Pieces that something may move between the sweeps (n_pieces); of the others all sweeps are made in the first.
+    std::span<const uint8_t> is_touched;
+};
+
 class JacobiSweep {
 public:
     JacobiSweep();
@@ -14,7 +22,7 @@ public:
     /// Held particles stay. In single precision, relative to the piece: a float tells 1 m from 1.0000001 m, wherever
     /// the piece is. Between the first and the last iteration of a correction rest shapes and stiffness must stay as
     /// they are, and rotations as the sweep left them.
-    void apply(bool first_iteration, const SweepInput& input, double omega, const WorkerPool& workers,
+    void apply(const JacobiIteration& iteration, const SweepInput& input, const WorkerPool& workers,
                std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles);
 
 private:
@@ -22,6 +30,7 @@ private:
         SweepStore<float> store;
         std::vector<JacobiParticles> particles;  // by block
         std::vector<uint32_t> origin;            // where a lane's numbers begin: the first particle of its piece
+        bool is_touched = false;                 // one of its pieces is
     };
     void take_up(const SweepInput& input);
 

@@ -68,13 +68,12 @@ SUNDER_INLINE void find_records(const uint32_t* particle, double* records, doubl
 }
 
 constexpr size_t kPlaceOfTurn = offsetof(MovingRecord, d) / sizeof(double);
-constexpr size_t kPlaceOfMatrix = offsetof(MovingRecord, D) / sizeof(double);
 constexpr size_t kPlaceOfInertial = offsetof(MovingRecord, x_inertial) / sizeof(double);
 constexpr size_t kPlaceOfInertialTurn = offsetof(MovingRecord, d_inertial) / sizeof(double);
 
 void take_in(const JacobiRecords& s, SweepParticle<float>* particles, JacobiParticles* jacobi, size_t begin,
              size_t end) {
-    MovingRecord padding = {{}, 0, {0, 0, 0, 1}, {}, {}, {0, 0, 0, 1}};
+    MovingRecord padding = {{}, 0, {0, 0, 0, 1}, {}, 0, {0, 0, 0, 1}};
     for (size_t first = 8 * begin; first < 8 * end; first += 4) {
         double *records[4], *origins[4];
         find_records<MovingRecord>(s.particle + first, s.moving->x, padding.x, records);
@@ -94,11 +93,14 @@ void take_in(const JacobiRecords& s, SweepParticle<float>* particles, JacobiPart
         gather_numbers({records[0], records[1], records[2], records[3]}, kPlaceOfInertialTurn, d);
         for (int i = 0; i < 3; ++i) put_numbers(x[i] - origin[i], p.x_inertial[i] + lane);
         for (int i = 0; i < 4; ++i) put_numbers(d[i], p.d_inertial[i] + lane);
+        for (size_t i = 0; i < 4; ++i)
+            p.free[lane + i] = records[i] != padding.x && !s.held[s.particle[first + i]] ? 1.0f : 0.0f;
+        for (int i = 0; i < 3; ++i) store(p.x_moved[i] + lane, Float4{});
     }
 }
 
-void give_back(const JacobiRecords& s, const JacobiParticles* jacobi, SweepGroups<float>* groups, size_t begin,
-               size_t end) {
+void give_back(const JacobiRecords& s, const SweepParticle<float>* particles, const JacobiParticles* jacobi,
+               SweepGroups<float>* groups, size_t begin, size_t end) {
     MovingRecord padding = {};
     double no_rotation[4];
     const Double4 zero = {};
@@ -108,7 +110,7 @@ void give_back(const JacobiRecords& s, const JacobiParticles* jacobi, SweepGroup
         find_records<double[4]>(s.particle + first, s.rotations, no_rotation, rotations);
         find_records<MovingRecord>(s.particle + first, s.moving->x, padding.x, records);
         for (size_t i = 0; i < 4; ++i)
-            if (records[i] != padding.x && s.held[s.particle[first + i]]) records[i] = padding.x;
+            if (jacobi[first / 8].free[lane + i] == 0) records[i] = padding.x;
 
         SweepGroups<float>& g = groups[first / 8];
         Double4 R[4];
@@ -118,23 +120,19 @@ void give_back(const JacobiRecords& s, const JacobiParticles* jacobi, SweepGroup
         for (int i = 0; i < 4; ++i) put_numbers(R[i], g.rotation[i] + lane);
 
         const JacobiParticles& p = jacobi[first / 8];
-        Double4 step[4], d[4], D[3][3];
-        for (int i = 0; i < 3; ++i) step[i] = wide(load<Float4>(p.x_step[i] + lane));
-        step[3] = zero;
+        Double4 moved[4], d[4];
+        for (int i = 0; i < 3; ++i) moved[i] = wide(load<Float4>(p.x_moved[i] + lane));
+        moved[3] = zero;
         double steps[4][4];
-        scatter_numbers({steps[0], steps[1], steps[2], steps[3]}, 0, step);
-        for (size_t i = 0; i < 4; ++i)
+        scatter_numbers({steps[0], steps[1], steps[2], steps[3]}, 0, moved);
+        for (size_t i = 0; i < 4; ++i) {
             for (size_t k = 0; k < 4; k += 2)
                 store(records[i] + k, load<Double2>(records[i] + k) + load<Double2>(steps[i] + k));
-        for (int i = 0; i < 4; ++i) d[i] = wide(load<Float4>(p.d[i] + lane));
+            store(steps[i], wide(load<Float4>(particles[first + i].d)));
+        }
+        gather_numbers({steps[0], steps[1], steps[2], steps[3]}, 0, d);
         normalize(d);
-        rotation_matrix(d, D);
         scatter_numbers(records, kPlaceOfTurn, d);
-        scatter_numbers(records, kPlaceOfMatrix, {D[0][0], D[1][0], D[2][0], D[0][1]});  // column by column
-        scatter_numbers(records, kPlaceOfMatrix + 4, {D[1][1], D[2][1], D[0][2], D[1][2]});
-        double last[4];
-        store(last, D[2][2]);
-        for (size_t i = 0; i < 4; ++i) records[i][kPlaceOfMatrix + 8] = last[i];
     }
 }
 

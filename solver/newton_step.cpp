@@ -143,7 +143,6 @@ void NewtonStep::apply_in(Precision<Real>& precision, const NewtonKernels<Real>&
         p.x += shift;
         p.d = (rotation_of(turn) * p.d).normalized();
         io_cosine[j] = std::abs(before.dot(p.d));
-        p.D = p.d.toRotationMatrix();
     });
 }
 

@@ -34,7 +34,6 @@ void turn_alone(Workspace& w, uint32_t i, const Quat& rest_frame, const Vec3& mo
     MovingParticle& p = w.moving[i];
     const Turning after = turn_freely(w.start_rotation[i] * rest_frame, moments, L, h);
     p.d = (after.frame * rest_frame.conjugate()).normalized();
-    p.D = p.d.toRotationMatrix();
     w.angular_velocity[i] = after.angular_velocity;
 }
 
@@ -97,7 +96,6 @@ void move_piece(const SimulationMesh& rest, std::span<const uint32_t> particles,
         const Vec3 strain = push.own - in.own + (motion.turn - motion.spin).cross(lever);
         p.x = center + motion.shift + in.own + spin * (p.x - center) + part * strain;
         p.d = (spin * p.d).normalized();
-        p.D = p.d.toRotationMatrix();
         p.x_inertial = inertial_center + in.shift + spin * (p.x_inertial - inertial_center) +
                        part * (push.shift - in.shift - in.orbit.cross(lever));
         p.d_inertial = (spin * p.d_inertial).normalized();

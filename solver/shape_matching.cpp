@@ -24,7 +24,7 @@ GroupMoments group_moments(const LiveTopology& live, const GroupShapes& shapes,
         const Vec3 mp = member.mass * (p.x - origin);
         m.center += mp;
         m.positions.noalias() += mp * member.q.transpose();  // sum m q = 0, so the centre of mass drops out
-        add_product(m.ellipsoids, p.D, member.moment);
+        add_product(m.ellipsoids, p.d.toRotationMatrix(), member.moment);
     }
     m.center = origin + m.center / shapes.group[g].mass;
     return m;

@@ -12,7 +12,6 @@ namespace sunder {
 struct MovingParticle {
     Vec3 x;           // present position, m
     Quat d;           // present rotation since rest
-    Mat3 D;           // the same as a matrix
     Vec3 x_inertial;  // where inertia (and contacts) take it, m
     Quat d_inertial;
 };

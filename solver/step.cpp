@@ -22,13 +22,13 @@ void Substep::correct(int iterations) {
     for (int sweep = 0; sweep < iterations; ++sweep) {
         {
             Stopwatch watch(report.shape_s);
-            match_shapes(sweep == 0);
+            match_shapes(sweep);
         }
         push_apart(sweep + 1 == iterations ? Which::last : Which::between);
     }
 }
 
-void Substep::match_shapes(bool first_iteration) {
+void Substep::match_shapes(int sweep) {
     const SolverSettings& settings = context.settings;
     if (settings.method == Method::gauss_seidel)
         return gauss_seidel_sweep(work.live, work.shapes, work.paper_stiffness, work.held, work.moving, work.goals);
@@ -41,11 +41,12 @@ void Substep::match_shapes(bool first_iteration) {
     });
     const SweepInput in{rest(), work.live, work.shapes, work.stiffness, work.inertia, work.held, work.span};
     if (is_newton) {
-        work.newton.apply(first_iteration, in, context.workers, work.goals, work.moving, work.newton_cosine);
+        work.newton.apply(sweep == 0, in, context.workers, work.goals, work.moving, work.newton_cosine);
     } else {
         // A single over-relaxed sweep overshoots the implicit step.
         const double omega = settings.iterations > 1 ? settings.over_relaxation : 1.0;
-        work.jacobi.apply(first_iteration, in, omega, context.workers, work.goals, work.moving);
+        work.jacobi.apply({sweep, settings.iterations, omega, work.is_touched}, in, context.workers, work.goals,
+                          work.moving);
     }
     for_piece_ranges(work.live, kParticleGrain, context.workers, [&](size_t first, size_t last) {
         if (is_newton) limit_step(work.live, work.before_newton, work.newton_cosine, first, last, work.moving);

@@ -22,7 +22,6 @@ void limit_step(const LiveTopology& live, std::span<const StepStart> before, std
             MovingParticle& p = io_particles[j];
             p.x = before[j].x + share * (p.x - before[j].x);
             p.d = before[j].d.slerp(share, p.d);
-            p.D = p.d.toRotationMatrix();
         }
     }
 }

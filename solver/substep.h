@@ -120,7 +120,7 @@ struct Substep {
 
     // step.cpp
     void correct(int iterations);
-    void match_shapes(bool first_iteration);
+    void match_shapes(int sweep);  // of those of `correct`
     bool is_sound(size_t movable) const;
     Status check(const FirstOf& unsound, const char* stage) const;
 };

@@ -103,7 +103,7 @@ void Substep::run_cracks() {
         take_up_smooth_momentum();
         for (size_t i = 0; i < n_particles(); ++i) {
             MovingParticle& p = work.moving[i];
-            p.x = p.x_inertial, p.d = p.d_inertial, p.D = p.d.toRotationMatrix();
+            p.x = p.x_inertial, p.d = p.d_inertial;
         }
         correct(context.settings.iterations);
     }

@@ -15,15 +15,14 @@ void Substep::load() {
         if (i < n_particles()) {
             p.x = state.position[i];
             p.d = (state.orientation[i] * rest().rest_orientation[i].conjugate()).normalized();
-            p.D = p.d.toRotationMatrix();
-            const Mat3 M = to_matrix(work.shapes.particle_moment[i]);
-            work.inertia[i] = p.D * (M.trace() * Mat3::Identity() - M) * p.D.transpose();
+            const Mat3 D = p.d.toRotationMatrix(), M = to_matrix(work.shapes.particle_moment[i]);
+            work.inertia[i] = D * (M.trace() * Mat3::Identity() - M) * D.transpose();
             work.inverse_mass[i] = 1.0 / rest().mass[i];
             work.velocity[i] = fields.after(h, state.velocity[i]);
             work.angular_velocity[i] = state.angular_velocity[i];
         } else {
             const RigidBodyState& body = state.rigid_bodies[i - n_particles()];
-            p.x = body.position, p.d = body.orientation, p.D = p.d.toRotationMatrix();
+            p.x = body.position, p.d = body.orientation;
             work.inverse_mass[i] = 1.0 / context.scene.rigid_bodies[i - n_particles()].mass;
             work.velocity[i] = fields.after(h, body.velocity);
             work.angular_velocity[i] = body.angular_velocity;
@@ -58,7 +57,6 @@ void Substep::predict() {
         MovingParticle& p = work.moving[i];
         p.x = p.x_inertial = work.start_position[i] + h * work.velocity[i];
         p.d = p.d_inertial = (rotation_of(h * work.angular_velocity[i]) * work.start_rotation[i]).normalized();
-        p.D = p.d.toRotationMatrix();
     });
 }
 
@@ -78,7 +76,6 @@ void Substep::hold_pins(Pinned when) {
             MovingParticle& p = work.moving[i];
             p.x = p.x_inertial = pose.apply(rest().rest_position[i]);
             p.d = p.d_inertial = pose.orientation;
-            p.D = p.d.toRotationMatrix();
             const double seconds = reached * h;
             work.velocity[i] = (p.x - work.start_position[i]) / seconds;
             work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / seconds;
@@ -109,8 +106,8 @@ Status Substep::take_up_motion() {
             work.angular_velocity[i] = rotation_vector(p.d * work.base_rotation[i].conjugate()) / work.span[i];
         if (!is_sound(i)) unsound.add(i);
         if (i >= n_particles()) return;
-        const Mat3 M = to_matrix(work.shapes.particle_moment[i]);
-        work.inertia[i] = p.D * (M.trace() * Mat3::Identity() - M) * p.D.transpose();
+        const Mat3 D = p.d.toRotationMatrix(), M = to_matrix(work.shapes.particle_moment[i]);
+        work.inertia[i] = D * (M.trace() * Mat3::Identity() - M) * D.transpose();
         state.position[i] = p.x;
     });
     return check(unsound, "shape matching and fracture");

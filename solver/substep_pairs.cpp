@@ -137,7 +137,6 @@ void Substep::begin_stage(const FieldsOfForce& fields, size_t i) {
     if (!turns) return;  // it turns freely, a substep at a time
     work.angular_velocity[i] = w;
     p.d = p.d_inertial = (rotation_of(span * w) * work.base_rotation[i]).normalized();
-    p.D = p.d.toRotationMatrix();
 }
 
 // Free pieces keep the angular momentum of the pair's start.

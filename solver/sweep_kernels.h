@@ -64,12 +64,13 @@ struct SweepArrays {
 /// Eight particles in method jacobi.
 struct alignas(64) JacobiParticles {
     float x_inertial[3][8], d_inertial[4][8];  // as SweepParticle
-    float x_step[3][8], d[4][8];               // results: pull / total; mean rotation, not yet a unit
+    float free[8];                             // 0: held, or padding
+    float x_moved[3][8];                       // result: by all sweeps since they were taken in, m
 };
 
 /// A MovingParticle, for those who know no vectors.
 struct MovingRecord {
-    double x[3], unused, d[4], D[9], x_inertial[3], d_inertial[4];  // quaternions x, y, z, w; D column by column
+    double x[3], unused, d[4], x_inertial[3], unused_too, d_inertial[4];  // quaternions x, y, z, w
 };
 
 /// Particles as the substep has them, and which of them the lanes of a unit are.
@@ -108,10 +109,13 @@ struct SweepKernels {
     /// Where particles are and where inertia takes them.
     void (*take_in)(const JacobiRecords&, SweepParticle<float>*, JacobiParticles*, size_t begin, size_t end);
     void (*match)(const SweepArrays<float>&, size_t begin, size_t end);
-    void (*average)(const SweepArrays<float>&, JacobiParticles*, float omega, size_t begin, size_t end);
-    /// Moves particles that are not held, and writes the groups' rotations, as units of double precision; these stay in
-    /// the lanes, too.
-    void (*give_back)(const JacobiRecords&, const JacobiParticles*, SweepGroups<float>*, size_t begin, size_t end);
+    /// Moves the particles of the arrays that are free.
+    void (*average)(const SweepArrays<float>&, SweepParticle<float>*, JacobiParticles*, float omega, size_t begin,
+                    size_t end);
+    /// Writes what sweeps did to particles that are free, and the groups' rotations, as units of double precision;
+    /// these stay in the lanes, too.
+    void (*give_back)(const JacobiRecords&, const SweepParticle<float>*, const JacobiParticles*, SweepGroups<float>*,
+                      size_t begin, size_t end);
     void (*match_for_newton)(const SweepArrays<double>&, size_t begin, size_t end);
     /// Minus the gradient of the implicit Euler step, and the diagonal of H.
     void (*gather_residual)(const SweepArrays<double>&, NewtonParticles*, CgParticles<float>*, size_t begin,

@@ -194,7 +194,8 @@ void match(const SweepArrays<Real>& a, size_t begin, size_t end) {
 
 // x <- x + omega pull / total;  rotations as quaternions on d's side of the sphere: the weighted sum points at the
 // chordal mean.
-void average(const SweepArrays<float>& a, JacobiParticles* particles, float omega, size_t begin, size_t end) {
+void average(const SweepArrays<float>& a, SweepParticle<float>* particles, JacobiParticles* jacobi, float omega,
+             size_t begin, size_t end) {
     using V = Float8;
     const float turn_share = static_cast<float>(a.orientation_weight);
     const V zero = {};
@@ -203,7 +204,7 @@ void average(const SweepArrays<float>& a, JacobiParticles* particles, float omeg
         return select<V>(cosine < zero, -weight, weight);
     };
     for (size_t block = begin; block < end; ++block) {
-        JacobiParticles& p = particles[block];
+        JacobiParticles& p = jacobi[block];
         uint32_t own[8];
         for (size_t i = 0; i < 8; ++i) own[i] = static_cast<uint32_t>(8 * block + i);
         V x[4], d[4], pull[3], inertial[4], turn[4];
@@ -234,9 +235,19 @@ void average(const SweepArrays<float>& a, JacobiParticles* particles, float omeg
             total += w * weights[1];
             total_turn += turn_weight;
         }
-        const V step = omega / total, share = omega / total_turn;
-        for (int i = 0; i < 3; ++i) store(p.x_step[i], step * pull[i]);
-        for (int i = 0; i < 4; ++i) store(p.d[i], d[i] + (share * turn[i] - omega * d[i]));
+        const V free = load<V>(p.free), step = free * (omega / total), share = omega / total_turn;
+        V after[4];
+        for (int i = 0; i < 3; ++i) {
+            const V by = step * pull[i];
+            x[i] += by;
+            store(p.x_moved[i], load<V>(p.x_moved[i]) + by);
+        }
+        for (int i = 0; i < 4; ++i) after[i] = d[i] + (share * turn[i] - omega * d[i]);
+        const V unit =
+            one / root((after[0] * after[0] + after[2] * after[2]) + (after[1] * after[1] + after[3] * after[3]));
+        for (int i = 0; i < 4; ++i) d[i] = select<V>(zero < free, unit * after[i], d[i]);
+        scatter4<8>(particles[8 * block].x, 0, x);
+        scatter4<8>(particles[8 * block].x, 4, d);
     }
 }
 

@@ -208,7 +208,7 @@ double elastic_energy(const Bar& bar, const std::vector<uint8_t>& edge_intact) {
     std::vector<MovingParticle> particles(rest.n_particles());
     for (size_t i = 0; i < particles.size(); ++i) {
         particles[i].x = bar.state.position[i];
-        particles[i].D = (bar.state.orientation[i] * rest.rest_orientation[i].conjugate()).toRotationMatrix();
+        particles[i].d = bar.state.orientation[i] * rest.rest_orientation[i].conjugate();
     }
     double energy = 0;
     for (uint32_t g = 0; g < particles.size(); ++g) {
@@ -218,9 +218,9 @@ double elastic_energy(const Bar& bar, const std::vector<uint8_t>& edge_intact) {
         for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
             const MovingParticle& p = particles[live.member(s)];
             const MemberShape& m = shapes.member[s];
-            const Mat3 N = to_matrix(m.moment);
+            const Mat3 D = p.d.toRotationMatrix(), N = to_matrix(m.moment);
             sum +=
-                m.mass * (p.x - A.center - R * m.q).squaredNorm() + 2 * (N.trace() - (p.D * N * R.transpose()).trace());
+                m.mass * (p.x - A.center - R * m.q).squaredNorm() + 2 * (N.trace() - (D * N * R.transpose()).trace());
         }
         const double k = group_stiffness(shapes.group[g], shapes.rest_trace[g], rest.volume[g], bar.material).k;
         energy += 0.5 * k * sum;

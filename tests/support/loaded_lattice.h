@@ -16,8 +16,7 @@ struct LoadedLattice {
     explicit LoadedLattice(const LatticeBody& body) : rest(lattice_mesh(body)) {
         live.reset(rest, std::vector<uint8_t>(rest.n_edges(), 1));
         shapes.reset(rest, live, std::vector<Mat3>(rest.n_particles(), Mat3::Identity()));
-        for (const Vec3& x : rest.rest_position)
-            particles.push_back({x, Quat::Identity(), Mat3::Identity(), x, Quat::Identity()});
+        for (const Vec3& x : rest.rest_position) particles.push_back({x, Quat::Identity(), x, Quat::Identity()});
         strains.resize(rest.n_particles());
     }
     std::vector<BrokenEdge> cut(double leading = 0) const {

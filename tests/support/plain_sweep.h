@@ -25,7 +25,7 @@ inline void plain_match(const LiveTopology& live, const GroupShapes& shapes, std
         PlainGoal& goal = io_goals[g];
         if (live.count(g) == 1) {  // a lone particle matches itself wherever it is
             goal.center = particles[g].x;
-            goal.G = particles[g].D;
+            goal.G = particles[g].d.toRotationMatrix();
             goal.rotation = particles[g].d;
             goal.weight = goal.weight_bound = 0;
             continue;
@@ -73,7 +73,6 @@ inline void plain_average(const LiveTopology& live, const GroupShapes& shapes, s
         p.x += omega / total * pull;
         p.d.coeffs() += omega * (turn / total_turn - p.d.coeffs());
         p.d.normalize();
-        p.D = p.d.toRotationMatrix();
     }
 }
 

@@ -228,7 +228,7 @@ struct Touching {
     std::vector<PieceMotion> motion = std::vector<PieceMotion>(2);
 
     explicit Touching(double own_share) {
-        for (const Vec3& x : start) moving.push_back({x, Quat::Identity(), Mat3::Identity(), x, Quat::Identity()});
+        for (const Vec3& x : start) moving.push_back({x, Quat::Identity(), x, Quat::Identity()});
         Mat3 inertia = 0.05 * Mat3::Identity();
         for (int i = 0; i < 4; ++i) pieces[0].center += start[i] / 4;
         for (int i = 0; i < 4; ++i) {
