@@ -225,18 +225,18 @@ size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collis
     DisjointSets islands = pieces_of(scene, s);
     size_t n_pieces = 0;
     for (uint32_t i = 0; i < s.n_particles(); ++i) n_pieces += islands.root(i) == i;
-    join_by_contacts(s, islands);
-    std::vector<double> stillest(n_movables, kNever);  // by root: how long all of the island has been still, s
-    for (uint32_t i = 0; i < n_movables; ++i) {
-        double& least = stillest[islands.root(i)];
-        least = std::min(least, s.still_time[i]);
+    const auto intervals = [](double time) { return std::floor((time + 1e-9) / kSleepInterval); };
+    if (intervals(before.time) != intervals(s.time)) {
+        join_by_contacts(s, islands);
+        std::vector<double> stillest(n_movables, kNever);  // by root: how long all of the island has been still, s
+        for (uint32_t i = 0; i < n_movables; ++i) {
+            double& least = stillest[islands.root(i)];
+            least = std::min(least, s.still_time[i]);
+        }
+        for (uint32_t i = 0; i < n_movables; ++i)
+            if (!s.asleep[i] && stillest[islands.root(i)] >= kTimeToSleep - 1e-9) s.asleep[i] = 1, stop(s, i);
     }
-    bool any = false;
-    for (uint32_t i = 0; i < n_movables; ++i) {
-        if (!s.asleep[i] && stillest[islands.root(i)] >= kTimeToSleep - 1e-9) s.asleep[i] = 1, stop(s, i);
-        any |= s.asleep[i] != 0;
-    }
-    if (any)
+    if (anything_sleeps(s))
         s.rest_conditions = conditions(input, self_collision, FrameEnd::end, s);
     else
         s.rest_conditions.clear();

@@ -11,6 +11,9 @@ namespace sunder {
 /// s; an island sleeps when all of it has hardly moved for so long.
 constexpr double kTimeToSleep = 0.5;
 
+/// s; how often it is looked what may fall asleep: what is simulated is numbered anew each time that something does.
+constexpr double kSleepInterval = 0.25;
+
 /// m/s; what moves from frame to frame more slowly than this hardly moves. sqrt(g size) is the speed of things that
 /// fall, tip and slide; a thousandth of it is that of a fall by half a millionth of the size, and moves a fragment of
 /// 6 cm by 0.6 % of its size in the time to sleep. Without gravity there is no such scale: things sleep only if they do
@@ -43,7 +46,7 @@ void wake_changed(const Scene& scene, const FrameInput& input, bool self_collisi
 void wake(const Scene& scene, std::span<const uint32_t> movables, FrameState& io_state);
 
 /// To be called at the end of a frame that began in `before`: counts how long things have been still, and puts islands
-/// to sleep. Returns how many pieces there are.
+/// to sleep if a multiple of kSleepInterval lies in the frame. Returns how many pieces there are.
 size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collision, const FrameState& before,
                    FrameState& io_state);
 

@@ -249,7 +249,7 @@ TEST(sleeping, numbering_anew_what_flows_and_breaks_gives_the_same_bits_as_begin
     const auto solver = test::make_solver(g.scene);
     std::vector<FrameState> states = {solver->initial_state(g.input.materials)};
     size_t n_changes = 0, n_broken = 0, n_flowed = 0;
-    for (int f = 0; f < 48; ++f) {
+    for (int f = 0; f < 72; ++f) {
         states.push_back(states.back());
         const StepReport report = advance(*solver, g.input, g.settings, states.back());
         const FrameState &before = states[states.size() - 2], &now = states.back();
@@ -261,10 +261,10 @@ TEST(sleeping, numbering_anew_what_flows_and_breaks_gives_the_same_bits_as_begin
     EXPECT_GT(n_changes, 3u);
     EXPECT_GT(n_broken, 10u);
     EXPECT_GT(n_flowed, 3u);
-    for (int from = 10; from < 48; from += 5) {
+    for (int from = 10; from < 72; from += 5) {
         const auto fresh = test::make_solver(g.scene);
         FrameState state = states[static_cast<size_t>(from)];
-        for (int f = from; f < from + 5 && f < 48; ++f) {
+        for (int f = from; f < from + 5 && f < 72; ++f) {
             run(*fresh, g, state, 1);
             ASSERT_EQ(state_hash(state), state_hash(states[static_cast<size_t>(f) + 1])) << from << " to " << f;
         }
