@@ -107,8 +107,7 @@ bool PairFilter::is_possible(uint32_t i, uint32_t j) const {
     return (item.empty() || item[i] != item[j]) && (self_collision || !same_body(i, j));
 }
 
-void PairFilter::remove_excluded(std::vector<uint32_t>& io_marks, std::vector<Pair>& io_pairs,
-                                 std::vector<Pair>* io_excluded) const {
+void PairFilter::remove_excluded(std::vector<uint32_t>& io_marks, std::vector<Pair>& io_pairs) const {
     if (excludes_by_rings_alone() && rings.begin.empty()) return;
     constexpr uint32_t kNone = 0xffffffffu;
     io_marks.resize(n_particles, kNone);
@@ -121,23 +120,19 @@ void PairFilter::remove_excluded(std::vector<uint32_t>& io_marks, std::vector<Pa
         marked = i;
         return io_marks[j] == i;
     };
-    std::erase_if(io_pairs, [&](const Pair& pair) {
-        if (!is_excluded(pair)) return false;
-        if (io_excluded) io_excluded->push_back(pair);
-        return true;
-    });
+    std::erase_if(io_pairs, is_excluded);
 }
 
-void LiveRings::mark_near(uint32_t i, std::span<uint32_t> io_mark) const {
+void LiveRings::mark_near(uint32_t i, std::span<uint32_t> io_mark, uint32_t first) const {
     if (i >= begin.size()) return;
     const auto intact = [&](uint32_t s) { return edge.empty() || edge_intact[edge[s]] != 0; };
     for (uint32_t s = begin[i]; s < end[i]; ++s) {
         if (!intact(s)) continue;
         const uint32_t third = member[s];
-        io_mark[third] = i;
+        io_mark[third - first] = i;
         if (third < begin.size())
             for (uint32_t t = begin[third]; t < end[third]; ++t)
-                if (intact(t)) io_mark[member[t]] = i;
+                if (intact(t)) io_mark[member[t] - first] = i;
     }
 }
 

@@ -27,8 +27,8 @@ struct LiveRings {
     /// rest, would only jam a body that is squeezed.
     bool near(uint32_t i, uint32_t j) const;
 
-    /// Writes i to io_mark[j] (n_particles) of all j that are near it.
-    void mark_near(uint32_t i, std::span<uint32_t> io_mark) const;
+    /// Writes i to io_mark[j - first] of all j that are near it; `first`: no particle joined to any of them is below.
+    void mark_near(uint32_t i, std::span<uint32_t> io_mark, uint32_t first = 0) const;
 };
 
 /// Pairs that never touch, however near they are.
@@ -42,10 +42,8 @@ struct PairFilter {
     bool excludes(uint32_t i, uint32_t j) const;
 
     /// Takes out what is excluded; fastest where pairs with the same first one follow one another. `io_marks` tells of
-    /// whom each particle was last found near: empty, or as a call with the same rings left it. Where `io_excluded` is
-    /// given, what was taken out is appended to it.
-    void remove_excluded(std::vector<uint32_t>& io_marks, std::vector<Pair>& io_pairs,
-                         std::vector<Pair>* io_excluded = nullptr) const;
+    /// whom each particle was last found near: empty, or as a call with the same rings left it.
+    void remove_excluded(std::vector<uint32_t>& io_marks, std::vector<Pair>& io_pairs) const;
 
     bool same_body(uint32_t i, uint32_t j) const;
     bool is_possible(uint32_t i, uint32_t j) const;  // but for the rings

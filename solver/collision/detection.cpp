@@ -87,11 +87,9 @@ void in_chunks(size_t n, const WorkerPool& workers, const Find& find, std::vecto
     constexpr size_t kChunk = 256;
     const size_t n_chunks = (n + kChunk - 1) / kChunk;
     if (chunks.size() < n_chunks) chunks.resize(n_chunks);
-    workers.for_range(n_chunks, 1, [&](size_t first, size_t last) {
-        for (size_t k = first; k < last; ++k) {
-            chunks[k].clear();
-            find(k * kChunk, std::min(n, (k + 1) * kChunk), chunks[k]);
-        }
+    workers.for_each(n_chunks, [&](size_t k) {
+        chunks[k].clear();
+        find(k * kChunk, std::min(n, (k + 1) * kChunk), chunks[k]);
     });
     for (size_t k = 0; k < n_chunks; ++k) out.insert(out.end(), chunks[k].begin(), chunks[k].end());
 }

@@ -83,6 +83,7 @@ std::span<const Pair> PairsBetweenPieces::update(std::span<const Aabb> boxes, st
     const size_t n = boxes.size();
     if (!are_known_) take_pieces(piece, n);
     are_known_ = true;
+    if (begin_.size() <= 2) return {};  // a single piece
     filter.item = item_;
     filter.rings = {};  // those of different pieces hold nothing in common
     if (!grown_.empty()) {

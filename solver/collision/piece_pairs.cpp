@@ -1,52 +1,29 @@
 #include "solver/collision/piece_pairs.h"
 
-#include <Eigen/LU>
 #include <algorithm>
-
-#include "solver/polar_decomposition.h"
 
 namespace sunder {
 namespace {
 
 constexpr uint32_t kNone = 0xffffffffu;
-constexpr double kSkin = 0.15;     // of a mean box: how much boxes are grown on every side
-constexpr size_t kMostAgain = 6;   // looked for again: one of so many at most,
-constexpr size_t kMostAlone = 32;  // and no more, for each is tested against the whole piece
-constexpr double kMostTurn = 0.5;  // rad a step; faster pieces are followed without their turning
+constexpr double kSkin = 0.15;        // of a mean box: how much boxes are grown on every side
+constexpr size_t kMostAgain = 6;      // looked for again: one of so many at most,
+constexpr size_t kMostAlone = 32;     // and no more, for each is tested against the whole piece
+constexpr size_t kLeastShared = 512;  // particles of a piece that all threads work on together
 
-struct RigidMotion {
-    Vec3 center = Vec3::Zero(), velocity = Vec3::Zero(), spin = Vec3::Zero();
-};
+Pair ascending(uint32_t i, uint32_t j) { return {std::min(i, j), std::max(i, j)}; }
 
-RigidMotion rigid_motion(const ParticleMotion& in, std::span<const uint32_t> members) {
-    RigidMotion m;
-    const double n = static_cast<double>(members.size());
-    const Vec3 origin = in.position[members.front()];
-    for (const uint32_t i : members) m.center += (in.position[i] - origin) / n, m.velocity += in.velocity[i] / n;
-    m.center += origin;
-    Vec3 L = Vec3::Zero();
-    Mat3 H = Mat3::Zero();
-    for (const uint32_t i : members) {
-        const Vec3 r = in.position[i] - m.center;
-        L += r.cross(in.velocity[i] - m.velocity);
-        H += r.squaredNorm() * Mat3::Identity() - r * r.transpose();
-    }
-    const Vec3 spin = (H + 1e-9 * H.trace() * Mat3::Identity()).inverse() * L;
-    if (spin.norm() * in.duration < kMostTurn) m.spin = spin;  // and not where it is not finite
-    return m;
-}
-
-// Box in the frame of the piece: the particle's ball, moved by what it does beyond the piece's rigid motion. That
-// motion is not straight, while contacts are found on straight paths: two that touch on them are no farther apart than
-// their reach and what turning adds to it, theta (their reach + ...), hence theta / (1 - theta).
-Aabb box_in_piece(const ParticleMotion& in, const RigidMotion& m, const Quat& turn, uint32_t i) {
-    const Quat back = turn.conjugate();
-    const Vec3 r = in.position[i] - m.center;
-    const Vec3 way = in.duration * (in.velocity[i] - m.velocity - m.spin.cross(r));
-    const double theta = in.duration * m.spin.norm();
-    const double radius = in.radius[i] + theta / (1 - theta) * (in.radius[i] + way.norm());
-    const Vec3 from = back * r, to = from + back * way, reach = Vec3::Constant(radius * (1 + 1e-9));
-    return {from.cwiseMin(to) - reach, from.cwiseMax(to) + reach};
+// Calls find(k, near, out) for k in [0, n); puts what they found in order. `near` tells of whom each particle, from the
+// first of the piece on, was last found near (LiveRings::mark_near).
+template <class Find>
+void collect(size_t n, size_t n_marks, const WorkerPool& workers, const Find& find, std::vector<Pair>& out) {
+    std::vector<std::vector<Pair>> found(n);
+    std::vector<std::vector<uint32_t>> near(static_cast<size_t>(workers.threads()));
+    workers.for_each_in_slots(n, [&](size_t k, size_t slot) {
+        near[slot].resize(n_marks, kNone);
+        find(k, near[slot], found[k]);
+    });
+    for (const std::vector<Pair>& some : found) out.insert(out.end(), some.begin(), some.end());
 }
 
 }  // namespace
@@ -67,13 +44,13 @@ void PiecePairs::renumber(std::span<const uint32_t> former) {
     std::erase_if(pieces_, [&](const Piece& p) { return std::ranges::any_of(p.member, is_gone); });
     for (Piece& p : pieces_) {
         for (uint32_t& i : p.member) i = now[i];
-        for (std::vector<Pair>* pairs : {&p.pairs, &p.excluded})
-            for (auto& [i, j] : *pairs) i = now[i], j = now[j];
+        for (uint32_t& i : p.ring) i = now[i];  // of the piece
+        for (auto& [i, j] : p.pairs) i = now[i], j = now[j];
     }
     are_known_ = false;
 }
 
-void PiecePairs::take_pieces(std::span<const uint32_t> piece) {
+void PiecePairs::take_pieces(std::span<const uint32_t> piece, const LiveRings& rings) {
     std::vector<Piece> old = std::move(pieces_);
     std::vector<uint32_t> size, index;                  // by piece; place in pieces_, from 1
     std::vector<uint32_t> parent(piece.size(), kNone);  // in `old`
@@ -97,10 +74,12 @@ void PiecePairs::take_pieces(std::span<const uint32_t> piece) {
     for (Piece& now : pieces_) {
         const uint32_t k = parent[now.member.front()];
         if (k == kNone || std::ranges::any_of(now.member, [&](uint32_t i) { return parent[i] != k; })) continue;
-        if (old[k].member.size() == now.member.size())
+        if (old[k].member.size() == now.member.size()) {
             now = std::move(old[k]);
-        else
+        } else {
             inherit(old[k], piece, now);
+            remember_rings(rings, now);
+        }
     }
 }
 
@@ -112,7 +91,6 @@ void PiecePairs::inherit(Piece& io_parent, std::span<const uint32_t> piece, Piec
     size_t k = 0;
     for (const uint32_t i : child.member) {
         while (io_parent.member[k] != i) ++k;
-        child.ring_size.push_back(io_parent.ring_size[k]);
         child.remembered.push_back(io_parent.remembered[k]);
         child.grown.push_back(io_parent.grown[k]);
         center += io_parent.remembered[k] / static_cast<double>(child.member.size());
@@ -120,110 +98,140 @@ void PiecePairs::inherit(Piece& io_parent, std::span<const uint32_t> piece, Piec
     for (Vec3& x : child.remembered) x -= center;
     for (Aabb& box : child.grown) box.min -= center, box.max -= center;
     const uint32_t own = piece[child.member.front()];
-    const auto take = [&](std::vector<Pair>& io_from, std::vector<Pair>& to) {
-        std::erase_if(io_from, [&](const Pair& pair) {
-            const uint32_t a = piece[pair.first], b = piece[pair.second];
-            if (a == own && b == own) to.push_back(pair);
-            return a != b || a == own;
-        });
-    };
-    take(io_parent.pairs, child.pairs), take(io_parent.excluded, child.excluded);
+    std::erase_if(io_parent.pairs, [&](const Pair& pair) {
+        const uint32_t a = piece[pair.first], b = piece[pair.second];
+        if (a == own && b == own) child.pairs.push_back(pair);
+        return a != b || a == own;
+    });
 }
 
-void PiecePairs::refresh(const ParticleMotion& in, const PairFilter& filter, Piece& io_piece) {
+void PiecePairs::remember_rings(const LiveRings& rings, Piece& io_piece) {
     Piece& p = io_piece;
-    const RigidMotion m = rigid_motion(in, p.member);
+    p.ring.clear(), p.ring_end.clear();
+    for (const uint32_t i : p.member) {
+        p.ring.insert(p.ring.end(), rings.member.begin() + rings.begin[i], rings.member.begin() + rings.end[i]);
+        p.ring_end.push_back(static_cast<uint32_t>(p.ring.size()));
+    }
+}
+
+// Pairs that are no longer near one another: on each way from one to the other, one of the two lost a neighbour.
+void PiecePairs::take_in(const LiveRings& rings, std::span<const uint32_t> piece, Piece& io_piece) {
+    Piece& p = io_piece;
+    const uint32_t first = p.member.front();
+    const size_t n_known = p.pairs.size();
+    std::vector<uint32_t> place, near;  // in `member`; of whom it was last found near, or apart (particles from first)
+    for (size_t k = 0; k < p.member.size(); ++k) {
+        const uint32_t i = p.member[k];
+        const std::span<const uint32_t> before = p.ring_of(k);
+        if (before.size() == rings.end[i] - rings.begin[i]) continue;
+        if (place.empty()) {
+            place.resize(p.member.back() - first + 1), near.resize(place.size(), kNone);
+            for (uint32_t m = 0; m < p.member.size(); ++m) place[p.member[m] - first] = m;
+        }
+        rings.mark_near(i, near, first);
+        near[i - first] = i;
+        const auto take = [&](uint32_t j) {
+            if (near[j - first] == i || piece[j] != piece[i]) return;
+            near[j - first] = i;
+            if (overlap(p.grown[k], p.grown[place[j - first]])) p.pairs.push_back(ascending(i, j));
+        };
+        uint32_t slot = rings.begin[i];
+        for (const uint32_t lost : before) {
+            if (slot < rings.end[i] && rings.member[slot] == lost) {
+                ++slot;
+                continue;
+            }
+            take(lost);
+            for (const uint32_t j : p.ring_of(place[lost - first])) take(j);
+        }
+    }
+    if (place.empty()) return;
+    const auto taken = p.pairs.begin() + static_cast<std::ptrdiff_t>(n_known);  // some twice: both lost a neighbour
+    std::sort(taken, p.pairs.end());
+    p.pairs.erase(std::unique(taken, p.pairs.end()), p.pairs.end());
+    remember_rings(rings, p);
+}
+
+void PiecePairs::refresh(const PieceFrameKernels& kernels, const ParticleMotion& motion, const LiveRings& rings,
+                         const WorkerPool& workers, Piece& io_piece) {
+    Piece& p = io_piece;
+    PieceFrame frame(kernels, motion, p.member, p.turn, workers);
     p.is_fresh = p.is_changed = false;
     if (!p.remembered.empty()) {
-        Mat3 A = Mat3::Zero();
-        for (size_t k = 0; k < p.member.size(); ++k)
-            A += (in.position[p.member[k]] - m.center) * p.remembered[k].transpose();
-        p.turn = optimal_rotation(A, p.turn);
         std::vector<uint32_t> left;  // places in `member`
-        std::vector<Aabb> box;       // as left
-        const size_t most = std::min(p.member.size() / kMostAgain, kMostAlone);
-        for (uint32_t k = 0; k < p.member.size() && left.size() <= most; ++k) {
-            const Aabb now = box_in_piece(in, m, p.turn, p.member[k]);
-            if (!holds(p.grown[k], now)) left.push_back(k), box.push_back(now);
+        frame.find_who_left(p.grown, left);
+        if (!left.empty()) {
+            frame.turn_to(p.remembered);
+            p.turn = frame.turn();
+            frame.find_who_left(p.grown, left);
         }
-        if (left.size() <= most) {
-            take_in(filter, p);
-            if (left.empty()) return;
-            for (size_t k = 0; k < left.size(); ++k) {
-                p.remembered[left[k]] = p.turn.conjugate() * (in.position[p.member[left[k]]] - m.center);
-                const double by = kSkin * (box[k].max - box[k].min).maxCoeff();
-                p.grown[left[k]] = {box[k].min.array() - by, box[k].max.array() + by};
+        if (left.empty()) return;
+        if (left.size() <= std::min(p.member.size() / kMostAgain, kMostAlone)) {
+            for (const uint32_t k : left) {
+                p.remembered[k] = frame.position(k);
+                const Aabb box = frame.box(k);
+                const double by = kSkin * (box.max - box.min).maxCoeff();
+                p.grown[k] = {box.min.array() - by, box.max.array() + by};
             }
-            return find_again(filter, left, p);
+            return find_again(rings, left, workers, p);
         }
     }
     p.is_fresh = p.is_changed = true;
     p.turn = Quat::Identity();
-    p.remembered.clear(), p.grown.clear();
+    frame.set_turn(p.turn);
+    frame.find_boxes(p.grown);
+    p.remembered.resize(p.member.size());
     double extent = 0;
-    for (const uint32_t i : p.member) {
-        p.remembered.push_back(in.position[i] - m.center);
-        p.grown.push_back(box_in_piece(in, m, p.turn, i));
-        extent += (p.grown.back().max - p.grown.back().min).maxCoeff() / static_cast<double>(p.member.size());
+    for (size_t k = 0; k < p.member.size(); ++k) {
+        p.remembered[k] = frame.position(k);
+        extent += (p.grown[k].max - p.grown[k].min).maxCoeff() / static_cast<double>(p.member.size());
     }
     for (Aabb& box : p.grown) box.min.array() -= kSkin * extent, box.max.array() += kSkin * extent;
-    find_pairs(filter, p);
-}
-
-// Pairs that are no longer near one another. An edge is on the way from one to the other only if it begins at either.
-void PiecePairs::take_in(const PairFilter& filter, Piece& io_piece) {
-    Piece& p = io_piece;
-    const uint32_t first = p.member.front();
-    std::vector<uint8_t> is_changed;
-    for (size_t k = 0; k < p.member.size(); ++k) {
-        const uint32_t i = p.member[k], size = filter.rings.end[i] - filter.rings.begin[i];
-        if (p.ring_size[k] == size) continue;
-        p.ring_size[k] = size;
-        is_changed.resize(p.member.back() - first + 1, 0);
-        is_changed[i - first] = 1;
-    }
-    if (is_changed.empty()) return;
-    std::erase_if(p.excluded, [&](const Pair& pair) {
-        const auto [i, j] = pair;
-        if ((!is_changed[i - first] && !is_changed[j - first]) || filter.excludes(i, j)) return false;
-        p.pairs.push_back(pair);
-        p.is_changed = true;
-        return true;
-    });
+    remember_rings(rings, p);
+    find_pairs(rings, workers, p);
 }
 
 // Pairs of those at these places of `member`.
-void PiecePairs::find_again(const PairFilter& filter, std::span<const uint32_t> places, Piece& io_piece) {
+void PiecePairs::find_again(const LiveRings& rings, std::span<const uint32_t> places, const WorkerPool& workers,
+                            Piece& io_piece) {
     Piece& p = io_piece;
     const uint32_t first = p.member.front();
     std::vector<uint8_t> has_left(p.member.back() - first + 1, 0);
     for (const uint32_t k : places) has_left[p.member[k] - first] = 1;
-    for (std::vector<Pair>* pairs : {&p.pairs, &p.excluded})
-        std::erase_if(*pairs,
-                      [&](const Pair& pair) { return has_left[pair.first - first] || has_left[pair.second - first]; });
-    for (const uint32_t k : places) {
-        const uint32_t i = p.member[k];
+    std::erase_if(p.pairs,
+                  [&](const Pair& pair) { return has_left[pair.first - first] || has_left[pair.second - first]; });
+    const auto find = [&](size_t n, std::span<uint32_t> io_near, std::vector<Pair>& out) {
+        const Aabb& own = p.grown[places[n]];
+        const uint32_t i = p.member[places[n]];
+        rings.mark_near(i, io_near, first);
         for (size_t other = 0; other < p.member.size(); ++other) {
             const uint32_t j = p.member[other];
-            if (!overlap(p.grown[k], p.grown[other]) || i == j || (has_left[j - first] && j < i)) continue;
-            (filter.excludes(i, j) ? p.excluded : p.pairs).push_back({std::min(i, j), std::max(i, j)});
+            if (!overlap(own, p.grown[other]) || i == j || (has_left[j - first] && j < i)) continue;
+            if (io_near[j - first] != i) out.push_back(ascending(i, j));
         }
-    }
+    };
+    collect(places.size(), has_left.size(), workers, find, p.pairs);
     p.is_changed = true;
 }
 
-void PiecePairs::find_pairs(const PairFilter& filter, Piece& io_piece) {
+void PiecePairs::find_pairs(const LiveRings& rings, const WorkerPool& workers, Piece& io_piece) {
+    constexpr size_t kChunk = 4096;
     Piece& p = io_piece;
+    const uint32_t first = p.member.front();
     OverlapScratch scratch;
-    find_overlaps(p.grown, {}, WorkerPool(1), scratch, p.pairs);  // other threads have other pieces
-    for (auto& [i, j] : p.pairs) i = p.member[i], j = p.member[j];
-    p.excluded.clear();
-    filter.remove_excluded(scratch.near, p.pairs, &p.excluded);
-    for (std::vector<Pair>* pairs : {&p.pairs, &p.excluded})
-        for (auto& [i, j] : *pairs)
-            if (i > j) std::swap(i, j);
-    p.ring_size.clear();
-    for (const uint32_t i : p.member) p.ring_size.push_back(filter.rings.end[i] - filter.rings.begin[i]);
+    std::vector<Pair> places;  // in `member`
+    find_overlaps(p.grown, {}, workers, scratch, places);
+    const auto find = [&](size_t n, std::span<uint32_t> io_near, std::vector<Pair>& out) {
+        uint32_t marked = kNone;
+        for (const Pair& pair : std::span(places).subspan(n * kChunk, std::min(kChunk, places.size() - n * kChunk))) {
+            const uint32_t i = p.member[pair.first], j = p.member[pair.second];
+            if (i != marked) rings.mark_near(i, io_near, first);
+            marked = i;
+            if (io_near[j - first] != i) out.push_back(ascending(i, j));
+        }
+    };
+    p.pairs.clear();
+    collect((places.size() + kChunk - 1) / kChunk, p.member.back() - first + 1, workers, find, p.pairs);
 }
 
 std::span<const Pair> PiecePairs::update(const ParticleMotion& motion, std::span<const uint32_t> piece,
@@ -232,9 +240,21 @@ std::span<const Pair> PiecePairs::update(const ParticleMotion& motion, std::span
     self_collision_ = filter.self_collision;
     if (!filter.self_collision) return {};
     bool changed = !are_known_;
-    if (!are_known_) take_pieces(piece);
+    if (!are_known_) {
+        workers.for_each(pieces_.size(), [&](size_t k) { take_in(filter.rings, piece, pieces_[k]); });
+        take_pieces(piece, filter.rings);
+    }
     are_known_ = true;
-    workers.for_each(pieces_.size(), [&](size_t k) { refresh(motion, filter, pieces_[k]); });
+    const PieceFrameKernels& kernels = piece_frame_kernels();
+    // One that is so large a part of the scene that the others would not keep the threads busy is shared by all.
+    const size_t least_shared = std::max(kLeastShared, piece.size() / (2 * static_cast<size_t>(workers.threads())));
+    const auto is_shared = [&](const Piece& p) { return p.member.size() >= least_shared; };
+    for (Piece& p : pieces_)
+        if (is_shared(p)) refresh(kernels, motion, filter.rings, workers, p);
+    const WorkerPool alone(1);
+    workers.for_each(pieces_.size(), [&](size_t k) {
+        if (!is_shared(pieces_[k])) refresh(kernels, motion, filter.rings, alone, pieces_[k]);
+    });
     for (const Piece& p : pieces_) changed |= p.is_changed, n_rebuilds_ += p.is_fresh;
     if (!changed) return pairs_;
     pairs_.clear();

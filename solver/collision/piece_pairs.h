@@ -5,16 +5,10 @@
 #include <vector>
 
 #include "solver/collision/broad_phase.h"
+#include "solver/collision/piece_frame.h"
 #include "solver/parallel.h"
 
 namespace sunder {
-
-/// Particles at the start of a step, and what they would do alone.
-struct ParticleMotion {
-    std::span<const Vec3> position, velocity;  // m, m/s (n_particles)
-    std::span<const double> radius;            // of the ball that holds it and what its contacts reach (n_particles), m
-    double duration = 0;                       // h, s
-};
 
 /// Remembers the pairs of each piece in a frame that moves and turns with it: a body that falls or spins as a whole
 /// finds its pairs once. A piece that breaks leaves what it knows to its parts. What is remembered changes no contact.
@@ -39,21 +33,28 @@ public:
 private:
     struct Piece {
         std::vector<uint32_t> member;
-        std::vector<uint32_t> ring_size;  // for which `excluded` holds (as member)
-        std::vector<Vec3> remembered;     // positions when its boxes were grown, from their centre (as member), m
-        std::vector<Aabb> grown;          // in the frame of then, about the centre (as member), m
-        std::vector<Pair> pairs;          // of overlapping boxes, first < second
-        std::vector<Pair> excluded;       // near one another as yet
-        Quat turn = Quat::Identity();     // since then
-        bool is_changed = false;          // its pairs were changed in this update
-        bool is_fresh = false;            // all of them were found in it
+        std::vector<uint32_t> ring_end, ring;  // one after the other, for which `pairs` hold (as member); particles
+        std::vector<Vec3> remembered;          // positions when its boxes were grown, from their centre (as member), m
+        std::vector<Aabb> grown;               // in the frame of then, about the centre (as member), m
+        std::vector<Pair> pairs;               // of overlapping boxes, not near one another, first < second
+        Quat turn = Quat::Identity();          // since then
+        bool is_changed = false;               // its pairs were changed in this update
+        bool is_fresh = false;                 // all of them were found in it
+
+        std::span<const uint32_t> ring_of(size_t place) const {
+            const uint32_t begin = place == 0 ? 0 : ring_end[place - 1];
+            return std::span(ring).subspan(begin, ring_end[place] - begin);
+        }
     };
-    void take_pieces(std::span<const uint32_t> piece);
+    void take_pieces(std::span<const uint32_t> piece, const LiveRings& rings);
     static void inherit(Piece& io_parent, std::span<const uint32_t> piece, Piece& io_child);
-    static void refresh(const ParticleMotion& motion, const PairFilter& filter, Piece& io_piece);
-    static void take_in(const PairFilter& filter, Piece& io_piece);
-    static void find_again(const PairFilter& filter, std::span<const uint32_t> places, Piece& io_piece);
-    static void find_pairs(const PairFilter& filter, Piece& io_piece);
+    static void remember_rings(const LiveRings& rings, Piece& io_piece);
+    static void take_in(const LiveRings& rings, std::span<const uint32_t> piece, Piece& io_piece);
+    static void refresh(const PieceFrameKernels& kernels, const ParticleMotion& motion, const LiveRings& rings,
+                        const WorkerPool& workers, Piece& io_piece);
+    static void find_again(const LiveRings& rings, std::span<const uint32_t> places, const WorkerPool& workers,
+                           Piece& io_piece);
+    static void find_pairs(const LiveRings& rings, const WorkerPool& workers, Piece& io_piece);
 
     std::vector<Piece> pieces_;  // of three particles or more: two are joined
     std::vector<Pair> pairs_;

@@ -68,18 +68,17 @@ inline void expect_same(const std::vector<Contact>& x, const std::vector<Contact
 
 // A block whose edges break some at a time until it is crumbs.
 struct Crumbling : Flight {
-    static constexpr uint32_t kSide = 6;
     std::vector<std::pair<uint32_t, uint32_t>> edges;
 
-    Crumbling() {
+    explicit Crumbling(uint32_t side = 6) {  // particles along each
         particles.clear(), own.clear();
-        for (uint32_t i = 0; i < kSide * kSide * kSide; ++i) {
-            const Vec3 place(i % kSide, i / kSide % kSide, i / (kSide * kSide));
+        for (uint32_t i = 0; i < side * side * side; ++i) {
+            const Vec3 place(i % side, i / side % side, i / (side * side));
             particles.push_back({0.35 * place + 0.05 * vector(), rotation_of(vector()).toRotationMatrix(),
                                  Vec3::Constant(0.15) + 0.1 * vector().cwiseAbs()});
             own.push_back(vector());
-            for (const uint32_t step : {1u, kSide, kSide * kSide})
-                if (i / step % kSide + 1 < kSide) edges.push_back({i, i + step});
+            for (const uint32_t step : {1u, side, side * side})
+                if (i / step % side + 1 < side) edges.push_back({i, i + step});
         }
         std::ranges::shuffle(edges, rng);
         velocity.assign(particles.size(), Vec3(0, 0, -3));

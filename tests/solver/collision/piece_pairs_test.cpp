@@ -88,6 +88,58 @@ TEST(piece_pairs, parts_of_a_piece_that_breaks_find_what_a_fresh_search_finds) {
     EXPECT_GT(total, 1000u);
 }
 
+// So large that all threads work on it together.
+TEST(piece_pairs, parts_of_a_large_piece_find_what_a_fresh_search_finds) {
+    Crumbling f(9);
+    ContactScratch kept;
+    size_t total = 0;
+    for (int step = 0; step < 12; ++step) {
+        for (size_t i = 0; i < f.velocity.size(); ++i) f.velocity[i] += 0.3 * f.vector();
+        f.expect_as_a_fresh_search(kept, total);
+        f.move();
+        f.break_some(150);
+        kept.edges_broke();
+    }
+    EXPECT_GT(total, 1000u);
+}
+
+TEST(piece_pairs, threads_and_instruction_sets_find_the_same_pairs_in_the_same_order) {
+    struct Search {
+        int threads;
+        const char* instructions;  // null: the best
+        PiecePairs pairs;
+    } searches[] = {{1, nullptr, {}}, {2, nullptr, {}}, {5, nullptr, {}}, {1, "portable", {}}};
+    Crumbling f(9);
+    PairFilter filter;
+    filter.n_particles = static_cast<uint32_t>(f.particles.size());
+    size_t total = 0;
+    for (uint32_t step = 0; step < 12; ++step) {
+        std::vector<Vec3> position, velocity(f.velocity);
+        for (const Ellipsoid& e : f.particles) position.push_back(e.center);
+        // All leave their boxes, few, none.
+        for (uint32_t i = 0; i < velocity.size(); ++i)
+            if (step % 6 == 5 || (step % 2 == 1 && i % 60 == step)) velocity[i] += 12 * f.own[i];
+        const std::vector<double> radius(position.size(), 0.25);
+        filter.rings = f.input().rings;
+        std::vector<Pair> first;
+        for (Search& s : searches) {
+            if (s.instructions) setenv("SUNDER_INSTRUCTIONS", s.instructions, 1);
+            const auto found =
+                s.pairs.update({position, velocity, radius, f.h}, f.piece, filter, WorkerPool(s.threads));
+            unsetenv("SUNDER_INSTRUCTIONS");
+            if (&s == searches) first.assign(found.begin(), found.end());
+            EXPECT_TRUE(std::ranges::equal(found, first)) << s.threads << " threads, step " << step;
+        }
+        total += first.size();
+        f.move();
+        f.break_some(20);
+        for (Search& s : searches) s.pairs.edges_broke();
+    }
+    EXPECT_GT(total, 12 * 1000u);
+    EXPECT_GT(searches[0].pairs.n_rebuilds(), 1u);
+    EXPECT_LT(searches[0].pairs.n_rebuilds(), 6u);
+}
+
 TEST(piece_pairs, a_piece_that_breaks_leaves_its_pairs_to_its_parts) {
     Crumbling f;
     ContactScratch kept;
