@@ -125,7 +125,15 @@ void PairFilter::remove_excluded(std::vector<uint32_t>& io_marks, std::vector<Pa
 
 void LiveRings::mark_near(uint32_t i, std::span<uint32_t> io_mark, uint32_t first) const {
     if (i >= begin.size()) return;
-    const auto intact = [&](uint32_t s) { return edge.empty() || edge_intact[edge[s]] != 0; };
+    if (edge.empty()) {
+        for (const uint32_t third : member.subspan(begin[i], end[i] - begin[i])) {
+            io_mark[third - first] = i;
+            if (third >= begin.size()) continue;
+            for (const uint32_t j : member.subspan(begin[third], end[third] - begin[third])) io_mark[j - first] = i;
+        }
+        return;
+    }
+    const auto intact = [&](uint32_t s) { return edge_intact[edge[s]] != 0; };
     for (uint32_t s = begin[i]; s < end[i]; ++s) {
         if (!intact(s)) continue;
         const uint32_t third = member[s];

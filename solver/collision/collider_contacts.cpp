@@ -15,12 +15,21 @@ struct Met {
           placed{collider.shape, collider.begin},
           box(bounding_box(placed)),
           angle(collider.begin.orientation.angularDistance(collider.end.orientation)),
+          stays(collider.begin.position == collider.end.position &&
+                collider.begin.orientation.coeffs() == collider.end.orientation.coeffs()),
           plane_normal(collider.begin.orientation * Vec3::UnitZ()) {}
     const MovingShape& moving;
     PlacedShape placed;
     Aabb box;
     double angle;  // by which it turns, rad
+    bool stays;    // and does not move
     Vec3 plane_normal;
+
+    // More than where it is and its way are rounded by, m.
+    double rounding(const Vec3& center, const Vec3& shift) const {
+        return kRounding * (center - placed.pose.position).cwiseAbs().maxCoeff() +
+               kRounding * (placed.pose.position.cwiseAbs().maxCoeff() + shift.cwiseAbs().maxCoeff());
+    }
 
     // It stays on its side of the plane, whatever its shape.
     bool is_plane_beyond(const Vec3& center, double radius, const Vec3& shift, double reach) const {
@@ -30,24 +39,27 @@ struct Met {
     }
 };
 
-void contacts_with_collider(const DetectionInput& in, const Aabb& swept, uint32_t i, const Met& met, uint32_t c,
+void contacts_with_collider(const DetectionInput& in, uint32_t i, const Met& met, uint32_t c,
                             std::vector<Separation>& io_on_mesh, std::vector<Contact>& out) {
     const PlacedShape& placed = met.placed;
     const Vec3 own_shift = in.duration * in.velocity[i];
-    const Vec3 shift = shift_seen_from(met.moving.begin, met.moving.end, center(in, i), own_shift);
-    // Here the collider stands still and its motion is a's: so its box needs no sweep, but a's box does.
-    Aabb box = swept;
-    const Vec3 slack = Vec3::Constant(0.5 * in.margin), further = shift - own_shift;
-    box.min += further.cwiseMin(0.0) - slack;
-    box.max += further.cwiseMax(0.0) + slack;
     const double own = is_particle(in, i) ? in.particles[i].radii.maxCoeff() : bounding_radius(rigid(in, i).shape);
     const bool by_corners = placed.shape.kind == ShapeKind::plane && is_particle(in, i) && !in.corners.empty();
     const double corners = by_corners ? in.corners[i] : 0.0;
     const double turning = std::min(met.angle, 1.0) * own;  // across the size of a, the collider's field differs
+    const double reach = in.margin + turning_reach(in, i) + turning + corners;
+    // Most things are above the floor by more than any rounding of what follows.
+    if (met.stays && met.is_plane_beyond(center(in, i), own, own_shift, reach + met.rounding(center(in, i), own_shift)))
+        return;
+    const Vec3 shift = shift_seen_from(met.moving.begin, met.moving.end, center(in, i), own_shift);
+    // Here the collider stands still and its motion is a's: so its box needs no sweep, but a's box does.
+    Aabb box = swept_box(in, i, Vec3::Zero());
+    const Vec3 slack = Vec3::Constant(0.5 * in.margin), further = shift - own_shift;
+    box.min += further.cwiseMin(0.0) - slack;
+    box.max += further.cwiseMax(0.0) + slack;
     box.min.array() -= turning + corners;
     box.max.array() += turning + corners;
     if (!overlap(box, met.box)) return;
-    const double reach = in.margin + turning_reach(in, i) + turning + corners;
     if (met.is_plane_beyond(center(in, i), own, shift, reach)) return;
     if (placed.shape.kind == ShapeKind::mesh) {
         if (is_particle(in, i))
@@ -69,8 +81,7 @@ void contacts_with_collider(const DetectionInput& in, const Aabb& swept, uint32_
 
 }  // namespace
 
-void contacts_with_colliders(const DetectionInput& in, std::span<const Aabb> boxes, size_t begin, size_t end,
-                             std::vector<Contact>& out) {
+void contacts_with_colliders(const DetectionInput& in, size_t begin, size_t end, std::vector<Contact>& out) {
     std::vector<Met> met;
     std::vector<Separation> on_mesh;
     for (const MovingShape& collider : in.colliders) met.emplace_back(collider);
@@ -78,7 +89,7 @@ void contacts_with_colliders(const DetectionInput& in, std::span<const Aabb> box
         const auto i = static_cast<uint32_t>(k);
         if (is_driven(in, i)) continue;
         for (uint32_t c = 0; c < met.size(); ++c)
-            if (met[c].moving.active) contacts_with_collider(in, boxes[i], i, met[c], c, on_mesh, out);
+            if (met[c].moving.active) contacts_with_collider(in, i, met[c], c, on_mesh, out);
     }
 }
 

@@ -8,36 +8,29 @@
 
 namespace sunder {
 using namespace detail;
-namespace {
 
-// As seen by who moves at `frame`, m/s.
-void sweep_boxes_from(const Vec3& frame, const DetectionInput& in, size_t begin, size_t end, std::span<Aabb> io_boxes) {
-    for (size_t k = begin; k < end; ++k) {
-        const auto i = static_cast<uint32_t>(k);
-        Aabb box;
-        double turning = turning_reach(in, i);
-        if (is_particle(in, i)) {
-            const Ellipsoid& e = in.particles[i];
-            const Vec3 half = (e.axes * e.radii.asDiagonal()).rowwise().norm();  // sqrt of the diagonal of M
-            box = {e.center - half, e.center + half};
-        } else {
-            box = bounding_box(rigid(in, i));
-            // What is near it is swept by its turning.
-            turning += angular_velocity(in, i).norm() * in.duration * bounding_radius(rigid(in, i).shape);
-        }
-        const Vec3 shift = in.duration * (in.velocity[i] - frame);
-        const Vec3 grow = Vec3::Constant(0.5 * in.margin + turning) +
-                          kRounding * (box.max - box.min + box.max.cwiseAbs() + shift.cwiseAbs());
-        box.min += shift.cwiseMin(0.0) - grow;
-        box.max += shift.cwiseMax(0.0) + grow;
-        io_boxes[i] = box;
+Aabb detail::swept_box(const DetectionInput& in, uint32_t i, const Vec3& frame) {
+    Aabb box;
+    double turning = turning_reach(in, i);
+    if (is_particle(in, i)) {
+        const Ellipsoid& e = in.particles[i];
+        const Vec3 half = support_matrix(in, i).diagonal().cwiseSqrt();
+        box = {e.center - half, e.center + half};
+    } else {
+        box = bounding_box(rigid(in, i));
+        // What is near it is swept by its turning.
+        turning += angular_velocity(in, i).norm() * in.duration * bounding_radius(rigid(in, i).shape);
     }
+    const Vec3 shift = in.duration * (in.velocity[i] - frame);
+    const Vec3 grow = Vec3::Constant(0.5 * in.margin + turning) +
+                      kRounding * (box.max - box.min + box.max.cwiseAbs() + shift.cwiseAbs());
+    box.min += shift.cwiseMin(0.0) - grow;
+    box.max += shift.cwiseMax(0.0) + grow;
+    return box;
 }
 
-}  // namespace
-
-void sweep_boxes(const DetectionInput& in, size_t begin, size_t end, std::span<Aabb> io_boxes) {
-    sweep_boxes_from(Vec3::Zero(), in, begin, end, io_boxes);
+void sweep_boxes(const DetectionInput& in, const Vec3& frame, size_t begin, size_t end, std::span<Aabb> io_boxes) {
+    for (size_t i = begin; i < end; ++i) io_boxes[i] = swept_box(in, static_cast<uint32_t>(i), frame);
 }
 
 namespace {
@@ -142,14 +135,10 @@ void find_contacts(const DetectionInput& input, ContactScratch& scratch, std::ve
     const WorkerPool& workers = input.workers ? *input.workers : alone;
     const DetectionInput in = prepared(input, workers, scratch);
     scratch.boxes.resize(n);
-    const auto sweep = [&](const Vec3& frame) {
-        workers.for_range(n, 512,
-                          [&](size_t begin, size_t end) { sweep_boxes_from(frame, in, begin, end, scratch.boxes); });
-    };
     // Two things meet or miss whoever looks: in the frame that goes with most of them, what falls together hardly
     // moves.
     const Vec3 common = common_velocity(in.velocity);
-    sweep(common);
+    workers.for_range(n, 512, [&](size_t begin, size_t end) { sweep_boxes(in, common, begin, end, scratch.boxes); });
     const std::span<Pair> pairs = candidates(in, workers, scratch);
     scratch.found.clear();
     const auto find_among = [&](std::span<const Pair> some) {
@@ -169,12 +158,9 @@ void find_contacts(const DetectionInput& input, ContactScratch& scratch, std::ve
         if (in.ends(scratch.found)) return out.assign(scratch.found.begin(), scratch.found.end());
     }
     find_among(pairs.subspan(n_first));
-    sweep(Vec3::Zero());
     in_chunks(
         n, workers,
-        [&](size_t begin, size_t end, std::vector<Contact>& found) {
-            contacts_with_colliders(in, scratch.boxes, begin, end, found);
-        },
+        [&](size_t begin, size_t end, std::vector<Contact>& found) { contacts_with_colliders(in, begin, end, found); },
         scratch.chunks, scratch.found);
     put_in_order(n, workers, scratch, out);
 }

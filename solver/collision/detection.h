@@ -83,8 +83,9 @@ void find_contacts(const DetectionInput& input, ContactScratch& scratch, std::ve
 
 // The stages of find_contacts, each over a range that its caller chooses; ranges put together in order give the same.
 
-/// Boxes that hold movables [begin, end) through the whole step, with half of the reach; writes io_boxes[begin, end).
-void sweep_boxes(const DetectionInput& input, size_t begin, size_t end, std::span<Aabb> io_boxes);
+/// Boxes that hold movables [begin, end) through the whole step, with half of the reach, as seen by who moves at
+/// `frame` (m/s); writes io_boxes[begin, end).
+void sweep_boxes(const DetectionInput& input, const Vec3& frame, size_t begin, size_t end, std::span<Aabb> io_boxes);
 
 /// Appends the contacts of pairs of movables, each (lower, higher): a particle stands before a rigid body. `boxes` from
 /// sweep_boxes.
@@ -92,7 +93,6 @@ void contacts_of_pairs(const DetectionInput& input, std::span<const Aabb> boxes,
                        std::vector<Contact>& out);
 
 /// Appends the contacts of movables [begin, end) with all active colliders.
-void contacts_with_colliders(const DetectionInput& input, std::span<const Aabb> boxes, size_t begin, size_t end,
-                             std::vector<Contact>& out);
+void contacts_with_colliders(const DetectionInput& input, size_t begin, size_t end, std::vector<Contact>& out);
 
 }  // namespace sunder

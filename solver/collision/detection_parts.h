@@ -55,6 +55,9 @@ inline Mat3 support_matrix(const DetectionInput& in, uint32_t i) {
     return in.support.empty() ? support_matrix(in.particles[i].axes, in.particles[i].radii) : in.support[i];
 }
 
+/// Holds movable i through the step, as sweep_boxes tells.
+Aabb swept_box(const DetectionInput& in, uint32_t i, const Vec3& frame);
+
 inline void add(uint32_t a, uint32_t b, const Separation& s, std::vector<Contact>& out) {
     Contact c;
     c.a = a;

@@ -9,27 +9,90 @@
 namespace sunder {
 namespace {
 
-// The farthest that a point of the hull is outside, by the way to the surface along its own direction.
-double farthest_outside(const SimulationMesh& rest, uint32_t i, const Mat3& F_P) {
-    constexpr double kRounding = 1e-9;  // a share of the way, beyond which a point is surely not the farthest
-    // Into the frame in which the ellipsoid is the unit ball.
-    const Mat3 to_ball =
-        rest.radii[i].cwiseInverse().asDiagonal() * rest.rest_orientation[i].conjugate().toRotationMatrix() * F_P;
-    double farthest = 0;
-    for (const Vec3f& point : rest.hull(i)) {
-        const Vec3 x = point.cast<double>(), p = F_P * x;
-        const double length = p.norm();
-        if (length * (1 + kRounding - 1 / (to_ball * x).norm()) < farthest) continue;
-        const double times = (rest.rest_orientation[i].conjugate() * p).cwiseQuotient(rest.radii[i]).norm();
-        if (times > 1) farthest = std::max(farthest, length * (1 - 1 / times));
+using Four = float __attribute__((vector_size(16)));
+constexpr size_t kTogether = 4;  // points
+
+struct FourPoints {
+    Four x, y, z;
+};
+
+// x0 y0 z0 x1 | y1 z1 x2 y2 | z2 x3 y3 z3
+FourPoints four_points(const float* p) {
+    Four a, b, c;
+    std::memcpy(&a, p, sizeof(a)), std::memcpy(&b, p + 4, sizeof(b)), std::memcpy(&c, p + 8, sizeof(c));
+    const Four b2c1 = __builtin_shufflevector(b, c, 2, 3, 5, 6);  // x2 y2 x3 y3
+    const Four a1b0 = __builtin_shufflevector(a, b, 1, 2, 4, 5);  // y0 z0 y1 z1
+    return {__builtin_shufflevector(a, b2c1, 0, 3, 4, 6), __builtin_shufflevector(a1b0, b2c1, 0, 2, 5, 7),
+            __builtin_shufflevector(a1b0, c, 1, 3, 4, 7)};
+}
+
+Four root(Four a) {
+    for (size_t i = 0; i < kTogether; ++i) a[i] = __builtin_sqrtf(a[i]);
+    return a;
+}
+
+// A matrix for each of four points.
+struct FourMatrices {
+    Four at[3][3];
+    explicit FourMatrices(const Eigen::Matrix3f& M) {
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) at[i][j] = Four{M(i, j), M(i, j), M(i, j), M(i, j)};
     }
+};
+
+// |M p| of each.
+Four lengths(const FourMatrices& M, const FourPoints& p) {
+    Four square = {};
+    for (const auto& row : M.at) {
+        const Four along = row[0] * p.x + row[1] * p.y + row[2] * p.z;
+        square += along * along;
+    }
+    return root(square);
+}
+
+// The farthest that a point of the hull is outside, by the way to the surface along its own direction: |p| - |p| / t,
+// t being how many times as far as the surface it is. First for all in single precision, with an error of a few
+// roundings of |F_P| |B| |x|^2 and |F_P| |x| (B: into the ball) where t is 1 or more, then for those that may be it.
+double farthest_outside(const SimulationMesh& rest, uint32_t i, const Mat3& F_P) {
+    constexpr float kError = 4e-6f;  // some sixty roundings, of which sums of three products have ten
+    const std::span<const Vec3f> hull = rest.hull(i);
+    const auto exactly = [&](const Vec3f& x) {
+        const Vec3 p = F_P * x.cast<double>();
+        const double times = (rest.rest_orientation[i].conjugate() * p).cwiseQuotient(rest.radii[i]).norm();
+        return times > 1 ? p.norm() * (1 - 1 / times) : 0.0;
+    };
+    double farthest = 0;
+    std::array<float, 256> about;
+    const size_t n = hull.size();
+    if (n < kTogether || n > about.size()) {
+        for (const Vec3f& x : hull) farthest = std::max(farthest, exactly(x));
+        return farthest;
+    }
+    const Eigen::Matrix3f F = F_P.cast<float>();
+    const Mat3 to_surface =
+        rest.radii[i].cwiseInverse().asDiagonal() * rest.rest_orientation[i].conjugate().toRotationMatrix();
+    const Eigen::Matrix3f B = (to_surface * F_P).cast<float>();
+    const FourMatrices to_world(F), to_ball(B);
+    Four most = {}, reach = {};
+    for (size_t k = 0; k < n; k += kTogether) {
+        const size_t at = std::min(k, n - kTogether);  // some of the last ones twice
+        const FourPoints x = four_points(hull[at].data());
+        const Four length = lengths(to_world, x), way = length - length / lengths(to_ball, x);
+        std::memcpy(&about[at], &way, sizeof(way));
+        most = way > most ? way : most;
+        const Four square = x.x * x.x + x.y * x.y + x.z * x.z;
+        reach = square > reach ? square : reach;
+    }
+    const auto largest = [](Four v) { return std::max(std::max(v[0], v[1]), std::max(v[2], v[3])); };
+    const float square = largest(reach);
+    const float error = kError * F.norm() * (B.norm() * square + std::sqrt(square)), least = largest(most) - 2 * error;
+    for (size_t k = 0; k < n; ++k)
+        if (!(about[k] < least)) farthest = std::max(farthest, exactly(hull[k]));
     return farthest;
 }
 
 // The farthest of the points (one or more) along `direction`, four at a time: the same bits as one by one.
 float farthest_along(const Vec3f& direction, std::span<const Vec3f> points) {
-    using Four = float __attribute__((vector_size(16)));
-    constexpr size_t kTogether = 4;
     const float *const at = points.front().data(), x = direction.x(), y = direction.y(), z = direction.z();
     const auto along = [&](const float* p) { return x * p[0] + (y * p[1] + z * p[2]); };
     const size_t n = points.size();
@@ -38,16 +101,9 @@ float farthest_along(const Vec3f& direction, std::span<const Vec3f> points) {
         for (size_t k = 1; k < n; ++k) farthest = std::max(farthest, along(at + 3 * k));
         return farthest;
     }
-    //  x0 y0 z0 x1 | y1 z1 x2 y2 | z2 x3 y3 z3
-    const auto four_along = [&](const float* p) {
-        Four a, b, c;
-        std::memcpy(&a, p, sizeof(a)), std::memcpy(&b, p + 4, sizeof(b)), std::memcpy(&c, p + 8, sizeof(c));
-        const Four b2c1 = __builtin_shufflevector(b, c, 2, 3, 5, 6);  // x2 y2 x3 y3
-        const Four a1b0 = __builtin_shufflevector(a, b, 1, 2, 4, 5);  // y0 z0 y1 z1
-        const Four X = __builtin_shufflevector(a, b2c1, 0, 3, 4, 6),
-                   Y = __builtin_shufflevector(a1b0, b2c1, 0, 2, 5, 7);
-        const Four Z = __builtin_shufflevector(a1b0, c, 1, 3, 4, 7);
-        return x * X + (y * Y + z * Z);
+    const auto four_along = [&](const float* from) {
+        const FourPoints p = four_points(from);
+        return x * p.x + (y * p.y + z * p.z);
     };
     Four farthest = four_along(at);
     for (size_t k = kTogether; k < n; k += kTogether) {

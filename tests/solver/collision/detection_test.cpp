@@ -141,7 +141,7 @@ TEST(detection, ranges_put_together_give_the_same_bits) {
     const DetectionInput in = c.input();
     const size_t n = c.velocity.size();
     std::vector<Aabb> whole(n), parts(n);
-    sweep_boxes(in, 0, n, whole);
+    sweep_boxes(in, Vec3::Zero(), 0, n, whole);
     OverlapScratch scratch;
     std::vector<Pair> pairs;
     find_overlaps(whole, {}, WorkerPool(1), scratch, pairs);
@@ -149,14 +149,14 @@ TEST(detection, ranges_put_together_give_the_same_bits) {
         if (i > j) std::swap(i, j);  // particles before rigid bodies
     std::vector<Contact> all, all_static;
     contacts_of_pairs(in, whole, pairs, all);
-    contacts_with_colliders(in, whole, 0, n, all_static);
+    contacts_with_colliders(in, 0, n, all_static);
     for (const size_t workers : {2, 3, 7, 16}) {
         std::vector<Contact> joined, joined_static;
         for (size_t w = 0; w < workers; ++w) {
-            sweep_boxes(in, n * w / workers, n * (w + 1) / workers, parts);
+            sweep_boxes(in, Vec3::Zero(), n * w / workers, n * (w + 1) / workers, parts);
             const size_t begin = pairs.size() * w / workers, end = pairs.size() * (w + 1) / workers;
             contacts_of_pairs(in, whole, std::span(pairs).subspan(begin, end - begin), joined);
-            contacts_with_colliders(in, whole, n * w / workers, n * (w + 1) / workers, joined_static);
+            contacts_with_colliders(in, n * w / workers, n * (w + 1) / workers, joined_static);
         }
         for (size_t i = 0; i < n; ++i) EXPECT_TRUE(parts[i].min == whole[i].min && parts[i].max == whole[i].max);
         expect_same_bits(joined, all);
