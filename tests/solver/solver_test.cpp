@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 
+#include "solver/motion.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder {
@@ -61,6 +62,37 @@ TEST(solver, every_instruction_set_gives_the_same_bits) {
         unsetenv("SUNDER_INSTRUCTIONS");
         EXPECT_TRUE(best == portable);
         EXPECT_EQ(state_hash(best), state_hash(portable));
+    }
+}
+
+// Bodies that break on the floor and on one another: the kernels that look for contacts and those that solve them.
+TEST(solver, every_instruction_set_and_thread_count_gives_the_same_bits_in_a_heap) {
+    Scene scene;
+    for (int k = 0; k < 4; ++k) {
+        Pose place;
+        place.position = Vec3(0.13 * (k % 2), 0.11 * (k / 2), 0.1 + 0.36 * k);
+        place.orientation = rotation_of(Vec3(0.3 * k, 0.2, 0.5 - 0.4 * k));
+        test::add_body(scene, test::lattice_mesh({{6, 6, 6}, 0.05, 6, 1000, {}}), place, Vec3(0, 0, -6));
+    }
+    scene.colliders.push_back({"floor", {ShapeKind::plane}, 0.6, 0.0});
+    Material clay;
+    clay.youngs_modulus = 2e5, clay.yield = 0.02, clay.toughness = 0.04;
+    FrameInput input = test::quiet_input(scene, clay);
+    input.gravity = FrameInput().gravity;
+    SolverSettings settings;
+    settings.substeps = 2;
+    FrameState first;
+    for (const auto& [threads, instructions] : {std::pair(1, ""), {3, ""}, {1, "portable"}}) {
+        if (*instructions) setenv("SUNDER_INSTRUCTIONS", instructions, 1);
+        const auto solver = test::make_solver(scene, threads);
+        FrameState state = solver->initial_state(input.materials);
+        size_t contacts = 0;
+        for (int f = 0; f < 14; ++f) contacts += advance(*solver, input, settings, state).contacts;
+        unsetenv("SUNDER_INSTRUCTIONS");
+        if (first.position.empty()) first = state;
+        EXPECT_TRUE(state == first) << threads << " threads " << instructions;
+        EXPECT_GT(contacts, 14 * 200u);
+        EXPECT_GT(test::count_pieces(scene.rest, state), 20u);
     }
 }
 

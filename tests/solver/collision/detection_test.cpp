@@ -164,6 +164,28 @@ TEST(detection, ranges_put_together_give_the_same_bits) {
     }
 }
 
+// What does not move is asked for less; what moves by less than any rounding is not.
+TEST(detection, a_plane_that_stays_is_met_as_one_that_hardly_moves) {
+    Case c = crowd(44);
+    MovingShape plane;
+    plane.shape.kind = ShapeKind::plane;
+    plane.begin = {Vec3(0.1, -0.2, 0.4), Quat(Eigen::AngleAxisd(0.3, Vec3(1, 2, 0).normalized()))};
+    plane.end = plane.begin;
+    c.colliders = {plane};
+    const std::vector<Contact> stays = contacts_of(c);
+    c.colliders[0].end.position.x() = std::nextafter(0.1, 1);
+    const std::vector<Contact> moves = contacts_of(c);
+    ASSERT_EQ(moves.size(), stays.size());
+    for (size_t k = 0; k < moves.size(); ++k) {
+        EXPECT_TRUE(moves[k].a == stays[k].a && moves[k].b == stays[k].b) << k;
+        EXPECT_NEAR(moves[k].gap, stays[k].gap, 1e-14);  // a few roundings of places of size 1
+    }
+    size_t n_static = 0;
+    for (const Contact& contact : stays) n_static += (contact.b & Contact::kStatic) != 0;
+    EXPECT_GT(n_static, 50u);
+    EXPECT_LT(n_static, 300u);
+}
+
 // Sleepers that are woken make all other contacts of the search useless.
 TEST(detection, a_search_that_may_end_sees_all_contacts_of_the_fixed_and_changes_no_other) {
     Case c = crowd(8);

@@ -33,6 +33,42 @@ TEST(hull_support, faces_are_nearer_than_the_ellipsoid_and_corners_farther) {
     EXPECT_EQ(standing_out(mesh, 0, none, diagonal), 0);  // not known
 }
 
+// Hulls of any number of points, however flat, of material that flowed: as point by point in double precision.
+TEST(hull_support, the_farthest_reach_is_found_among_any_number_of_points) {
+    std::mt19937_64 rng = generator(21);
+    SimulationMesh mesh;
+    std::vector<Mat3> F_P;
+    mesh.hull_offset = {0};
+    for (uint32_t k = 0; k < 300; ++k) {
+        const Ellipsoid e = random_ellipsoid(rng, 0, k % 3 ? 3 : 40);
+        mesh.radii.push_back(e.radii), mesh.rest_orientation.push_back(Quat(e.axes));
+        const Mat3 turn = random_axes(rng);
+        const double drawn = std::exp(uniform(rng, -0.7, 0.7));
+        F_P.push_back(turn * Vec3(drawn, 1 / drawn, 1).asDiagonal() * turn.transpose());
+        const double size = k % 5 ? 1.2 : 0.5;  // some nowhere outside
+        for (uint32_t n = k < 290 ? k % 70 : 260 + k; n > 0; --n)
+            mesh.hull_point.push_back(
+                (uniform(rng, 0.8, 1) * size * (e.axes * e.radii.asDiagonal() * random_direction(rng))).cast<float>());
+        mesh.hull_offset.push_back(static_cast<uint32_t>(mesh.hull_point.size()));
+    }
+    mesh.rest_position.resize(mesh.radii.size());
+    HullReach hulls;
+    hulls.update(mesh, F_P, WorkerPool(1));
+    size_t n_outside = 0;
+    for (size_t k = 0; k < F_P.size(); ++k) {
+        double farthest = 0;
+        for (const Vec3f& point : mesh.hull(k)) {
+            const Vec3 p = F_P[k] * point.cast<double>();
+            const double times = (mesh.rest_orientation[k].conjugate() * p).cwiseQuotient(mesh.radii[k]).norm();
+            farthest = std::max(farthest, p.norm() * (1 - 1 / times));
+        }
+        EXPECT_NEAR(hulls.reach()[k], farthest, 1e-14 * farthest) << k;
+        n_outside += farthest > 0;
+    }
+    EXPECT_GT(n_outside, 150u);
+    EXPECT_LT(n_outside, 290u);
+}
+
 struct Dropped {
     Scene scene;
     FrameInput input;
