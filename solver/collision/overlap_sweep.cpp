@@ -107,7 +107,11 @@ uint64_t OverlapSweep::sort(std::span<const Aabb> boxes, std::span<const uint8_t
         }
     });
     uint64_t n_tests = 0;
-    for (size_t k = 0; k < n; ++k) n_tests += end_[k] - k;
+    reach_.resize(n);
+    for (size_t k = 0; k < n; ++k) {
+        n_tests += end_[k] - k;
+        reach_[k] = k == 0 ? box_[k].max[axis_] : std::max(reach_[k - 1], box_[k].max[axis_]);
+    }
     return n_tests;
 }
 
@@ -139,9 +143,11 @@ void OverlapSweep::find_with(const Aabb& own, std::vector<uint32_t>& out) const 
                            outwards(own.max[z], 1)};
     const auto beyond = std::upper_bound(start_.begin(), start_.end(), own.max[axis_],
                                          [](double end, const Start& s) { return end < s.at; });
-    test_rows(limits, 0, static_cast<size_t>(beyond - start_.begin()), [&](size_t m) {
-        if (overlap(own, box_[m])) out.push_back(start_[m].box);
-    });
+    const auto first = std::ranges::lower_bound(reach_, own.min[axis_]);
+    test_rows(limits, static_cast<size_t>(first - reach_.begin()), static_cast<size_t>(beyond - start_.begin()),
+              [&](size_t m) {
+                  if (overlap(own, box_[m])) out.push_back(start_[m].box);
+              });
 }
 
 }  // namespace sunder

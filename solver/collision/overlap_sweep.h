@@ -46,6 +46,7 @@ private:
     std::vector<Start> start_;   // ascending
     std::vector<Aabb> box_;      // as start_
     std::vector<uint32_t> end_;  // of each in start_: those from there on begin beyond it
+    std::vector<double> reach_;  // the farthest end of those up to each in start_
     std::vector<float>
         across_[4];  // ends on the two other axes, rounded outwards: lower, upper, lower, upper (as start_, padded)
 };

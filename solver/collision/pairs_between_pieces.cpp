@@ -93,7 +93,7 @@ std::span<const Pair> PairsBetweenPieces::update(std::span<const Aabb> boxes, st
         const size_t n_left = find_who_left(boxes, workers);
         const size_t most = std::min(n / kMostAgain, kMostTests * n / (begin_.size() - 1));
         if (n_left <= most) {
-            if (n_left > 0) find_again(boxes, filter);
+            if (n_left > 0) find_again(boxes, filter, workers);
             return pairs_;
         }
         if (age_ == 1 && !is_renumbered_) pause_ = kPause;
@@ -115,25 +115,39 @@ size_t PairsBetweenPieces::find_who_left(std::span<const Aabb> boxes, const Work
 }
 
 // Pairs of who left.
-void PairsBetweenPieces::find_again(std::span<const Aabb> boxes, const PairFilter& filter) {
+void PairsBetweenPieces::find_again(std::span<const Aabb> boxes, const PairFilter& filter, const WorkerPool& workers) {
+    constexpr size_t kChunk = 16;
     std::erase_if(pairs_, [&](const Pair& pair) { return has_left_[pair.first] || has_left_[pair.second]; });
-    for (uint32_t i = 0; i < boxes.size(); ++i)
-        if (has_left_[i]) grown_[i] = grown(moved(boxes[i], -origin_)), with_[i] = first_of_piece(i);
-    bound_pieces(grown_, WorkerPool(1));
+    left_.clear();
+    for (uint32_t i = 0; i < boxes.size(); ++i) {
+        if (!has_left_[i]) continue;
+        grown_[i] = grown(moved(boxes[i], -origin_)), with_[i] = first_of_piece(i);
+        if (is_usable(grown_[i])) left_.push_back(i);
+    }
+    bound_pieces(grown_, workers);
     of_pieces_.usable.resize(box_.size());
     for (size_t p = 0; p < box_.size(); ++p) of_pieces_.usable[p] = is_usable(box_[p]);
-    of_pieces_.sweep.sort(box_, of_pieces_.usable, WorkerPool(1));
-    for (uint32_t i = 0; i < boxes.size(); ++i) {
-        if (!has_left_[i] || !is_usable(grown_[i])) continue;
+    of_pieces_.sweep.sort(box_, of_pieces_.usable, workers);
+    const auto find = [&](uint32_t i, std::vector<uint32_t>& met, std::vector<Pair>& out) {
         const Aabb& own = grown_[i];
-        of_pieces_.sweep.find_with(own, met_);
-        for (const uint32_t p : met_) {
+        of_pieces_.sweep.find_with(own, met);
+        for (const uint32_t p : met) {
             if (p == item_[i]) continue;
             for (const uint32_t j : members(p))
                 if (overlap(own, grown_[j]) && !(has_left_[j] && j < i) && filter.is_possible(i, j))
-                    pairs_.push_back({std::min(i, j), std::max(i, j)});
+                    out.push_back({std::min(i, j), std::max(i, j)});
         }
-    }
+    };
+    const size_t n_chunks = (left_.size() + kChunk - 1) / kChunk;
+    std::vector<std::vector<Pair>>& found = of_movables_.chunks;
+    if (found.size() < n_chunks) found.resize(n_chunks);
+    met_.resize(static_cast<size_t>(workers.threads()));
+    workers.for_each_in_slots(n_chunks, [&](size_t k, size_t slot) {
+        found[k].clear();
+        for (size_t m = kChunk * k; m < std::min(left_.size(), kChunk * (k + 1)); ++m)
+            find(left_[m], met_[slot], found[k]);
+    });
+    for (size_t k = 0; k < n_chunks; ++k) pairs_.insert(pairs_.end(), found[k].begin(), found[k].end());
 }
 
 void PairsBetweenPieces::bound_pieces(std::span<const Aabb> boxes, const WorkerPool& workers) {

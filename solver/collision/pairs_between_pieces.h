@@ -34,7 +34,7 @@ public:
 private:
     void take_pieces(std::span<const uint32_t> piece, size_t n_movables);
     size_t find_who_left(std::span<const Aabb> boxes, const WorkerPool& workers);
-    void find_again(std::span<const Aabb> boxes, const PairFilter& filter);
+    void find_again(std::span<const Aabb> boxes, const PairFilter& filter, const WorkerPool& workers);
     void find_all(std::span<const Aabb> boxes, const PairFilter& filter, const WorkerPool& workers);
     void bound_pieces(std::span<const Aabb> boxes, const WorkerPool& workers);
     std::span<const uint32_t> members(size_t piece) const {
@@ -60,7 +60,8 @@ private:
     std::vector<Aabb> exposed_;       // what meets another piece's box, else empty (n_movables)
     OverlapScratch of_pieces_, of_movables_;
     std::vector<Pair> meetings_;
-    std::vector<uint32_t> met_;
+    std::vector<uint32_t> left_;              // movables
+    std::vector<std::vector<uint32_t>> met_;  // by each thread
 };
 
 }  // namespace sunder

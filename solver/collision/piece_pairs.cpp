@@ -50,7 +50,7 @@ void PiecePairs::renumber(std::span<const uint32_t> former) {
     are_known_ = false;
 }
 
-void PiecePairs::take_pieces(std::span<const uint32_t> piece, const LiveRings& rings) {
+void PiecePairs::take_pieces(std::span<const uint32_t> piece, const LiveRings& rings, const WorkerPool& workers) {
     std::vector<Piece> old = std::move(pieces_);
     std::vector<uint32_t> size, index;                  // by piece; place in pieces_, from 1
     std::vector<uint32_t> parent(piece.size(), kNone);  // in `old`
@@ -71,16 +71,23 @@ void PiecePairs::take_pieces(std::span<const uint32_t> piece, const LiveRings& r
         }
         pieces_[index[p] - 1].member.push_back(i);
     }
-    for (Piece& now : pieces_) {
-        const uint32_t k = parent[now.member.front()];
-        if (k == kNone || std::ranges::any_of(now.member, [&](uint32_t i) { return parent[i] != k; })) continue;
-        if (old[k].member.size() == now.member.size()) {
-            now = std::move(old[k]);
-        } else {
-            inherit(old[k], piece, now);
-            remember_rings(rings, now);
-        }
+    std::vector<std::vector<uint32_t>> parts(old.size());  // in pieces_
+    for (uint32_t p = 0; p < pieces_.size(); ++p) {
+        const std::vector<uint32_t>& member = pieces_[p].member;
+        const uint32_t k = parent[member.front()];
+        if (k != kNone && std::ranges::all_of(member, [&](uint32_t i) { return parent[i] == k; }))
+            parts[k].push_back(p);
     }
+    workers.for_each(old.size(), [&](size_t k) {
+        for (const uint32_t p : parts[k]) {
+            if (old[k].member.size() == pieces_[p].member.size()) {
+                pieces_[p] = std::move(old[k]);
+            } else {
+                inherit(old[k], piece, pieces_[p]);
+                remember_rings(rings, pieces_[p]);
+            }
+        }
+    });
 }
 
 // What a piece knows of a part that came off it; takes the part's pairs out of it.
@@ -242,7 +249,7 @@ std::span<const Pair> PiecePairs::update(const ParticleMotion& motion, std::span
     bool changed = !are_known_;
     if (!are_known_) {
         workers.for_each(pieces_.size(), [&](size_t k) { take_in(filter.rings, piece, pieces_[k]); });
-        take_pieces(piece, filter.rings);
+        take_pieces(piece, filter.rings, workers);
     }
     are_known_ = true;
     const PieceFrameKernels& kernels = piece_frame_kernels();

@@ -46,7 +46,7 @@ private:
             return std::span(ring).subspan(begin, ring_end[place] - begin);
         }
     };
-    void take_pieces(std::span<const uint32_t> piece, const LiveRings& rings);
+    void take_pieces(std::span<const uint32_t> piece, const LiveRings& rings, const WorkerPool& workers);
     static void inherit(Piece& io_parent, std::span<const uint32_t> piece, Piece& io_child);
     static void remember_rings(const LiveRings& rings, Piece& io_piece);
     static void take_in(const LiveRings& rings, std::span<const uint32_t> piece, Piece& io_piece);
