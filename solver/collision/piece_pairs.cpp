@@ -1,6 +1,7 @@
 #include "solver/collision/piece_pairs.h"
 
 #include <algorithm>
+#include <cassert>
 
 namespace sunder {
 namespace {
@@ -246,6 +247,7 @@ std::span<const Pair> PiecePairs::update(const ParticleMotion& motion, std::span
     if (self_collision_ != filter.self_collision) reset();
     self_collision_ = filter.self_collision;
     if (!filter.self_collision) return {};
+    assert(filter.rings.edge.empty());
     bool changed = !are_known_;
     if (!are_known_) {
         workers.for_each(pieces_.size(), [&](size_t k) { take_in(filter.rings, piece, pieces_[k]); });

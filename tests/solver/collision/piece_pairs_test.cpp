@@ -74,33 +74,27 @@ TEST(piece_pairs, few_that_leave_their_boxes_are_looked_for_alone) {
     EXPECT_EQ(kept.within.n_rebuilds(), 1u * Flight::kPieces);
 }
 
-TEST(piece_pairs, parts_of_a_piece_that_breaks_find_what_a_fresh_search_finds) {
-    Crumbling f;
+// Particles of a block that breaks by so many edges a step, each on its way: contacts as a fresh search finds them.
+void expect_parts_find_all(Crumbling f, size_t edges_a_step, int most_steps) {
     ContactScratch kept;
     size_t total = 0;
-    while (!f.edges.empty()) {
-        for (size_t i = 0; i < f.velocity.size(); ++i) f.velocity[i] += 0.3 * f.vector();
+    for (int step = 0; step < most_steps && !f.edges.empty(); ++step) {
+        for (Vec3& v : f.velocity) v += 0.3 * f.vector();
         f.expect_as_a_fresh_search(kept, total);
         f.move();
-        f.break_some(25);
+        f.break_some(edges_a_step);
         kept.edges_broke();
     }
     EXPECT_GT(total, 1000u);
 }
 
+TEST(piece_pairs, parts_of_a_piece_that_breaks_find_what_a_fresh_search_finds) {
+    expect_parts_find_all(Crumbling(), 25, 1000);
+}
+
 // So large that all threads work on it together.
 TEST(piece_pairs, parts_of_a_large_piece_find_what_a_fresh_search_finds) {
-    Crumbling f(9);
-    ContactScratch kept;
-    size_t total = 0;
-    for (int step = 0; step < 12; ++step) {
-        for (size_t i = 0; i < f.velocity.size(); ++i) f.velocity[i] += 0.3 * f.vector();
-        f.expect_as_a_fresh_search(kept, total);
-        f.move();
-        f.break_some(150);
-        kept.edges_broke();
-    }
-    EXPECT_GT(total, 1000u);
+    expect_parts_find_all(Crumbling(9), 150, 12);
 }
 
 TEST(piece_pairs, threads_and_instruction_sets_find_the_same_pairs_in_the_same_order) {
