@@ -122,10 +122,9 @@ NodeType body_node() {
                   .min = 0,
                   .max = 1,
                   .default_value = 2e-3,
-                  .sentence =
-                      "Damping inside the material, stress by strain rate over stiffness: a free vibration of "
-                      "period T falls by exp(-2 pi^2 x this / T) each time. Where something touches, only "
-                      "what exceeds 2 ms acts, besides what substeps damp by themselves; none in gauss_seidel"}),
+                  .sentence = "Damping inside the material, stress by strain rate over stiffness: a free vibration of "
+                              "period T falls by exp(-2 pi^2 x this / T) each time. Where something touches, "
+                              "substeps longer than this damp more by themselves; none in gauss_seidel"}),
         // Not animatable: it is where each group's own yield starts, which then lives in the state and hardens.
         {.name = "yield",
          .label = "Yield",

@@ -19,7 +19,7 @@ constexpr double kNever = std::numeric_limits<double>::infinity();  // a yield o
 struct Material {
     double youngs_modulus = 2e5;  // Pa, > 0
     double poisson_ratio = 0.0;   // 0 .. 0.45
-    double damping_time = 2e-3;   // s, 0 .. 1: Kelvin and Voigt's (Rayleigh's beta); of what touches, beyond 2 ms
+    double damping_time = 2e-3;   // s, 0 .. 1: Kelvin and Voigt's (Rayleigh's beta)
     double yield = kNever;        // deviatoric strain at which plastic flow starts, > 0
     double flow_rate = 30;        // 1/s, >= 0: share of the excess strain that flows per second
     double hardening = 0;         // growth of yield per plastic strain, >= 0

@@ -15,9 +15,6 @@ const double kUndamped = 1 - std::sqrt(0.5);
 // Waves that run further than this in a substep, as a multiple of the piece's size (cbrt of its particles), are not
 // resolved, and what an implicit step makes of them must not be carried on.
 constexpr double kFarthestWave = 1.6;
-// s; of what touches something, this much of the damping time is left out: with it, hits tore a quarter as much at 64
-// substeps a frame as at 16 (the demo's ductile bunny), without it as much.
-constexpr double kSparedByHits = 2e-3;
 
 // Of the family below that whose leading error is what a material with this damping time loses; its member of second
 // order, if implicit Euler itself loses less.
@@ -192,7 +189,7 @@ void Substep::damp_vibrations() {
     std::atomic<bool> any{false};
     for_all(n_particles(), [&](size_t i) {
         const double wanted = material(i).damping_time;
-        double product = std::max(0.0, wanted - std::max(h, kSparedByHits)) * h;  // missing time, times how long, s2
+        double product = std::max(0.0, wanted - h) * h;  // missing time, times how long, s2
         if (work.pair.smooth[i]) product = stage == Stage::second && wanted > h ? 2 * h * wanted : 0;
         span[i] = std::sqrt(product);
         if (product > 0 && work.live.count(i) > 1) any = true;
