@@ -8,7 +8,7 @@
 
 namespace sunder {
 
-PointGrid::PointGrid(std::span<const Vec3> points) : points_(points) {
+PointGrid::PointGrid(std::span<const Vec3> points) {
     Aabb box;
     for (const Vec3& p : points) box.extend(p);
     if (!points.empty()) {
@@ -18,53 +18,58 @@ PointGrid::PointGrid(std::span<const Vec3> points) : points_(points) {
         const double floor_side = std::max(size.maxCoeff() / 128, std::numeric_limits<double>::min());
         const Vec3 thick = size.cwiseMax(floor_side);
         cell_ = std::max(std::cbrt(thick.prod() / double(points.size())), floor_side);
+        cells_a_metre_ = 1 / cell_;
         for (int k = 0; k < 3; ++k) cells_[k] = std::clamp(int(size[k] / cell_) + 1, 1, 256);
     }
     offset_.assign(size_t(cells_[0]) * cells_[1] * cells_[2] + 1, 0);
-    point_.resize(points.size());
     std::vector<size_t> cell(points.size());
     for (size_t i = 0; i < points.size(); ++i) {
         const auto [x, y, z] = cell_of(points[i]);
         ++offset_[(cell[i] = number(x, y, z)) + 1];
     }
     std::partial_sum(offset_.begin(), offset_.end(), offset_.begin());
+    place_.resize(points.size());
+    index_.resize(points.size());
     std::vector<uint32_t> next(offset_.begin(), offset_.end() - 1);
-    for (size_t i = 0; i < points.size(); ++i) point_[next[cell[i]]++] = static_cast<uint32_t>(i);
+    for (size_t i = 0; i < points.size(); ++i) {
+        const uint32_t s = next[cell[i]]++;
+        place_[s] = points[i];
+        index_[s] = static_cast<uint32_t>(i);
+    }
 }
 
 std::array<int, 3> PointGrid::cell_of(const Vec3& p) const {
     std::array<int, 3> c;
     for (int k = 0; k < 3; ++k)
-        c[k] = int(std::clamp(std::floor((p[k] - origin_[k]) / cell_), 0.0, double(cells_[k] - 1)));
+        c[k] = int(std::clamp((p[k] - origin_[k]) * cells_a_metre_, 0.0, double(cells_[k] - 1)));
     return c;
 }
 
 uint32_t PointGrid::nearest(const Vec3& query) const {
-    assert(!points_.empty());
+    assert(!place_.empty());
+    // Any point of the nearest cells that have one; the ball through it holds all that are nearer.
     const std::array<int, 3> home = cell_of(query);
-    double best_distance = std::numeric_limits<double>::infinity();
-    uint32_t best = 0;
-    auto look = [&](int x, int y, int z) {
-        const size_t c = number(x, y, z);
-        for (uint32_t s = offset_[c]; s < offset_[c + 1]; ++s) {
-            const double d = (points_[point_[s]] - query).squaredNorm();
-            if (d < best_distance || (d == best_distance && point_[s] < best)) best_distance = d, best = point_[s];
-        }
-    };
-    // Shell after shell of cells around the home cell, until all further ones are farther than the best.
-    const int farthest = std::max({cells_[0], cells_[1], cells_[2]});
-    for (int ring = 0; ring <= farthest; ++ring) {
-        // Cells of this ring lie at least ring - 1 whole cells beyond the query, or beyond its place in the grid.
-        const double reach = std::max(0, ring - 1) * cell_;
-        if (reach * reach > best_distance) break;
+    for (int ring = 0;; ++ring)
         for (int z = std::max(0, home[2] - ring); z <= std::min(cells_[2] - 1, home[2] + ring); ++z)
             for (int y = std::max(0, home[1] - ring); y <= std::min(cells_[1] - 1, home[1] + ring); ++y) {
-                const bool is_side = std::abs(z - home[2]) == ring || std::abs(y - home[1]) == ring;
-                const int step = is_side || ring == 0 ? 1 : 2 * ring;
-                for (int x = home[0] - ring; x <= home[0] + ring; x += step)
-                    if (x >= 0 && x < cells_[0]) look(x, y, z);
+                const int low = std::max(0, home[0] - ring), high = std::min(cells_[0] - 1, home[0] + ring);
+                const uint32_t s = offset_[number(low, y, z)];
+                if (s < offset_[number(high, y, z) + 1])
+                    return nearest(query, {index_[s], (place_[s] - query).squaredNorm()}).index;
             }
-    }
+}
+
+PointGrid::Near PointGrid::nearest(const Vec3& query, Near known) const {
+    Near best = known;
+    // Distances are rounded, so that a point at exactly the known one may be a little farther.
+    const double radius = std::sqrt(known.squared_distance) * (1 + 1e-12);
+    visit_runs_near(query, radius, [&](uint32_t begin, uint32_t end) {
+        for (uint32_t s = begin; s < end; ++s) {
+            const double d = (place_[s] - query).squaredNorm();
+            if (d < best.squared_distance || (d == best.squared_distance && index_[s] < best.index))
+                best = {index_[s], d};
+        }
+    });
     return best;
 }
 

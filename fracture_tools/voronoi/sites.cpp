@@ -62,8 +62,7 @@ private:
     /// Throws darts; the distance to keep shrinks until enough of them hit a free place.
     std::vector<Vec3> poisson() {
         std::vector<Vec3> sites;
-        sites.reserve(n_);  // the grid looks at the first ones of them
-        std::optional<PointGrid> listed;
+        std::optional<PointGrid> listed;  // the first ones of them
         size_t n_listed = 0;
         double distance = std::cbrt(mesh_volume(solid_) / double(n_));
         for (size_t k = 1; sites.size() < n_; ++k) {

@@ -33,6 +33,11 @@ TEST(PointGrid, nearest_is_what_looking_at_all_points_finds) {
             for (uint32_t i = 1; i < points.size(); ++i)
                 if ((points[i] - query).squaredNorm() < (points[best] - query).squaredNorm()) best = i;
             EXPECT_EQ(grid.nearest(query), best);
+            for (const uint32_t known : {0u, 150u, best}) {
+                const PointGrid::Near near = grid.nearest(query, {known, (points[known] - query).squaredNorm()});
+                EXPECT_EQ(near.index, best);
+                EXPECT_EQ(near.squared_distance, (points[best] - query).squaredNorm());
+            }
         }
     }
 }
