@@ -158,7 +158,7 @@ void gather_clusters(int count, double toughness_factor, uint64_t seed, Fragment
     std::vector<Vec3> centroid;
     std::vector<double> volume;
     for (const Fragment& f : io_set.fragments) centroid.push_back(f.centroid), volume.push_back(f.volume);
-    std::vector<uint32_t> label = *kmeans_clusters(centroid, volume, std::min(uint32_t(count), n), seed);
+    std::vector<uint32_t> label = *kmeans_clusters(centroid, volume, std::min(uint32_t(count), n), seed, 1);
     join_up(io_set, label);
 
     std::vector<uint32_t> number(2 * size_t{n}, kNone);  // ascending with their lowest fragment

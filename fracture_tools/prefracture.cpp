@@ -116,8 +116,9 @@ Result<LabelledCells> cut_by_kmeans(const TriMesh& solid, const PrefractureSetti
                               " separate parts much smaller than a piece were left out");
     LabelledCells cut{make_cell_complex(*tets), {}, 0};
     find_source_triangles(solid, cut.complex);
-    Result<std::vector<uint32_t>> label = kmeans_clusters(cut.complex.cell_centroid, cut.complex.cell_volume,
-                                                          settings.pieces, settings.seed, progress.part(0.7, 0.9));
+    Result<std::vector<uint32_t>> label =
+        kmeans_clusters(cut.complex.cell_centroid, cut.complex.cell_volume, settings.pieces, settings.seed,
+                        settings.threads, progress.part(0.7, 0.9));
     if (!label) return label.error();
     if (!progress.report(0.9, "joining cells")) return cancelled();
     cut.label = label.take();
@@ -133,7 +134,8 @@ Result<LabelledCells> cut_cells_by_kmeans(const TriMesh& solid, const Prefractur
     site_settings.kind = SiteKind::poisson;
     site_settings.count = static_cast<int>(settings.pieces * settings.cells_per_piece);
     site_settings.seed = settings.seed;
-    const Result<std::vector<Vec3>> sites = choose_sites(solid, site_settings, where, progress.part(0, 0.2));
+    const Result<std::vector<Vec3>> sites =
+        choose_sites(solid, site_settings, settings.threads, where, progress.part(0, 0.2));
     if (!sites) return sites.error();
     Result<CellComplex> complex =
         cut_by_sites(solid, *sites, settings.seed, settings.threads, where, io_warnings, progress.part(0.2, 0.8));
@@ -143,8 +145,8 @@ Result<LabelledCells> cut_cells_by_kmeans(const TriMesh& solid, const Prefractur
         return bad_input(where, "there are fewer cells than pieces", "ask for fewer pieces");
     std::vector<double> weight;  // rounding may have made a flat cell's volume negative
     for (double v : cut.complex.cell_volume) weight.push_back(std::max(v, 0.0));
-    Result<std::vector<uint32_t>> label =
-        kmeans_clusters(cut.complex.cell_centroid, weight, settings.pieces, settings.seed, progress.part(0.8, 0.95));
+    Result<std::vector<uint32_t>> label = kmeans_clusters(cut.complex.cell_centroid, weight, settings.pieces,
+                                                          settings.seed, settings.threads, progress.part(0.8, 0.95));
     if (!label) return label.error();
     cut.label = label.take();
     cut.n_labels = repair_labels(cut.complex, settings.pieces, cut.label).n_labels;
@@ -172,7 +174,8 @@ Result<LabelledCells> cut_by_voronoi(const TriMesh& solid, const PrefractureSett
     SiteSettings site_settings = settings.sites;
     site_settings.count = settings.pieces;
     site_settings.seed = settings.seed;
-    const Result<std::vector<Vec3>> sites = choose_sites(solid, site_settings, where, progress.part(0, 0.3));
+    const Result<std::vector<Vec3>> sites =
+        choose_sites(solid, site_settings, settings.threads, where, progress.part(0, 0.3));
     if (!sites) return sites.error();
     std::vector<Vec3> cell_sites = *sites;
     if (settings.roughness > 1) {
@@ -182,7 +185,8 @@ Result<LabelledCells> cut_by_voronoi(const TriMesh& solid, const PrefractureSett
             site_settings.kind = SiteKind::poisson;
         site_settings.count = settings.roughness * static_cast<int>(sites->size());
         site_settings.seed = ~settings.seed;
-        Result<std::vector<Vec3>> fine = choose_sites(solid, site_settings, where, progress.part(0.3, 0.4));
+        Result<std::vector<Vec3>> fine =
+            choose_sites(solid, site_settings, settings.threads, where, progress.part(0.3, 0.4));
         if (!fine) return fine.error();
         cell_sites = fine.take();
     }

@@ -29,8 +29,13 @@ constexpr int kImpactTries = 1000;
 
 class SiteChooser {
 public:
-    SiteChooser(const TriMesh& solid, const SiteSettings& settings)
-        : solid_(solid), settings_(settings), random_(settings.seed), sampler_(solid), n_(size_t(settings.count)) {}
+    SiteChooser(const TriMesh& solid, const SiteSettings& settings, int threads)
+        : solid_(solid),
+          settings_(settings),
+          threads_(threads),
+          random_(settings.seed),
+          sampler_(solid),
+          n_(size_t(settings.count)) {}
 
     Result<std::vector<Vec3>> choose(const Progress& progress) {
         switch (settings_.kind) {
@@ -211,7 +216,7 @@ private:
         const std::vector<Vec3> samples = uniform(kSamplesPerSite * n_);
         const std::vector<double> weights(samples.size(), 1);
         const Result<std::vector<uint32_t>> label =
-            kmeans_clusters(samples, weights, uint32_t(n_), settings_.seed, progress);
+            kmeans_clusters(samples, weights, uint32_t(n_), settings_.seed, threads_, progress);
         if (!label) return label.error();
         std::vector<Vec3> sum(n_, Vec3::Zero());
         std::vector<int> members(n_, 0);
@@ -224,6 +229,7 @@ private:
 
     const TriMesh& solid_;
     const SiteSettings& settings_;
+    int threads_;
     RandomShares random_;
     InteriorSampler sampler_;
     size_t n_;
@@ -271,11 +277,11 @@ Status SiteSettings::check(const std::string& where, const TriMesh& mesh) const 
     return {};
 }
 
-Result<std::vector<Vec3>> choose_sites(const TriMesh& solid, const SiteSettings& settings, const std::string& where,
-                                       const Progress& progress) {
+Result<std::vector<Vec3>> choose_sites(const TriMesh& solid, const SiteSettings& settings, int threads,
+                                       const std::string& where, const Progress& progress) {
     if (Status s = settings.check(where, solid); !s) return s.error();
     if (!progress.report(0, "choosing sites")) return cancelled();
-    SiteChooser chooser(solid, settings);
+    SiteChooser chooser(solid, settings, threads);
     Result<std::vector<Vec3>> sites = chooser.choose(progress);
     if (!sites) return sites;
     Aabb box;

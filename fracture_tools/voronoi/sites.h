@@ -38,8 +38,9 @@ struct SiteSettings {
 };
 
 /// Sites for a solid, at least one. None lies closer to another than 1e-5 of the mesh's diagonal (the later one goes).
-/// Deterministic: same mesh and settings, same bits. Errors: settings out of range or missing, cancelled.
-Result<std::vector<Vec3>> choose_sites(const TriMesh& solid, const SiteSettings& settings, const std::string& where,
-                                       const Progress& progress = {});
+/// Deterministic: same mesh and settings, same bits for any number of threads (0: all cores). Errors: settings out of
+/// range or missing, cancelled.
+Result<std::vector<Vec3>> choose_sites(const TriMesh& solid, const SiteSettings& settings, int threads,
+                                       const std::string& where, const Progress& progress = {});
 
 }  // namespace sunder

@@ -59,7 +59,7 @@ TEST(Kmeans, finds_groups_that_stand_apart_whatever_the_seed) {
             points.push_back(p + Vec3(group % 2, group / 2 % 2, group / 4));
     const std::vector<double> weights(points.size(), 1.0);
     for (uint64_t seed = 0; seed < 10; ++seed) {
-        const auto label = kmeans_clusters(points, weights, 8, seed);
+        const auto label = kmeans_clusters(points, weights, 8, seed, 1);
         ASSERT_TRUE(label);
         std::set<uint32_t> used;
         for (size_t i = 0; i < points.size(); ++i) {
@@ -74,7 +74,7 @@ TEST(Kmeans, each_point_is_with_the_nearest_mean) {
     const std::vector<Vec3> points = random_points(3000, Vec3(1, 1, 1), 5);
     std::vector<double> weights;
     for (const Vec3& p : points) weights.push_back(1 + p.x());
-    const auto label = kmeans_clusters(points, weights, 40, 1);
+    const auto label = kmeans_clusters(points, weights, 40, 1, 1);
     ASSERT_TRUE(label);
     std::vector<Vec3> sum(40, Vec3::Zero());
     std::vector<double> total(40, 0);
@@ -96,22 +96,30 @@ TEST(Kmeans, each_point_is_with_the_nearest_mean) {
 
 TEST(Kmeans, as_many_clusters_as_points_and_points_in_one_place_are_no_trouble) {
     const std::vector<Vec3> points = random_points(20, Vec3(1, 1, 1), 6);
-    const auto each = kmeans_clusters(points, std::vector<double>(20, 0.1), 20, 0);
+    const auto each = kmeans_clusters(points, std::vector<double>(20, 0.1), 20, 0, 1);
     ASSERT_TRUE(each);
     EXPECT_EQ(std::set<uint32_t>(each->begin(), each->end()).size(), 20u);
     const std::vector<Vec3> same(10, Vec3(1, 2, 3));
-    EXPECT_TRUE(kmeans_clusters(same, std::vector<double>(10, 1.0), 4, 0));
-    EXPECT_TRUE(kmeans_clusters(same, std::vector<double>(10, 0.0), 10, 0));
+    EXPECT_TRUE(kmeans_clusters(same, std::vector<double>(10, 1.0), 4, 0, 1));
+    EXPECT_TRUE(kmeans_clusters(same, std::vector<double>(10, 0.0), 10, 0, 1));
 }
 
 TEST(Kmeans, the_seed_decides_and_is_the_same_on_every_machine) {
     const std::vector<Vec3> points = random_points(500, Vec3(1, 1, 1), 7);
     const std::vector<double> weights(500, 1.0);
-    const auto a = kmeans_clusters(points, weights, 10, 1), b = kmeans_clusters(points, weights, 10, 1),
-               c = kmeans_clusters(points, weights, 10, 2);
+    const auto a = kmeans_clusters(points, weights, 10, 1, 1), b = kmeans_clusters(points, weights, 10, 1, 1),
+               c = kmeans_clusters(points, weights, 10, 2, 1);
     ASSERT_TRUE(a && b && c);
     EXPECT_EQ(*a, *b);
     EXPECT_NE(*a, *c);
+}
+
+TEST(Kmeans, any_number_of_threads_gives_the_same_labels) {
+    const std::vector<Vec3> points = random_points(20000, Vec3(1, 1, 1), 9);  // five chunks
+    const std::vector<double> weights(points.size(), 1.0);
+    const auto one = kmeans_clusters(points, weights, 500, 1, 1);
+    ASSERT_TRUE(one);
+    for (const int threads : {2, 5}) EXPECT_EQ(*kmeans_clusters(points, weights, 500, 1, threads), *one);
 }
 
 TEST(SurfaceLookup, nearest_is_what_looking_at_all_triangles_finds) {

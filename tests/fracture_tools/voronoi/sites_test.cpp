@@ -17,7 +17,7 @@ using testing::make_box;
 using testing::make_torus;
 
 std::vector<Vec3> sites(const TriMesh& mesh, const SiteSettings& settings) {
-    Result<std::vector<Vec3>> chosen = choose_sites(mesh, settings, "mesh");
+    Result<std::vector<Vec3>> chosen = choose_sites(mesh, settings, 1, "mesh");
     EXPECT_TRUE(chosen) << (chosen ? "" : chosen.error().text());
     return chosen ? chosen.take() : std::vector<Vec3>();
 }
@@ -170,7 +170,7 @@ TEST(Sites, more_sites_lie_near_a_dense_group) {
     for (const Vec3& p : sites(mesh, s)) right += p.x() > 0.5;
     EXPECT_GT(right, 650);
     s.density_group = "right";
-    const Result<std::vector<Vec3>> unknown = choose_sites(mesh, s, "mesh");
+    const Result<std::vector<Vec3>> unknown = choose_sites(mesh, s, 1, "mesh");
     ASSERT_FALSE(unknown);
     EXPECT_EQ(unknown.error().parameter, "density_group");
     EXPECT_NE(unknown.error().mend.find("left"), std::string::npos);
@@ -181,16 +181,16 @@ TEST(Sites, points_are_taken_as_given_but_for_doubles) {
     s.points = {Vec3(0.1, 0.2, 0.3), Vec3(5, 5, 5), Vec3(0.1, 0.2, 0.3 + 1e-9), Vec3(0.9, 0.1, 0.1)};
     EXPECT_EQ(sites(make_box(), s), (std::vector<Vec3>{s.points[0], s.points[1], s.points[3]}));
     s.points.clear();
-    EXPECT_EQ(choose_sites(make_box(), s, "mesh").error().parameter, "points");
+    EXPECT_EQ(choose_sites(make_box(), s, 1, "mesh").error().parameter, "points");
     s.points = {Vec3(0, std::nan(""), 0)};
-    EXPECT_EQ(choose_sites(make_box(), s, "mesh").error().parameter, "points");
+    EXPECT_EQ(choose_sites(make_box(), s, 1, "mesh").error().parameter, "points");
 }
 
 TEST(Sites, settings_out_of_range_are_refused_by_name) {
     auto parameter = [](auto change) {
         SiteSettings s;
         change(s);
-        const auto chosen = choose_sites(make_box(), s, "mesh");
+        const auto chosen = choose_sites(make_box(), s, 1, "mesh");
         return chosen ? std::string("accepted") : chosen.error().parameter;
     };
     EXPECT_EQ(parameter([](auto& s) { s.count = 0; }), "pieces");
