@@ -14,7 +14,7 @@ Vec3 RandomShares::direction() {
 
 InteriorSampler::InteriorSampler(MeshView mesh) : mesh_(mesh) {
     for (const Vec3& p : mesh.positions) box_.extend(p);
-    side_ = std::clamp(int(std::sqrt(double(mesh.triangles.size()))), 1, 1024);
+    side_ = std::clamp(int(2 * std::sqrt(double(mesh.triangles.size()))), 1, 1024);
     const Vec3 size = box_.max - box_.min;
     auto range = [&](const Triangle& t, int axis) {
         double low = HUGE_VAL, high = -HUGE_VAL;
