@@ -6,13 +6,17 @@
 #include <tuple>
 
 #include "fracture_tools/corner_normals.h"
+#include "fracture_tools/counting_sort.h"
 #include "fracture_tools/disjoint_sets.h"
 #include "fracture_tools/fragment_faces.h"
 #include "fracture_tools/mesh_checks.h"
+#include "fracture_tools/parallel_chunks.h"
 #include "fracture_tools/prefracture.h"
 
 namespace sunder {
 namespace {
+
+constexpr size_t kFragmentsAChunk = 64;
 
 /// A side of a triangle, from corner `corner` to the next one of its triangle.
 struct Side {
@@ -83,8 +87,10 @@ void pair_around_edge(const std::vector<Vec3>& positions, const std::vector<Tria
 void part_pinches(TriMesh& io_mesh) {
     const std::vector<Side> sides = sorted_sides(io_mesh.triangles);
     std::vector<std::pair<uint32_t, uint32_t>> pairs;
+    bool has_crowded_edge = false;
     for (size_t i = 0, j; i < sides.size(); i = j) {
         for (j = i; j < sides.size() && sides[j].low == sides[i].low && sides[j].high == sides[i].high;) ++j;
+        has_crowded_edge |= j - i > 2;
         if (j - i > 1) pair_around_edge(io_mesh.positions, io_mesh.triangles, {&sides[i], j - i}, pairs);
     }
     std::vector<uint32_t> fan = disjoint_sets(3 * io_mesh.triangles.size());
@@ -103,6 +109,7 @@ void part_pinches(TriMesh& io_mesh) {
         vertex = number[lowest(fan, c)];
     }
     io_mesh.positions = std::move(positions);
+    if (!has_crowded_edge) return;
 
     // Both ends of a parted edge may still be one vertex each, where the surface goes round. A vertex in the middle of
     // all but one of the pairs then tells the edges apart.
@@ -158,6 +165,18 @@ void part_pinches(TriMesh& io_mesh) {
     }
 }
 
+/// Gives triangles of the set's vertices the vertices that they use, once for each fan where they only touch.
+void take_vertices(const FragmentSet& set, TriMesh& io_mesh) {
+    std::vector<uint32_t> used;
+    for (const Triangle& t : io_mesh.triangles) used.insert(used.end(), t.begin(), t.end());
+    std::sort(used.begin(), used.end());
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    for (uint32_t v : used) io_mesh.positions.push_back(set.vertices[v]);
+    for (Triangle& t : io_mesh.triangles)
+        for (uint32_t& v : t) v = static_cast<uint32_t>(std::lower_bound(used.begin(), used.end(), v) - used.begin());
+    part_pinches(io_mesh);
+}
+
 /// Adds a triangle of the set to the mesh; `corner` are entries of the attribute arrays.
 struct PieceBuilder {
     const FragmentSet& set;
@@ -207,15 +226,7 @@ struct PieceBuilder {
     }
 
     TriMesh finish() {
-        std::vector<uint32_t> used;
-        for (const Triangle& t : mesh.triangles) used.insert(used.end(), t.begin(), t.end());
-        std::sort(used.begin(), used.end());
-        used.erase(std::unique(used.begin(), used.end()), used.end());
-        for (uint32_t v : used) mesh.positions.push_back(set.vertices[v]);
-        for (Triangle& t : mesh.triangles)
-            for (uint32_t& v : t)
-                v = static_cast<uint32_t>(std::lower_bound(used.begin(), used.end(), v) - used.begin());
-        part_pinches(mesh);
+        take_vertices(set, mesh);
         return std::move(mesh);
     }
 };
@@ -227,6 +238,22 @@ Error bad_fragment(size_t i, std::string what) {
             "another seed or number of pieces may do",
             {},
             {}};
+}
+
+Status check_fragment(const FragmentSet& set, const FragmentFaces& faces, std::span<const uint32_t> own, size_t i) {
+    const Fragment& f = set.fragments[i];
+    if (!(f.volume > 0) || !(f.radii.minCoeff() > 0)) return bad_fragment(i, "the fragment has no volume");
+    TriMesh mesh;
+    for (uint32_t k : own) mesh.triangles.push_back(faces.triangles[k]);
+    mesh.triangle_material.resize(own.size());
+    take_vertices(set, mesh);
+    const MeshReport report = check_mesh(mesh);
+    if (!report.is_solid())
+        return bad_fragment(
+            i, "the fragment is not closed: " + (report.faults.empty() ? "no volume" : report.faults.front()));
+    if (std::abs(report.volume - f.volume) > 1e-9 * f.volume)
+        return bad_fragment(i, "the fragment's volume is not that of its surface");
+    return {};
 }
 
 }  // namespace
@@ -254,32 +281,20 @@ TriMesh FragmentMeshes::mesh(FragmentId fragment) const {
 
 TriMesh fragment_mesh(const FragmentSet& set, FragmentId fragment) { return FragmentMeshes(set).mesh(fragment); }
 
-Status check_fragments(const FragmentSet& set) {
-    Result<FragmentFaces> faces = make_fragment_faces(set);
+Status check_fragments(const FragmentSet& set, int threads) {
+    const Result<FragmentFaces> faces = make_fragment_faces(set);
     if (!faces) return faces.error();
-    std::vector<std::vector<uint32_t>> faces_of(set.fragments.size());
-    for (uint32_t k = 0; k < faces->n_faces(); ++k) faces_of[faces->fragment[k]].push_back(k);
-
+    const size_t n = set.fragments.size();
+    const Groups faces_of = group_by(faces->n_faces(), uint32_t(n), [&](uint32_t k) { return faces->fragment[k]; });
+    std::vector<Status> found((n + kFragmentsAChunk - 1) / kFragmentsAChunk);
+    for_chunks(n, kFragmentsAChunk, threads, {}, "", [&](size_t chunk, size_t begin, size_t end) {
+        for (size_t i = begin; i < end && found[chunk]; ++i)
+            found[chunk] = check_fragment(set, *faces, faces_of[uint32_t(i)], i);
+    });
+    for (const Status& s : found)
+        if (!s) return s;
     double sum = 0;
-    for (size_t i = 0; i < set.fragments.size(); ++i) {
-        const Fragment& f = set.fragments[i];
-        if (!(f.volume > 0) || !(f.radii.minCoeff() > 0)) return bad_fragment(i, "the fragment has no volume");
-        PieceBuilder piece(set);
-        for (uint32_t k : faces_of[i]) {
-            if (faces->is_outer(k))
-                piece.add_outer(k);
-            else
-                piece.add_interface((faces->is_side_b(k) ? faces->twin(k) : k) - faces->n_outer, !faces->is_side_b(k));
-        }
-        const TriMesh mesh = piece.finish();
-        const MeshReport report = check_mesh(mesh);
-        if (!report.is_solid())
-            return bad_fragment(
-                i, "the fragment is not closed: " + (report.faults.empty() ? "no volume" : report.faults.front()));
-        if (std::abs(report.volume - f.volume) > 1e-9 * f.volume)
-            return bad_fragment(i, "the fragment's volume is not that of its surface");
-        sum += f.volume;
-    }
+    for (const Fragment& f : set.fragments) sum += f.volume;
     if (set.source_volume > 0 && std::abs(sum - set.source_volume) > kMaxVolumeError * set.source_volume)
         return Error{
             ErrorCode::internal,

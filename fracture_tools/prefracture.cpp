@@ -207,7 +207,7 @@ Result<FragmentSet> cut_solid(const TriMesh& solid, const PrefractureSettings& s
     const auto cut_by = settings.method == CutMethod::voronoi    ? cut_by_voronoi
                         : settings.source == CellSource::voronoi ? cut_cells_by_kmeans
                                                                  : cut_by_kmeans;
-    const Result<LabelledCells> cut = cut_by(solid, settings, where, io_warnings, progress.part(0, 0.9));
+    Result<LabelledCells> cut = cut_by(solid, settings, where, io_warnings, progress.part(0, 0.9));
     if (!cut) return cut.error();
     const bool counts_pieces = settings.method == CutMethod::kmeans;
     if (counts_pieces && cut->n_labels != uint32_t(settings.pieces))
@@ -216,9 +216,10 @@ Result<FragmentSet> cut_solid(const TriMesh& solid, const PrefractureSettings& s
 
     if (!progress.report(0.9, "making fragments")) return cancelled();
     FragmentSet set = make_fragments(cut->complex, cut->label, cut->n_labels, solid);
+    cut->complex = {};  // its memory is wanted for the checks
     if (Status s = shape_interior(settings.interior, settings.threads, progress.part(0.9, 1), set); !s)
         return s.error();
-    if (Status s = check_fragments(set); !s) return s.error();
+    if (Status s = check_fragments(set, settings.threads); !s) return s.error();
     return set;
 }
 

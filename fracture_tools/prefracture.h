@@ -76,7 +76,8 @@ private:
     std::vector<uint32_t> begin_, interface_;  // CSR: ascending interfaces of each fragment
 };
 
-/// The fragments' own invariants: each closed, positive volume, volumes sum to the source. Errors name the fragment.
-Status check_fragments(const FragmentSet& set);
+/// The fragments' own invariants: each closed, positive volume, volumes sum to the source. Errors name the fragment,
+/// the first one of those that have any. `threads`: 0 all cores.
+Status check_fragments(const FragmentSet& set, int threads = 1);
 
 }  // namespace sunder

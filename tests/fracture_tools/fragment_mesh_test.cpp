@@ -160,5 +160,15 @@ TEST(FragmentMeasures, frames_do_not_turn_with_rounding) {
     }
 }
 
+TEST(CheckFragments, names_the_first_of_several_faults_for_any_number_of_threads) {
+    FragmentSet set = cut_grid({400, 1, 1}, 400, [](int x, int, int) { return uint32_t(x); });  // seven chunks
+    for (const size_t i : {399, 130, 131, 200}) set.fragments[i].volume *= 1.0001;
+    for (const int threads : {1, 2, 5}) {
+        const Status checked = check_fragments(set, threads);
+        ASSERT_FALSE(checked);
+        EXPECT_EQ(checked.error().where, "fragment 130");
+    }
+}
+
 }  // namespace
 }  // namespace sunder
