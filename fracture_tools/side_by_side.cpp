@@ -63,6 +63,7 @@ private:
 
 void run_side_by_side(size_t n, const RangeRunner& run,
                       const std::function<void(size_t i, const RangeRunner& run)>& task) {
+    if (n == 0) return;
     if (n == 1) return task(0, run);
     std::vector<SharedLoop> loops(std::min(n, kMostThreads));  // of the threads that have had a task
     std::atomic<size_t> turn{0}, n_loops{0}, n_threads{0};

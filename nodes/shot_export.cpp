@@ -126,7 +126,7 @@ std::vector<Surface> surfaces_of(const ShotMesh& mesh, const MeshFrame& first) {
         const bool is_interior = mesh.poses.empty() && m + 1 == first.materials.size();
         Surface surface;
         if (is_interior)
-            surface = mesh.look.interior.value_or(Surface{.color = kBreak});
+            surface = mesh.look.interior.value_or(Surface{.name = {}, .color = kBreak});
         else if (m < mesh.look.surfaces.size())
             surface = mesh.look.surfaces[m];
         if (surface.name.empty()) surface.name = first.materials[m];

@@ -55,6 +55,11 @@ TEST_P(SideBySide, every_task_and_every_entry_of_its_loops_is_done_once) {
         }
 }
 
+TEST(SideBySide, nobody_is_woken_where_there_is_nothing_to_do) {
+    const RangeRunner run = [](size_t, size_t, const auto&) { ADD_FAILURE(); };
+    run_side_by_side(0, run, [](size_t, const RangeRunner&) { ADD_FAILURE(); });
+}
+
 TEST(SideBySide, threads_without_a_task_join_the_loops_of_the_one_that_is_left) {
     std::mutex guard;
     std::set<std::thread::id> inside;
