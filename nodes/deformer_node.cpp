@@ -84,9 +84,9 @@ std::vector<Result<Value>> cook_together(std::span<CookContext* const> contexts)
     for (size_t i = 0; i < contexts.size(); ++i)
         if (inputs[i])
             bodies.push_back({&kept_builder(*contexts[i], *inputs[i]->body), inputs[i]->frame(), &meshes[i]});
-    const WorkerPool& workers = contexts.front()->workers();
+    const std::shared_ptr<const WorkerPool> workers = contexts.front()->workers();
     const std::vector<Status> made =
-        build_meshes(bodies, [&](size_t n, size_t grain, const auto& body) { workers.for_range(n, grain, body); });
+        build_meshes(bodies, [&](size_t n, size_t grain, const auto& body) { workers->for_range(n, grain, body); });
 
     std::vector<Result<Value>> values;
     size_t n_bodies = 0;

@@ -36,7 +36,7 @@ public:
     int start_frame() const override { return graph().frame_range[0]; }
     double frame_rate() const override { return graph().frame_rate; }
     int threads() const override { return graph().threads; }
-    const WorkerPool& workers() override { return evaluation_.graph().workers(); }
+    std::shared_ptr<const WorkerPool> workers() override { return evaluation_.graph().workers(); }
     size_t cache_limit() const override { return graph().cache_limit; }
     std::string resolve(const std::string& path) const override { return graph().resolve(path); }
     const Progress& progress() const override { return own_; }

@@ -73,11 +73,11 @@ struct GraphImpl {
     mutable FileKeys file_keys;
 
     /// Made when a node first asks for it.
-    const WorkerPool& workers() {
-        if (!pool || pool_threads != threads) pool = std::make_unique<WorkerPool>(pool_threads = threads);
-        return *pool;
+    std::shared_ptr<const WorkerPool> workers() {
+        if (!pool || pool_threads != threads) pool = std::make_shared<const WorkerPool>(pool_threads = threads);
+        return pool;
     }
-    std::unique_ptr<WorkerPool> pool;
+    std::shared_ptr<const WorkerPool> pool;
     int pool_threads = 0;
 
     Result<GraphNode*> find(std::string_view name) const;

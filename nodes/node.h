@@ -70,7 +70,7 @@ public:
     virtual int start_frame() const = 0;                             // first frame of the graph's range
     virtual double frame_rate() const = 0;                           // frames per second
     virtual int threads() const = 0;                                 // 0: all cores
-    virtual const WorkerPool& workers() = 0;                         // of the graph; as many threads
+    virtual std::shared_ptr<const WorkerPool> workers() = 0;         // of the graph; as many threads
     virtual size_t cache_limit() const = 0;                          // bytes that a node may keep of past frames
     virtual std::string resolve(const std::string& path) const = 0;  // an input path, seen from the graph's folder
     virtual const Progress& progress() const = 0;                    // of this node's own work

@@ -13,7 +13,7 @@ namespace {
 /// starts to matter at frame 50 leaves frames 1 to 49 as they are.
 struct SolverStore {
     ContentKey scene_key = 0;
-    int threads = -1;
+    std::shared_ptr<const WorkerPool> workers;  // the solver's
     std::shared_ptr<Solver> solver;
     std::vector<ContentKey> body_keys;
     StateCache frames;
@@ -29,16 +29,17 @@ public:
 
     /// The solver and its scene, made again only if the scene changed.
     Status prepare() {
-        if (store_.node_key == context_.key() && store_.solver && store_.threads == context_.threads()) return {};
+        const std::shared_ptr<const WorkerPool> workers = context_.workers();
+        if (store_.node_key == context_.key() && store_.solver && store_.workers == workers) return {};
         Result<SceneInput> input = scene_input(context_);
         if (!input) return input.error();
-        if (!store_.solver || store_.scene_key != input->key || store_.threads != context_.threads()) {
-            Result<std::unique_ptr<Solver>> solver = Solver::create(std::move(input->scene), context_.threads());
+        if (!store_.solver || store_.scene_key != input->key || store_.workers != workers) {
+            Result<std::unique_ptr<Solver>> solver = Solver::create(std::move(input->scene), workers);
             if (!solver) return solver.error();
             if (store_.scene_key != input->key) store_.frames.clear();
             store_.solver = solver.take();
             store_.scene_key = input->key;
-            store_.threads = context_.threads();
+            store_.workers = workers;
             store_.body_keys = std::move(input->body_keys);
         }
         store_.node_key = context_.key();

@@ -131,12 +131,13 @@ Status SolverSettings::check(const std::string& where) const {
 
 struct Solver::Impl {
     Scene scene;
-    WorkerPool workers;
+    std::shared_ptr<const WorkerPool> workers;
     double margin;     // of contacts, m
     Workspace work;    // of the whole scene
     AwakeScene awake;  // what is simulated while something sleeps
 
-    Impl(Scene s, int threads) : scene(std::move(s)), workers(threads), margin(contact_margin(scene)) {}
+    Impl(Scene s, std::shared_ptr<const WorkerPool> w)
+        : scene(std::move(s)), workers(std::move(w)), margin(contact_margin(scene)) {}
     Status check_input(const FrameInput& input) const;
     void enter(const StepContext& whole, const FrameState& state);
     Status advance(const StepContext& whole, Stage stage, double h, double begin, double end, bool measure,
@@ -150,12 +151,16 @@ Solver::~Solver() = default;
 const Scene& Solver::scene() const { return impl_->scene; }
 
 Result<std::unique_ptr<Solver>> Solver::create(Scene scene, int threads) {
+    return create(std::move(scene), std::make_shared<const WorkerPool>(threads));
+}
+
+Result<std::unique_ptr<Solver>> Solver::create(Scene scene, std::shared_ptr<const WorkerPool> workers) {
     if (Status ok = check_scene(scene); !ok) return ok.error();
     trim(scene.rest);
     build_one_rings(scene.rest);
     scene.rest.group_trace = rest_traces(scene.rest);
     std::unique_ptr<Solver> solver(new Solver());
-    solver->impl_ = std::make_unique<Impl>(std::move(scene), threads);
+    solver->impl_ = std::make_unique<Impl>(std::move(scene), std::move(workers));
     return solver;
 }
 
@@ -282,7 +287,7 @@ Status Solver::Impl::advance(const StepContext& whole, Stage stage, double h, do
 Result<StepReport> Solver::Impl::run_frame(const FrameInput& input, const SolverSettings& settings,
                                            const FrameState& before, FrameState& io_state, const Progress& progress) {
     SolverSettings effort = settings;
-    const StepContext context{scene, input, effort, workers, margin};
+    const StepContext context{scene, input, effort, *workers, margin};
     if (settings.sleeping && !io_state.asleep.empty())
         wake_changed(scene, input, settings.self_collision, margin, io_state);
     else

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "solver/data/progress.h"
+#include "solver/parallel.h"
 #include "solver/scene.h"
 
 namespace sunder {
@@ -14,6 +15,9 @@ class Solver {
 public:
     /// `threads` 0: all cores. Errors: empty scene, indices out of range, non-finite rest data (particle named).
     static Result<std::unique_ptr<Solver>> create(Scene scene, int threads = 1);
+    /// The same with workers that others use as well, though never at the same time: those of two pools would look for
+    /// work beside one another.
+    static Result<std::unique_ptr<Solver>> create(Scene scene, std::shared_ptr<const WorkerPool> workers);
     ~Solver();
 
     const Scene& scene() const;

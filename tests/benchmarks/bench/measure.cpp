@@ -76,7 +76,8 @@ Measurement measure(const NamedScene& named, const std::string& method, int thre
     BenchScene s = named.make();
     if (frames > 0) s.frames = frames;
     s.settings.method = method_named(method);
-    auto created = Solver::create(std::move(s.scene), threads);
+    const auto workers = std::make_shared<const WorkerPool>(threads);
+    auto created = Solver::create(std::move(s.scene), workers);
     if (!created) throw std::runtime_error(created.error().text());
     const std::unique_ptr<Solver> solver = created.take();
     if (!s.skins.empty()) s.scene = solver->scene();  // with its one-rings
@@ -84,11 +85,10 @@ Measurement measure(const NamedScene& named, const std::string& method, int thre
     Measurement m;
     m.gigahertz = clock_gigahertz();
     Times best;
-    const WorkerPool workers(threads);
     for (int k = 0; k < repeats; ++k) {
         Skins skins(s);
         FrameState state = solver->initial_state(s.input.materials);
-        const Times times = run(s, *solver, workers, skins, state);
+        const Times times = run(s, *solver, *workers, skins, state);
         const uint64_t hash = state_hash(state);
         if (k > 0 && hash != m.hash) throw std::runtime_error(std::string(named.name) + ": a repeat gave other bits");
         m.hash = hash;
