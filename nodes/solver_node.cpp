@@ -291,8 +291,9 @@ std::vector<ParameterDescription> parameters() {
              .label = "Sleeping",
              .type = ParameterType::boolean,
              .default_value = true,
-             .sentence = "What has not moved for half a second is left out, and costs nothing, until something touches "
-                         "it or what acts on it changes; off: everything is simulated at all times"}};
+             .sentence = "What has not moved for half a second (looked at four times a second) is left out, and costs "
+                         "nothing, until something touches it or what acts on it changes; off: everything is "
+                         "simulated at all times"}};
 }
 
 }  // namespace

@@ -11,8 +11,8 @@ struct Preset {
     int substeps, iterations;  // as in SolverSettings
 };
 
-/// Of method projective, which the front is made of (jacobi is faster only for soft or resting bodies); from the
-/// fastest to the most accurate; the middle one is what SolverSettings starts with.
+/// Of method projective, which most of the front is made of (jacobi is faster for soft or resting bodies, and for tears
+/// at the finest steps); from the fastest to the most accurate; the middle one is what SolverSettings starts with.
 inline constexpr std::array kPresets = {Preset{"preview", 4, 1}, Preset{"default", 8, 2}, Preset{"final", 32, 1}};
 
 /// The preset of that name, or null.

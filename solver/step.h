@@ -78,7 +78,7 @@ struct Workspace {
     std::vector<uint8_t> flowed;           // (n_particles)
     std::vector<uint8_t> held;             // by an active pin, or fixed (n_movables)
     std::vector<uint8_t> piece_held;       // (n_pieces)
-    std::vector<uint8_t> is_touched;       // by a contact (as pieces)
+    std::vector<uint8_t> is_touched;       // a contact may push it (as pieces)
     std::vector<Vec3> piece_angular;       // L the piece must have (n_pieces)
     std::vector<ActiveContact> contacts;
     ContactIslands islands;  // of `contacts`
