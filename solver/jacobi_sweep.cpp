@@ -1,7 +1,6 @@
 #include "solver/jacobi_sweep.h"
 
 #include <algorithm>
-#include <cstddef>
 
 #include "solver/instruction_set.h"
 
@@ -35,10 +34,7 @@ void JacobiSweep::take_up(const SweepInput& in) {
 
 void JacobiSweep::apply(const JacobiIteration& iteration, const SweepInput& in, const WorkerPool& workers,
                         std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles) {
-    static_assert(sizeof(MovingParticle) == sizeof(MovingRecord) && sizeof(GroupGoal) == 4 * sizeof(double));
-    static_assert(offsetof(MovingParticle, d) == offsetof(MovingRecord, d) &&
-                  offsetof(MovingParticle, x_inertial) == offsetof(MovingRecord, x_inertial) &&
-                  offsetof(MovingParticle, d_inertial) == offsetof(MovingRecord, d_inertial));
+    static_assert(sizeof(GroupGoal) == 4 * sizeof(double));
     take_up(in);
     for_units(layout_, kSharedUnit, workers, [&](size_t u, size_t, const UnitBlocks& blocks) {
         Unit& unit = units_[u];
@@ -52,9 +48,8 @@ void JacobiSweep::apply(const JacobiIteration& iteration, const SweepInput& in, 
             return;
         }
         const SweepArrays<float> arrays = unit.store.arrays();
-        const JacobiRecords records{reinterpret_cast<MovingRecord*>(io_particles.data()),
-                                    io_goals.data()->rotation.coeffs().data(), in.held.data(),
-                                    unit.store.lane_particles(), unit.origin.data()};
+        const JacobiRecords records{moving_records(io_particles), io_goals.data()->rotation.coeffs().data(),
+                                    in.held.data(), unit.store.lane_particles(), unit.origin.data()};
         SweepParticle<float>* const particles = unit.store.particles();
         JacobiParticles* const jacobi = unit.particles.data();
         const auto omega = static_cast<float>(iteration.omega);

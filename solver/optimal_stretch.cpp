@@ -24,14 +24,12 @@ Mat3 optimal_stretch(const StretchBasis& basis, const Mat3& R, const Mat3& A_pq)
 }
 
 PrincipalStretch principal_stretch(const Mat3& S) {
-    constexpr double kSmallest = 0.1,
-                     kLargest = 10.0;  // beyond these the logarithm is of no use (numerics: inverted groups)
     const Eigen::SelfAdjointEigenSolver<Mat3> eigen(S);
     PrincipalStretch p;
     p.stretch = eigen.eigenvalues();
     p.directions = eigen.eigenvectors();
-    p.reliable = p.stretch(0) > kSmallest;
-    for (int i = 0; i < 3; ++i) p.log_strain(i) = std::log(std::clamp(p.stretch(i), kSmallest, kLargest));
+    p.reliable = p.stretch(0) > kSmallestStretch;
+    for (int i = 0; i < 3; ++i) p.log_strain(i) = std::log(std::clamp(p.stretch(i), kSmallestStretch, kLargestStretch));
     return p;
 }
 

@@ -19,6 +19,9 @@ StretchBasis stretch_basis(const Mat3& A_qq);
 /// sum m_i |R S q_i - p_i|^2 for the given R (Eq. 7, 8). Dimensionless; indefinite when the group is inverted.
 Mat3 optimal_stretch(const StretchBasis& basis, const Mat3& R, const Mat3& A_pq);
 
+/// Beyond these the logarithm of a stretch is of no use (numerics: inverted groups).
+constexpr double kSmallestStretch = 0.1, kLargestStretch = 10;
+
 /// Principal stretches and directions of S, ascending.
 struct PrincipalStretch {
     Vec3 stretch = Vec3::Ones();         // lambda, -

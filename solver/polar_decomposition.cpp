@@ -24,6 +24,12 @@ Quat optimal_rotation_svd(const Mat3& A) {
     return Quat(Mat3(U * V.transpose())).normalized();
 }
 
+void optimal_rotation_svd(const double* A, double* o_rotation) {
+    const Mat3 matrix = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(A);
+    const Quat R = optimal_rotation_svd(matrix);
+    for (int i = 0; i < 4; ++i) o_rotation[i] = R.coeffs()(i);
+}
+
 Quat optimal_rotation(const Mat3& A, const Quat& warm_start) {
     const double scale = A.norm();
     if (!(scale > 0)) return warm_start;

@@ -13,5 +13,7 @@ Quat optimal_rotation(const Mat3& A, const Quat& warm_start);
 
 /// The same by singular value decomposition, R = U diag(1, 1, det(U V^T)) V^T; the reference and the fallback.
 Quat optimal_rotation_svd(const Mat3& A);
+/// As numbers, for kernels: A row by row, the rotation as x, y, z, w.
+void optimal_rotation_svd(const double* A, double* o_rotation);
 
 }  // namespace sunder

@@ -115,6 +115,8 @@ struct Substep {
         bool changed = false, overloaded = false;  // a rest shape flowed; a group is to break
     };
     Found flow_and_measure(double seconds);
+    double strain_limit(uint32_t group) const;
+    Found flow_group(uint32_t group, const Mat3& S, double seconds);
     bool break_edges(Found found, double leading);
     void run_cracks();
 

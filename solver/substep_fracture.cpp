@@ -1,10 +1,11 @@
 // Plastic flow and fracture of a substep.
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 
+#include "solver/group_stretch.h"
 #include "solver/plasticity.h"
-#include "solver/polar_decomposition.h"
 #include "solver/substep.h"
 
 namespace sunder {
@@ -17,47 +18,70 @@ constexpr double kLeading = 0.8;    // what cuts in a pass is within a fifth of 
 
 // Optimal stretch of every group where things came to lie; flow above the yield strain; the load towards breaking.
 Substep::Found Substep::flow_and_measure(double seconds) {
+    if (n_particles() == 0) return {};
     std::atomic<bool> changed{false}, overloaded{false};
-    context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
-        for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
-            work.strains[g].load = 0;
-            if (work.live.count(g) == 1) {
-                state.strain[g] = 0;
+    const GroupStretcher stretcher(work.live, work.shapes, work.moving, work.goals);
+    const auto four = [&](const uint32_t(&groups)[4], uint32_t n) {
+        GroupStretches stretches;
+        stretcher.measure(groups, stretches);
+        std::array<double, 4> strains;
+        if (measure) strains = stretcher.largest_strains(stretches);
+        for (uint32_t i = 0; i < n; ++i) {
+            const uint32_t g = groups[i];
+            const auto& q = stretches.rotation;
+            work.goals[g].rotation = Quat(q[3][i], q[0][i], q[1][i], q[2][i]);
+            // |log lambda| <= limit wherever |S - I| is below this: no need for the eigenvectors.
+            if (stretches.deviation[i] < -std::expm1(-strain_limit(g))) {
+                if (measure) state.strain[g] = strains[i];
                 continue;
             }
-            const Material m = material_of(rest(), g, material(g));
-            const bool is_uneven = rest().group_uneven[g] != 0;
-            const double toughness = std::min(m.toughness, m.compressive_toughness) *
-                                     (is_uneven ? weakest_factor(rest(), work.live, g) : 1.0);
-            const double limit = std::min(state.yield[g], toughness);
-            if (limit == kNever && !measure) continue;
-
-            const GroupMoments A = group_moments(work.live, work.shapes, work.moving, g);
-            Quat& R = work.goals[g].rotation;
-            R = optimal_rotation(A.positions * work.shapes.group[g].isotropy + kOrientationWeight * A.ellipsoids, R);
-            const Mat3 S = optimal_stretch(work.shapes.group[g].stretch, R.toRotationMatrix(),
-                                           A.positions + kStretchMomentWeight * A.ellipsoids);
-            // |log lambda| <= limit wherever |S - I| is below this: no need for the eigenvectors.
-            if (!measure && (S - Mat3::Identity()).norm() < -std::expm1(-limit)) continue;
-
-            const PrincipalStretch principal = principal_stretch(S);
-            PlasticState plastic{state.plastic_deformation[g], state.yield[g]};
-            const FlowResult result = flow(principal, m, seconds, plastic);
-            state.strain[g] = result.elastic_log_strain.cwiseAbs().maxCoeff();
-            if (principal.reliable)
-                work.strains[g] = is_uneven ? uneven_group_strain(result.elastic_log_strain, principal.directions, R, m,
-                                                                  {rest(), work.live, work.shapes, work.moving}, g)
-                                            : group_strain(result.elastic_log_strain, principal.directions, R, m);
-            if (work.strains[g].load > 1) overloaded = true;
-            if (!result.flowed) continue;
-            changed = true;
-            state.plastic_deformation[g] = plastic.F_P;
-            state.yield[g] = plastic.yield;
-            R = (R * result.spin).normalized();
-            work.flowed[g] = 1;
+            const Found found = flow_group(g, stretch_of(stretches, i), seconds);
+            if (found.changed) changed = true;
+            if (found.overloaded) overloaded = true;
         }
+    };
+    context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
+        GroupsBySize waiting;
+        for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
+            work.strains[g].load = 0;
+            if (work.live.count(g) == 1)
+                state.strain[g] = 0;
+            else if (measure || strain_limit(g) < kNever)
+                waiting.add(g, work.live.count(g), four);
+        }
+        waiting.finish(four);
     });
     return {changed, overloaded};
+}
+
+// Below it no principal strain lets a group flow or break.
+double Substep::strain_limit(uint32_t g) const {
+    const Material& m = material(g);
+    double toughness = std::min(m.toughness, m.compressive_toughness);
+    if (!rest().toughness_factor.empty()) toughness *= rest().toughness_factor[g];
+    if (rest().group_uneven[g] != 0) toughness *= weakest_factor(rest(), work.live, g);
+    return std::min(state.yield[g], toughness);
+}
+
+Substep::Found Substep::flow_group(uint32_t g, const Mat3& S, double seconds) {
+    const Material m = material_of(rest(), g, material(g));
+    Quat& R = work.goals[g].rotation;
+    const PrincipalStretch principal = principal_stretch(S);
+    PlasticState plastic{state.plastic_deformation[g], state.yield[g]};
+    const FlowResult result = flow(principal, m, seconds, plastic);
+    state.strain[g] = result.elastic_log_strain.cwiseAbs().maxCoeff();
+    if (principal.reliable)
+        work.strains[g] = rest().group_uneven[g] != 0
+                              ? uneven_group_strain(result.elastic_log_strain, principal.directions, R, m,
+                                                    {rest(), work.live, work.shapes, work.moving}, g)
+                              : group_strain(result.elastic_log_strain, principal.directions, R, m);
+    if (result.flowed) {
+        state.plastic_deformation[g] = plastic.F_P;
+        state.yield[g] = plastic.yield;
+        R = (R * result.spin).normalized();
+        work.flowed[g] = 1;
+    }
+    return {result.flowed, work.strains[g].load > 1};
 }
 
 bool Substep::break_edges(Found found, double leading) {

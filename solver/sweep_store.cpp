@@ -11,12 +11,6 @@ namespace {
 
 constexpr uint32_t kLanes = LaneLayout::kLanes;
 
-void exact_rotation(const double* A, double* rotation) {
-    const Mat3 matrix = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(A);
-    const Quat R = optimal_rotation_svd(matrix);
-    for (int i = 0; i < 4; ++i) rotation[i] = R.coeffs()(i);
-}
-
 }  // namespace
 
 ShapeRecords shape_records(const SweepInput& in, const ShapeWatch& watch) {
@@ -113,7 +107,7 @@ SweepArrays<Real> SweepStore<Real>::arrays() {
             nullptr,
             nullptr,
             kOrientationWeight,
-            exact_rotation};
+            optimal_rotation_svd};
 }
 
 template class SweepStore<float>;

@@ -1,6 +1,7 @@
 // What the kernels of shape matching work on, in single or double precision: rest shapes, particles and goals by lane.
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -54,6 +55,18 @@ private:
     std::vector<SweepParticle<Real>> particles_;
     std::vector<SweepGoal<Real>> goals_;
 };
+
+/// For those who know no vectors.
+inline const MovingRecord* moving_records(std::span<const MovingParticle> particles) {
+    static_assert(sizeof(MovingParticle) == sizeof(MovingRecord));
+    static_assert(offsetof(MovingParticle, d) == offsetof(MovingRecord, d) &&
+                  offsetof(MovingParticle, x_inertial) == offsetof(MovingRecord, x_inertial) &&
+                  offsetof(MovingParticle, d_inertial) == offsetof(MovingRecord, d_inertial));
+    return reinterpret_cast<const MovingRecord*>(particles.data());
+}
+inline MovingRecord* moving_records(std::span<MovingParticle> particles) {
+    return const_cast<MovingRecord*>(moving_records(std::span<const MovingParticle>(particles)));
+}
 
 /// Of the lanes of the unit that is watched.
 ShapeRecords shape_records(const SweepInput& input, const ShapeWatch& watch);

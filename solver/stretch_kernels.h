@@ -1,0 +1,40 @@
+// Optimal rotation and stretch of four groups at a time, from where their particles are.
+#pragma once
+
+#include "solver/sweep_kernels.h"
+
+namespace sunder {
+
+/// Groups as they stand.
+struct StretchRecords {
+    const MovingRecord* moving;                 // (n_particles)
+    const double* rotations;                    // optimal rotations to start from, x, y, z, w (n_particles x 4)
+    const double* members;                      // MemberShape: q, weight, mass, moment (n_slots x 11)
+    const double* shapes;                       // GroupShape (n_particles x kShapeNumbers)
+    const uint32_t *begin, *end, *member;       // of LiveTopology
+    double orientation_weight, stretch_weight;  // of the ellipsoids' part of A_pq
+    /// The rotation nearest to A (row by row) where Newton's method may not be trusted.
+    void (*exact_rotation)(const double* A, double* rotation);
+
+    // Numbers of a GroupShape, and where its matrices are, column by column.
+    static constexpr size_t kShapeNumbers = 50, kV = 2, kLam = 11, kIsotropy = 20;
+};
+
+/// Of four groups, side by side.
+struct alignas(32) GroupStretches {
+    double rotation[4][4];  // R as x, y, z, w
+    double S[6][4];         // optimal stretch, Sym3, -
+    double deviation[4];    // |S - I|, -
+};
+
+struct StretchKernels {
+    /// optimal_rotation and optimal_stretch of those groups.
+    void (*measure)(const StretchRecords&, const uint32_t (&groups)[4], GroupStretches& o_stretches);
+    /// Least and largest eigenvalues of S.
+    void (*find_bounds)(const GroupStretches&, double (&o_least)[4], double (&o_largest)[4]);
+};
+
+extern const StretchKernels kStretchKernelsPortable;
+extern const StretchKernels kStretchKernelsAvx2;  // only where SUNDER_HAS_AVX2 is defined
+
+}  // namespace sunder

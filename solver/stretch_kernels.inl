@@ -1,0 +1,203 @@
+// Included once for each instruction set, after which SUNDER_STRETCH_KERNELS names the table. Sums have the order that
+// they have in the functions for one group, Eigen's: four groups give the bits of one.
+#include "solver/lane_matrices.h"
+#include "solver/stretch_kernels.h"
+
+namespace sunder {
+namespace {
+
+using V = Double4;
+using M3 = V[3][3];
+
+SUNDER_INLINE V entry(int row, V a, V b, V c) { return row < 2 ? (a + b) + c : a + (b + c); }
+
+// A B
+SUNDER_INLINE void multiply(const M3& A, const M3& B, M3& out) {
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) out[r][c] = entry(r, A[r][0] * B[0][c], A[r][1] * B[1][c], A[r][2] * B[2][c]);
+}
+
+// A^T B
+SUNDER_INLINE void multiply_transposed(const M3& A, const M3& B, M3& out) {
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) out[r][c] = A[0][r] * B[0][c] + A[1][r] * B[1][c] + A[2][r] * B[2][c];
+}
+
+// A matrix of four records, column by column.
+SUNDER_INLINE void gather_matrix(const double* const (&records)[4], size_t offset, M3& out) {
+    V first[4], second[4], last[4];
+    gather_numbers(records, offset, first);
+    gather_numbers(records, offset + 4, second);
+    gather_numbers(records, offset + 5, last);
+    const V numbers[9] = {first[0], first[1], first[2], first[3], second[0], second[1], second[2], second[3], last[3]};
+    for (int i = 0; i < 9; ++i) out[i % 3][i / 3] = numbers[i];
+}
+
+// optimal_rotation of polar_decomposition.cpp; q: warm start, then the result.
+SUNDER_INLINE void optimal_rotation(const M3& A, V (&q)[4], void (*exact)(const double*, double*)) {
+    const V zero = {}, one = zero + 1.0;
+    const auto square = [&](int i) { return A[i % 3][i / 3] * A[i % 3][i / 3]; };
+    const V even = (square(0) + square(2)) + (square(4) + square(6));
+    const V odd = (square(1) + square(3)) + (square(5) + square(7));
+    const V scale = root((even + odd) + square(8)), tiny = 1e-9 * scale;
+    Mask<V> active = zero < scale, lost = zero < zero;
+    for (int iteration = 0; iteration < 12 && any(active); ++iteration) {
+        M3 R, B;
+        rotation_matrix(q, R);
+        multiply_transposed(R, A, B);
+        const V gx = B[2][1] - B[1][2], gy = B[0][2] - B[2][0], gz = B[1][0] - B[0][1];
+        const V trace = B[0][0] + (B[1][1] + B[2][2]);
+        const V xx = trace - B[0][0], yy = trace - B[1][1], zz = trace - B[2][2];
+        const V xy = -0.5 * (B[0][1] + B[1][0]), xz = -0.5 * (B[0][2] + B[2][0]), yz = -0.5 * (B[1][2] + B[2][1]);
+        const V c00 = yy * zz - yz * yz, c01 = xz * yz - xy * zz, c02 = xy * yz - xz * yy;
+        const V c11 = xx * zz - xz * xz, c12 = xy * xz - xx * yz, c22 = xx * yy - xy * xy;
+        const V det = xx * c00 + xy * c01 + xz * c02;
+        const V wx = (c00 * gx + c01 * gy + c02 * gz) / det, wy = (c01 * gx + c11 * gy + c12 * gz) / det,
+                wz = (c02 * gx + c12 * gy + c22 * gz) / det;
+        const V step = wx * wx + wy * wy + wz * wz;
+        const Mask<V> proper = (tiny < xx) & (1e-3 * (tiny * scale) < c22) & (1e-6 * (tiny * scale * scale) < det);
+        const Mask<V> good = proper & ~(one < step);
+        lost = lost | (active & ~good);
+        active = active & good;
+        // q (1, w / 2), as a product of quaternions is summed.
+        const V x = 0.5 * wx, y = 0.5 * wy, z = 0.5 * wz;
+        const V turned[4] = {(q[3] * x + q[1] * z) - (q[2] * y - q[0]), (q[3] * y + q[1]) + (q[2] * x - q[0] * z),
+                             (q[3] * z - q[1] * x) + (q[2] + q[0] * y), (q[3] - q[1] * y) - (q[2] * z + q[0] * x)};
+        const V norm =
+            root((turned[0] * turned[0] + turned[2] * turned[2]) + (turned[1] * turned[1] + turned[3] * turned[3]));
+        for (int i = 0; i < 4; ++i) q[i] = select<V>(active, turned[i] / norm, q[i]);
+        active = active & ~(step < (zero + 1e-14));
+    }
+    lost = lost | active;
+    if (!any(lost)) return;
+    double a[9][4], rotation[4][4], is_lost[4];
+    for (int i = 0; i < 9; ++i) store(a[i], A[i / 3][i % 3]);
+    for (int i = 0; i < 4; ++i) store(rotation[i], q[i]);
+    store(is_lost, select<V>(lost, one, zero));
+    for (size_t lane = 0; lane < 4; ++lane) {
+        if (is_lost[lane] == 0) continue;
+        double matrix[9], result[4];
+        for (int i = 0; i < 9; ++i) matrix[i] = a[i][lane];
+        exact(matrix, result);
+        for (int i = 0; i < 4; ++i) rotation[i][lane] = result[i];
+    }
+    for (int i = 0; i < 4; ++i) q[i] = load<V>(rotation[i]);
+}
+
+// Members' (A) and ellipsoids' (E) part of A_pq, as group_moments.
+SUNDER_INLINE void gather_moments(const StretchRecords& s, const uint32_t (&groups)[4], M3& A, M3& E) {
+    constexpr size_t kTurn = offsetof(MovingRecord, d) / sizeof(double);
+    static constexpr double kPadding[ShapeRecords::kNumbers] = {};
+    uint32_t n_rows = 0;
+    const double* centers[4];
+    for (size_t i = 0; i < 4; ++i) {
+        n_rows = n_rows < s.end[groups[i]] - s.begin[groups[i]] ? s.end[groups[i]] - s.begin[groups[i]] : n_rows;
+        centers[i] = s.moving[groups[i]].x;
+    }
+    V origin[4];
+    gather_numbers(centers, 0, origin);
+    for (uint32_t row = 0; row < n_rows; ++row) {
+        const double *members[4], *particles[4];
+        for (size_t i = 0; i < 4; ++i) {
+            const uint32_t slot = s.begin[groups[i]] + row;
+            const bool is_member = slot < s.end[groups[i]];
+            members[i] = is_member ? s.members + ShapeRecords::kNumbers * slot : kPadding;
+            particles[i] = is_member ? s.moving[s.member[slot]].x : centers[i];
+        }
+        V x[4], d[4], first[4], second[4], third[4];
+        gather_numbers(particles, 0, x);
+        gather_numbers(particles, kTurn, d);
+        gather_numbers(members, 0, first);
+        gather_numbers(members, 4, second);
+        gather_numbers(members, 7, third);
+        const V mass = second[0];
+        const Sym<V> moment = {second[1], second[2], third[0], third[1], third[2], third[3]};
+        M3 D, DN;
+        rotation_matrix(d, D);
+        multiply(D, moment, DN);
+        for (int r = 0; r < 3; ++r) {
+            const V mp = mass * (x[r] - origin[r]);
+            for (int c = 0; c < 3; ++c) A[r][c] += mp * first[c], E[r][c] += DN[r][c];
+        }
+    }
+}
+
+void measure(const StretchRecords& s, const uint32_t (&groups)[4], GroupStretches& o_stretches) {
+    const double *shapes[4], *rotations[4];
+    for (size_t i = 0; i < 4; ++i) {
+        shapes[i] = s.shapes + StretchRecords::kShapeNumbers * groups[i];
+        rotations[i] = s.rotations + 4 * groups[i];
+    }
+    M3 A = {}, E = {}, Q, AQ, R;
+    gather_moments(s, groups, A, E);
+    gather_matrix(shapes, StretchRecords::kIsotropy, Q);
+    multiply(A, Q, AQ);
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) AQ[r][c] += s.orientation_weight * E[r][c];
+    V rotation[4];
+    gather_numbers(rotations, 0, rotation);
+    optimal_rotation(AQ, rotation, s.exact_rotation);
+    for (int i = 0; i < 4; ++i) store(o_stretches.rotation[i], rotation[i]);
+
+    // S = V [(V^T sym(R^T A_pq) V) o Lam] V^T
+    rotation_matrix(rotation, R);
+    M3 U, S_pq, basis, Lam, left, inner, right;
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) A[r][c] += s.stretch_weight * E[r][c];
+    multiply_transposed(R, A, U);
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) S_pq[r][c] = 0.5 * (U[r][c] + U[c][r]);
+    gather_matrix(shapes, StretchRecords::kV, basis);
+    gather_matrix(shapes, StretchRecords::kLam, Lam);
+    multiply_transposed(basis, S_pq, left);
+    multiply(left, basis, inner);
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) inner[r][c] = inner[r][c] * Lam[r][c];
+    multiply(basis, inner, right);
+    constexpr int kRow[6] = {0, 1, 2, 1, 2, 2}, kColumn[6] = {0, 1, 2, 0, 0, 1};  // the lower half, as Eigen's solver
+    const V one = V() + 1.0;
+    V square = {};
+    for (int i = 0; i < 6; ++i) {
+        const int r = kRow[i], c = kColumn[i];
+        const V S = entry(r, right[r][0] * basis[c][0], right[r][1] * basis[c][1], right[r][2] * basis[c][2]);
+        const V off = i < 3 ? S - one : S;
+        square += i < 3 ? off * off : 2.0 * (off * off);
+        store(o_stretches.S[i], S);
+    }
+    store(o_stretches.deviation, root(square));
+}
+
+// Jacobi's rotation in the plane of p and q, r being the third: the entry pq becomes 0.
+SUNDER_INLINE void annihilate(V& pp, V& qq, V& pq, V& pr, V& qr) {
+    const V zero = {}, apart = qq - pp, twice = pq + pq;
+    const V reach = root(apart * apart + twice * twice);
+    const V sum = select<V>(apart < zero, apart - reach, apart + reach);  // of the sign of `apart`
+    const V tangent = select<V>(zero < reach, twice / sum, zero);
+    const V cosine = 1.0 / root(1.0 + tangent * tangent), sine = tangent * cosine;
+    pp -= tangent * pq, qq += tangent * pq, pq = zero;
+    const V former = pr;
+    pr = cosine * former - sine * qr, qr = sine * former + cosine * qr;
+}
+
+void find_bounds(const GroupStretches& s, double (&o_least)[4], double (&o_largest)[4]) {
+    V xx = load<V>(s.S[0]), yy = load<V>(s.S[1]), zz = load<V>(s.S[2]);
+    V xy = load<V>(s.S[3]), xz = load<V>(s.S[4]), yz = load<V>(s.S[5]);
+    for (int sweep = 0; sweep < 10; ++sweep) {
+        // What is left off the diagonal changes no eigenvalue by more than its own size.
+        const V off = xy * xy + xz * xz + yz * yz, diagonal = xx * xx + yy * yy + zz * zz;
+        if (!any(1e-32 * diagonal < off)) break;
+        annihilate(xx, yy, xy, xz, yz);
+        annihilate(xx, zz, xz, xy, yz);
+        annihilate(yy, zz, yz, xy, xz);
+    }
+    const auto lesser = [](V a, V b) { return select<V>(a < b, a, b); };
+    const auto greater = [](V a, V b) { return select<V>(a < b, b, a); };
+    store(o_least, lesser(xx, lesser(yy, zz)));
+    store(o_largest, greater(xx, greater(yy, zz)));
+}
+
+}  // namespace
+
+const StretchKernels SUNDER_STRETCH_KERNELS = {measure, find_bounds};
+
+}  // namespace sunder

@@ -1,0 +1,2 @@
+#define SUNDER_STRETCH_KERNELS kStretchKernelsAvx2
+#include "solver/stretch_kernels.inl"

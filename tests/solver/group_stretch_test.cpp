@@ -1,0 +1,127 @@
+#include "solver/group_stretch.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "solver/motion.h"
+#include "solver/polar_decomposition.h"
+#include "tests/support/lattice_scene.h"
+
+namespace sunder {
+namespace {
+
+// A bar with flowed groups and broken edges, its particles out of place by `size` of its cells.
+struct Bar {
+    SimulationMesh rest = test::lattice_mesh({{4, 4, 12}, 0.05, 18, 1000, {Vec3(300, -200, 100), Quat::Identity()}});
+    LiveTopology live;
+    GroupShapes shapes;
+    std::vector<MovingParticle> particles;
+    std::vector<GroupGoal> goals;
+
+    explicit Bar(double size) {
+        build_one_rings(rest);
+        std::mt19937_64 rng(5);
+        std::uniform_real_distribution<double> uniform(-1, 1);
+        const auto vector = [&] { return Vec3(uniform(rng), uniform(rng), uniform(rng)); };
+        std::vector<uint8_t> intact(rest.n_edges(), 1);
+        for (size_t e = 0; e < intact.size(); e += 4) intact[e] = 0;
+        live.reset(rest, intact);
+        std::vector<Mat3> plastic(rest.n_particles(), Mat3::Identity());
+        for (size_t i = 0; i < plastic.size(); i += 3) plastic[i].diagonal() = Vec3(1.3, 1 / 1.3, 1);
+        shapes.reset(rest, live, plastic);
+        for (const Vec3& x : rest.rest_position) {
+            const Quat turn = rotation_of(size * vector());
+            particles.push_back({x + 0.05 * size * vector(), turn, Vec3::Zero(), turn});
+            goals.push_back({rotation_of(size * vector())});
+        }
+    }
+    uint32_t n() const { return static_cast<uint32_t>(rest.n_particles()); }
+    Mat3 rotated(uint32_t g) const {  // what the rotation is found of
+        const GroupMoments A = group_moments(live, shapes, particles, g);
+        return A.positions * shapes.group[g].isotropy + kOrientationWeight * A.ellipsoids;
+    }
+    Mat3 stretch(uint32_t g, const Mat3& R) const {
+        const GroupMoments A = group_moments(live, shapes, particles, g);
+        return optimal_stretch(shapes.group[g].stretch, R, A.positions + kStretchMomentWeight * A.ellipsoids);
+    }
+};
+
+// Groups of all sizes side by side; with the larger disorder a good part of them are turned inside out.
+TEST(group_stretch, is_that_of_one_group) {
+    for (const double size : {0.2, 2.0}) {
+        const Bar bar(size);
+        const GroupStretcher stretcher(bar.live, bar.shapes, bar.particles, bar.goals);
+        size_t inverted = 0;
+        for (uint32_t k = 0; k < bar.n(); ++k) {
+            const uint32_t groups[4] = {k, bar.n() - 1 - k, k / 2, (7 * k) % bar.n()};
+            GroupStretches found;
+            stretcher.measure(groups, found);
+            const std::array<double, 4> strains = stretcher.largest_strains(found);
+            for (size_t i = 0; i < 4; ++i) {
+                const uint32_t g = groups[i];
+                const Mat3 A = bar.rotated(g);
+                inverted += A.determinant() < 0;
+                const auto& q = found.rotation;
+                const Mat3 R = Quat(q[3][i], q[0][i], q[1][i], q[2][i]).toRotationMatrix();
+                const Mat3 expected = optimal_rotation(A, bar.goals[g].rotation).toRotationMatrix();
+                // The score, since for some that are inverted several rotations score alike, but for rounding.
+                ASSERT_NEAR((R.transpose() * A).trace(), (expected.transpose() * A).trace(), 1e-13 * A.norm()) << g;
+                if (size < 1) {
+                    ASSERT_LE((R - expected).norm(), 1e-12) << g;
+                }  // rounding, and what Newton leaves
+                const Mat3 S = bar.stretch(g, R);
+                ASSERT_LE((stretch_of(found, i) - S).norm(), 1e-13 * (1 + S.norm())) << g;
+                ASSERT_NEAR(found.deviation[i], (S - Mat3::Identity()).norm(), 1e-13 * (1 + S.norm())) << g;
+                // A rounding of |S| in an eigenvalue of 0.1 or more.
+                ASSERT_NEAR(strains[i], principal_stretch(S).log_strain.cwiseAbs().maxCoeff(), 1e-13 * (1 + S.norm()))
+                    << g;
+            }
+        }
+        EXPECT_EQ(inverted > 100, size > 1) << inverted;
+    }
+}
+
+#ifdef SUNDER_HAS_AVX2
+TEST(group_stretch, has_the_same_bits_with_either_instruction_set) {
+    if (!__builtin_cpu_supports("avx2")) GTEST_SKIP() << "no AVX2 here";
+    const Bar bar(0.6);
+    const auto all = [&](const char* instructions) {
+        setenv("SUNDER_INSTRUCTIONS", instructions, 1);
+        const GroupStretcher stretcher(bar.live, bar.shapes, bar.particles, bar.goals);
+        unsetenv("SUNDER_INSTRUCTIONS");
+        std::vector<double> numbers;
+        for (uint32_t g = 0; g < bar.n(); ++g) {
+            GroupStretches found;
+            stretcher.measure({g, bar.n() - 1 - g, 0, g}, found);
+            numbers.insert(numbers.end(), found.rotation[0], found.rotation[0] + sizeof found / sizeof(double));
+            const auto strains = stretcher.largest_strains(found);
+            numbers.insert(numbers.end(), strains.begin(), strains.end());
+        }
+        return numbers;
+    };
+    EXPECT_EQ(hash_of(all("portable")), hash_of(all("avx2")));
+}
+#endif
+
+TEST(groups_by_size, each_group_comes_once_with_others_of_its_size) {
+    GroupsBySize waiting;
+    std::vector<int> seen(203, 0);
+    const auto size_of = [](uint32_t g) { return 2 + g * g % 40; };
+    bool finishing = false;
+    const auto four = [&](const uint32_t(&groups)[4], uint32_t n) {
+        for (uint32_t i = 0; i < n; ++i) ++seen[groups[i]];
+        for (uint32_t i = n; i < 4; ++i) EXPECT_LT(groups[i], seen.size());
+        if (finishing) return;
+        EXPECT_EQ(n, 4u);
+        const auto bounded = [&](uint32_t i) { return std::min(size_of(groups[i]), 31u); };
+        for (uint32_t i = 1; i < 4; ++i) EXPECT_EQ(bounded(i), bounded(0));
+    };
+    for (uint32_t g = 0; g < seen.size(); ++g) waiting.add(g, size_of(g), four);
+    finishing = true;
+    waiting.finish(four);
+    EXPECT_EQ(std::ranges::count(seen, 1), static_cast<std::ptrdiff_t>(seen.size()));
+}
+
+}  // namespace
+}  // namespace sunder
