@@ -163,10 +163,18 @@ constexpr size_t kGrain = 1024;  // fewest things that a thread is worth waking 
 
 bool moves_alone(const ContactPiece& p) { return p.rigid || p.inverse_mass == 0; }
 
+// Whatever touches, all particles of a piece are moved: of a few large pieces it takes as long as of many small ones.
+bool is_worth_sharing(const Workspace& w) {
+    size_t n_particles = 0;
+    for (const uint32_t piece : w.islands.piece)
+        if (piece < w.live.n_pieces()) n_particles += w.live.piece_particles(piece).size();
+    return n_particles >= 2 * kParticleGrain;
+}
+
 template <class Body>
 void for_touching_pieces(const StepContext& context, const Workspace& w, const Body& body) {
     const auto at = [&](size_t k) { body(w.islands.piece[k]); };
-    if (w.islands.movable.size() >= kGrain)
+    if (is_worth_sharing(w))
         context.workers.for_each(w.islands.piece.size(), at);
     else
         for (size_t k = 0; k < w.islands.piece.size(); ++k) at(k);
