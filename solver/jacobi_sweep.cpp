@@ -18,8 +18,8 @@ JacobiSweep::JacobiSweep() : kernels_(&kSweepKernelsPortable) {
 #endif
 }
 
-void JacobiSweep::take_up(const SweepInput& in) {
-    if (!layout_.update(in.live)) return;
+void JacobiSweep::take_up(const SweepInput& in, const WorkerPool& workers) {
+    if (!layout_.update(in.live, workers)) return;
     units_.resize(layout_.units().size());
     for (size_t u = 0; u < units_.size(); ++u) {
         const LaneLayout::Unit& unit = layout_.units()[u];
@@ -35,7 +35,7 @@ void JacobiSweep::take_up(const SweepInput& in) {
 void JacobiSweep::apply(const JacobiIteration& iteration, const SweepInput& in, const WorkerPool& workers,
                         std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles) {
     static_assert(sizeof(GroupGoal) == 4 * sizeof(double));
-    take_up(in);
+    take_up(in, workers);
     for_units(layout_, kSharedUnit, workers, [&](size_t u, size_t, const UnitBlocks& blocks) {
         Unit& unit = units_[u];
         if (iteration.number == 0) {

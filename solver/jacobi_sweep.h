@@ -32,7 +32,7 @@ private:
         std::vector<uint32_t> origin;            // where a lane's numbers begin: the first particle of its piece
         bool is_touched = false;                 // one of its pieces is
     };
-    void take_up(const SweepInput& input);
+    void take_up(const SweepInput& input, const WorkerPool& workers);
 
     const SweepKernels* kernels_;
     LaneLayout layout_;

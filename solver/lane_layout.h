@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "solver/live_topology.h"
+#include "solver/parallel.h"
 
 namespace sunder {
 
@@ -32,7 +33,7 @@ public:
     };
 
     /// Does nothing if the topology is the one of the last call; true if it did something.
-    bool update(const LiveTopology& live);
+    bool update(const LiveTopology& live, const WorkerPool& workers);
 
     uint64_t version() const { return version_; }  // of the topology
     size_t n_blocks() const { return particle_.size() / kLanes; }
@@ -51,13 +52,19 @@ public:
     }
 
 private:
-    void add_unit(const LiveTopology& live, std::span<const uint32_t> particles);
+    // Blocks of one unit whose particles are sorted together.
+    struct Window {
+        uint32_t unit, begin_block, end_block;
+    };
+    void list_units(const LiveTopology& live);
+    void sort_window(const LiveTopology& live, const Window& window);
+    void list_neighbours(const LiveTopology& live, const Window& window);
 
     uint64_t version_ = 0;
     std::vector<Unit> units_;
     std::vector<uint32_t> particle_, lane_, neighbour_;
     std::vector<uint32_t> row_begin_;  // unit after unit, each with its end
-    std::vector<uint32_t> sorted_;     // scratch
+    std::vector<Window> windows_;
 };
 
 }  // namespace sunder

@@ -171,7 +171,7 @@ void NewtonStep::damp_in(Precision<Real>& precision, const NewtonKernels<Real>& 
 }
 
 bool NewtonStep::take_up(const SweepInput& in, const WorkerPool& workers) {
-    if (layout_.update(in.live)) {
+    if (layout_.update(in.live, workers)) {
         residual_.resize(layout_.units().size());
         block_residual_.resize(layout_.n_blocks());
     }

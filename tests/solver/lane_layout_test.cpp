@@ -52,8 +52,8 @@ TEST(lane_layout, every_membership_has_a_cell_before_and_after_breaks) {
     LiveTopology live;
     live.reset(rest, std::vector<uint8_t>(rest.n_edges(), 1));
     LaneLayout layout;
-    EXPECT_TRUE(layout.update(live));
-    EXPECT_FALSE(layout.update(live));
+    EXPECT_TRUE(layout.update(live, WorkerPool(2)));
+    EXPECT_FALSE(layout.update(live, WorkerPool(2)));
     EXPECT_EQ(layout.units().size(), 1u);
     expect_whole(rest, live, layout);
     // Lanes in the order of ring sizes: hardly anything is padding.
@@ -66,7 +66,7 @@ TEST(lane_layout, every_membership_has_a_cell_before_and_after_breaks) {
         if ((za < middle) != (zb < middle) || (e % 3 == 0 && za > middle)) cut.push_back(e);
     }
     live.remove_edges(rest, cut);
-    EXPECT_TRUE(layout.update(live));
+    EXPECT_TRUE(layout.update(live, WorkerPool(2)));
     EXPECT_GT(layout.units().size(), 1u);
     expect_whole(rest, live, layout);
 }

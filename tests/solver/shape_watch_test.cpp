@@ -20,7 +20,7 @@ struct Watched {
         F_P.assign(rest.n_particles(), Mat3::Identity());
         live.reset(rest, std::vector<uint8_t>(rest.n_edges(), 1));
         shapes.reset(rest, live, F_P);
-        layout.update(live);
+        layout.update(live, WorkerPool(2));
     }
     bool look(size_t unit = 0) {
         return watch.look(shapes, layout, unit, UnitBlocks(layout.units()[unit].n_blocks(), nullptr));
@@ -74,7 +74,7 @@ TEST(shape_watch, takes_another_unit_or_topology_for_new) {
             cut.push_back(e);
     }
     for (const uint32_t g : w.live.remove_edges(w.rest, cut)) w.shapes.rebuild(w.rest, w.live, w.F_P[g], g);
-    w.layout.update(w.live);
+    w.layout.update(w.live, WorkerPool(2));
     ASSERT_EQ(w.layout.units().size(), 2u);
     EXPECT_TRUE(w.look(0));
     EXPECT_TRUE(w.watch.is_any_changed());
