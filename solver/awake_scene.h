@@ -21,12 +21,12 @@ public:
     void cover(const StepContext& whole, double h, double end, FrameState& io_state);
 
     /// Writes what is awake back into the state of the whole scene.
-    void leave(FrameState& io_state);
+    void leave(const WorkerPool& workers, FrameState& io_state);
 
     /// What the second substep of a pair needs of the first, of the whole scene; what was not here is not in it.
-    SubstepPair pair() const;
+    SubstepPair pair(const WorkerPool& workers) const;
     /// To be called after `enter` between two substeps of a pair.
-    void go_on(const SubstepPair& whole);
+    void go_on(const SubstepPair& whole, const WorkerPool& workers);
 
     bool empty() const { return n_awake_ == 0; }
     StepContext context(const StepContext& whole) const;
@@ -36,9 +36,10 @@ public:
 
 private:
     void build(const StepContext& whole, const FrameState& state);
-    void take_particles(const SimulationMesh& rest);
-    void take_rings(const SimulationMesh& rest);
-    void gather(const FrameState& state);
+    void take_particles(const SimulationMesh& rest, const WorkerPool& workers);
+    void take_rings(const SimulationMesh& rest, const WorkerPool& workers);
+    bool take_edges(const SimulationMesh& rest, const WorkerPool& workers);
+    void gather(const FrameState& state, const WorkerPool& workers);
 
     Scene scene_;
     FrameState state_;
@@ -46,6 +47,7 @@ private:
     std::vector<uint8_t> asleep_;  // what it was made for  (n_movables of the whole scene)
     std::vector<uint32_t> movable_, particle_, rigid_body_, edge_;  // here: which of the whole scene's; ascending
     std::vector<uint32_t> index_;                                   // movable of the whole scene -> here, or kNone
+    std::vector<uint32_t> edge_here_;                               // edge of the whole scene -> here, or kNone
     std::vector<uint8_t> fixed_;                                    // (n_movables)
     std::vector<Aabb> covered_;                                     // where neighbours are known (n_movables), m
     size_t n_awake_ = 0, n_whole_particles_ = 0;

@@ -66,7 +66,9 @@ void GroupShapes::find_moment(const SimulationMesh& rest, size_t i) {
 }
 
 void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
-                           std::span<const Mat3> plastic_deformation, const FormerNumbers& former) {
+                           std::span<const Mat3> plastic_deformation, const FormerNumbers& former,
+                           const WorkerPool& workers) {
+    constexpr size_t kGrain = 256;  // fewest groups a thread is worth waking for
     const uint32_t n = static_cast<uint32_t>(rest.n_particles());
     std::swap(group, group_before_), std::swap(member, member_before_);
     const std::vector<Sym3> moment_before = std::move(particle_moment);
@@ -74,32 +76,34 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
     edge_weight.assign(rest.n_edges(), 0);  // of broken ones it does not matter
     rest_trace = rest.group_trace.empty() ? rest_traces(rest) : rest.group_trace;
     revision.assign(n, uint64_t{++resets_} << 32);
-    for (uint32_t g = 0; g < n; ++g) {
-        const uint32_t before = former.of[g];
-        if (before == FormerNumbers::kNone)
-            find_moment(rest, g);
-        else
+    const auto for_groups = [&](const auto& body) {
+        workers.for_range(n, kGrain, [&](size_t first, size_t last) {
+            for (size_t g = first; g < last; ++g) body(static_cast<uint32_t>(g), former.of[g]);
+        });
+    };
+    // What groups are made of: moments, and weights of edges, each by the first of its ends.
+    for_groups([&](uint32_t g, uint32_t before) {
+        const bool is_known = before != FormerNumbers::kNone;
+        if (is_known)
             particle_moment[g] = moment_before[before];
-    }
-    for (uint32_t g = 0; g < n; ++g) {
-        const uint32_t before = former.of[g];
-        const auto each_edge = [&](const auto& weight_of) {
-            for (uint32_t s = live.begin(g); s < live.end(g); ++s)
-                if (const uint32_t e = live.edge(s); e != SimulationMesh::kNone) edge_weight[e] = weight_of(e, s);
-        };
-        if (before == FormerNumbers::kNone) {
-            each_edge([&](uint32_t e, uint32_t) { return edge_weight_of(rest, rest.edges[e]); });
-            rebuild(rest, live, plastic_deformation[g], g);
-            continue;
-        }
-        const auto slots = member_before_.begin() + former.live.begin(before);
-        std::copy_n(slots, live.count(g), member.begin() + live.begin(g));
-        each_edge([&](uint32_t, uint32_t s) { return member[s].weight; });
-        if (former.plastic[before] == plastic_key(plastic_deformation[g]))
-            group[g] = group_before_[before];
         else
-            rebuild(rest, live, plastic_deformation[g], g);
-    }
+            find_moment(rest, g);
+        for (uint32_t s = live.begin(g), k = 0; s < live.end(g); ++s, ++k)
+            if (live.member(s) > g)
+                edge_weight[live.edge(s)] = is_known ? member_before_[former.live.begin(before) + k].weight
+                                                     : edge_weight_of(rest, rest.edges[live.edge(s)]);
+    });
+    for_groups([&](uint32_t g, uint32_t before) {
+        if (before != FormerNumbers::kNone) {
+            const auto slots = member_before_.begin() + former.live.begin(before);
+            std::copy_n(slots, live.count(g), member.begin() + live.begin(g));
+            if (former.plastic[before] == plastic_key(plastic_deformation[g])) {
+                group[g] = group_before_[before];
+                return;
+            }
+        }
+        rebuild(rest, live, plastic_deformation[g], g);
+    });
 }
 
 void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,

@@ -70,7 +70,7 @@ struct GroupShapes {
     /// The same for particles that were numbered anew, those with a former number having kept their rings; shapes whose
     /// F_P stayed are taken over.
     void renumber(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation,
-                  const FormerNumbers& former);
+                  const FormerNumbers& former, const WorkerPool& workers);
     void rebuild(const SimulationMesh& rest, const LiveTopology& live, const Mat3& F_P, uint32_t g);
 
 private:

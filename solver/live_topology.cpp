@@ -5,22 +5,38 @@
 namespace sunder {
 
 void LiveTopology::reset(const SimulationMesh& rest, std::span<const uint8_t> edge_intact) {
+    reset(rest, edge_intact, WorkerPool(1));
+}
+
+void LiveTopology::reset(const SimulationMesh& rest, std::span<const uint8_t> edge_intact, const WorkerPool& workers) {
+    constexpr size_t kGrain = 256;  // fewest groups a thread is worth waking for
+    constexpr uint32_t kNone = SimulationMesh::kNone;
+    const size_t n = rest.n_particles(), n_slots = rest.group_member.size();
     offset_ = rest.group_offset;
-    end_.assign(offset_.begin() + 1, offset_.end());
-    member_ = rest.group_member;
-    edge_ = rest.member_edge;
-    twin_ = rest.member_twin;
     gone_.assign(rest.n_edges(), 0);
-    for (size_t e = 0; e < gone_.size(); ++e) gone_[e] = !edge_intact[e];
-    for (uint32_t g = 0; g < rest.n_particles(); ++g) drop_from_group(g, gone_);
-    std::fill(gone_.begin(), gone_.end(), uint8_t{0});
+    end_.resize(n), place_.resize(n_slots);
+    member_.resize(n_slots), edge_.resize(n_slots), twin_.resize(n_slots);
+    const auto for_slots = [&](const auto& body) {  // (group, slot) of those whose edge is there
+        workers.for_range(n, kGrain, [&](size_t first, size_t last) {
+            for (size_t g = first; g < last; ++g)
+                for (uint32_t s = offset_[g]; s < offset_[g + 1]; ++s)
+                    if (const uint32_t e = rest.member_edge[s]; e == kNone || edge_intact[e]) body(g, s);
+        });
+    };
+    std::copy(offset_.begin(), offset_.end() - 1, end_.begin());
+    for_slots([&](size_t g, uint32_t s) { place_[s] = end_[g]++; });
+    for_slots([&](size_t, uint32_t s) {
+        const uint32_t to = place_[s];
+        member_[to] = rest.group_member[s], edge_[to] = rest.member_edge[s];
+        twin_[to] = rest.member_edge[s] == kNone ? to : place_[rest.member_twin[s]];
+    });
     find_pieces();
 }
 
-void LiveTopology::drop_from_group(uint32_t g, std::span<const uint8_t> gone) {
+void LiveTopology::drop_from_group(uint32_t g) {
     uint32_t to = offset_[g];
     for (uint32_t s = offset_[g]; s < end_[g]; ++s) {
-        if (edge_[s] != SimulationMesh::kNone && gone[edge_[s]]) continue;
+        if (edge_[s] != SimulationMesh::kNone && gone_[edge_[s]]) continue;
         member_[to] = member_[s], edge_[to] = edge_[s];
         // The slot moved: tell its twin (the centre's slot is its own twin).
         if (edge_[s] == SimulationMesh::kNone) {
@@ -42,7 +58,7 @@ std::vector<uint32_t> LiveTopology::remove_edges(const SimulationMesh& rest, std
     }
     std::sort(groups.begin(), groups.end());
     groups.erase(std::unique(groups.begin(), groups.end()), groups.end());
-    for (uint32_t g : groups) drop_from_group(g, gone_);
+    for (uint32_t g : groups) drop_from_group(g);
     for (uint32_t e : broken) gone_[e] = 0;
     if (!groups.empty()) find_pieces();
     return groups;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solver/data/simulation_mesh.h"
+#include "solver/parallel.h"
 
 namespace sunder {
 
@@ -13,6 +14,7 @@ namespace sunder {
 class LiveTopology {
 public:
     void reset(const SimulationMesh& rest, std::span<const uint8_t> edge_intact);
+    void reset(const SimulationMesh& rest, std::span<const uint8_t> edge_intact, const WorkerPool& workers);
 
     /// Takes broken edges out of the groups of their ends; `broken` in any order. Returns the groups that changed,
     /// ascending.
@@ -45,12 +47,13 @@ public:
     }
 
 private:
-    void drop_from_group(uint32_t g, std::span<const uint8_t> gone);
+    void drop_from_group(uint32_t g);
     void find_pieces();
 
     std::vector<uint32_t> offset_, end_, member_, edge_, twin_;
     std::vector<uint32_t> piece_, piece_offset_, piece_particle_;
-    std::vector<uint8_t> gone_;  // scratch: edges to drop
+    std::vector<uint8_t> gone_;    // scratch: edges to drop
+    std::vector<uint32_t> place_;  // scratch of reset: where slots go
     uint64_t version_ = 0;
 };
 

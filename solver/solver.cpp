@@ -271,12 +271,12 @@ Status Solver::Impl::advance(const StepContext& whole, Stage stage, double h, do
         const Status ok =
             substep(awake.context(whole), stage, h, begin, end, measure, awake.work(), awake.state(), io_report);
         if (!ok || awake.work().woken.empty()) return ok;
-        awake.leave(io_state);
+        awake.leave(whole.workers, io_state);
         wake(scene, awake.woken(), io_state);
-        SubstepPair begun = awake.pair();
+        SubstepPair begun = awake.pair(whole.workers);
         enter(whole, io_state);
         if (anything_sleeps(io_state))
-            awake.go_on(begun);
+            awake.go_on(begun, whole.workers);
         else
             work.pair = std::move(begun);
     }
@@ -316,7 +316,7 @@ Result<StepReport> Solver::Impl::run_frame(const FrameInput& input, const Solver
         if (Status ok = advance(context, stage, h, begin, end, k + 1 == effort.substeps, io_state, report); !ok)
             return ok.error();
     }
-    if (anything_sleeps(io_state)) awake.leave(io_state);
+    if (anything_sleeps(io_state)) awake.leave(*workers, io_state);
     if (settings.sleeping) report.n_components = fall_asleep(scene, input, settings.self_collision, before, io_state);
     report.asleep = static_cast<size_t>(std::ranges::count(io_state.asleep, 1));
     return report;

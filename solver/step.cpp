@@ -1,5 +1,6 @@
 #include "solver/step.h"
 
+#include <atomic>
 #include <cmath>
 
 #include "solver/gauss_seidel.h"
@@ -81,9 +82,12 @@ Status Substep::check(const FirstOf& unsound, const char* stage) const {
 
 namespace {
 
-void fit_arrays(const FrameState& state, size_t n, size_t n_movables, Workspace& w) {
+void fit_arrays(const FrameState& state, size_t n, size_t n_movables, const WorkerPool& workers, Workspace& w) {
     w.synced_edges = state.edge_intact;
-    w.synced_plastic = plastic_keys(state.plastic_deformation);
+    w.synced_plastic.resize(n);
+    workers.for_range(n, kGroupGrain, [&](size_t first, size_t last) {
+        for (size_t g = first; g < last; ++g) w.synced_plastic[g] = plastic_key(state.plastic_deformation[g]);
+    });
     w.moving.resize(n_movables), w.start_position.resize(n_movables), w.start_rotation.resize(n_movables);
     w.velocity.resize(n_movables), w.angular_velocity.resize(n_movables);
     w.inverse_mass.resize(n_movables), w.piece.resize(n_movables);
@@ -94,16 +98,46 @@ void fit_arrays(const FrameState& state, size_t n, size_t n_movables, Workspace&
 
 // Those of `former` whose rings hold the same particles as before.
 std::vector<uint32_t> with_same_ring(std::span<const uint32_t> former, const LiveTopology& before,
-                                     const LiveTopology& now) {
+                                     const LiveTopology& now, const WorkerPool& workers) {
     std::vector<uint32_t> known(former.begin(), former.end());
-    for (uint32_t g = 0; g < known.size(); ++g) {
-        if (former[g] == FormerNumbers::kNone) continue;
-        bool same = now.count(g) == before.count(former[g]);
-        for (uint32_t k = 0; k < now.count(g) && same; ++k)
-            same = former[now.member(now.begin(g) + k)] == before.member(before.begin(former[g]) + k);
-        if (!same) known[g] = FormerNumbers::kNone;
-    }
+    const auto is_same = [&](size_t g) {
+        if (now.count(g) != before.count(former[g])) return false;
+        for (uint32_t k = 0; k < now.count(g); ++k)
+            if (former[now.member(now.begin(g) + k)] != before.member(before.begin(former[g]) + k)) return false;
+        return true;
+    };
+    workers.for_range(known.size(), kGroupGrain, [&](size_t first, size_t last) {
+        for (size_t g = first; g < last; ++g)
+            if (former[g] != FormerNumbers::kNone && !is_same(g)) known[g] = FormerNumbers::kNone;
+    });
     return known;
+}
+
+// What may be another in any frame: materials are animated, too.
+void take_up_frame(const StepContext& context, const FrameState& state, Workspace& w) {
+    const SimulationMesh& rest = context.scene.rest;
+    const size_t n = rest.n_particles();
+    w.pair.smooth.assign(n + context.scene.rigid_bodies.size(), 0);
+    context.workers.for_range(n, kParticleGrain, [&](size_t first, size_t last) {
+        for (size_t g = first; g < last; ++g) {
+            const Material& material = context.input.materials[rest.body[g]];
+            w.stiffness[g] = group_stiffness(w.shapes.group[g], w.shapes.rest_trace[g], rest.volume[g], material);
+            w.paper_stiffness[g] = material.stiffness;
+            w.goals[g].rotation = state.group_rotation[g];
+        }
+    });
+}
+
+bool is_in_line(const FrameState& state, size_t n_movables, const WorkerPool& workers, const Workspace& w) {
+    const size_t n = state.n_particles();
+    if (w.synced_edges != state.edge_intact || w.synced_plastic.size() != n || w.moving.size() != n_movables)
+        return false;
+    std::atomic<bool> same{true};
+    workers.for_range(n, kGroupGrain, [&](size_t first, size_t last) {
+        for (size_t g = first; g < last; ++g)
+            if (w.synced_plastic[g] != plastic_key(state.plastic_deformation[g])) same = false;
+    });
+    return same;
 }
 
 }  // namespace
@@ -112,33 +146,24 @@ void renumber(const StepContext& context, const FrameState& state, std::span<con
     const SimulationMesh& rest = context.scene.rest;
     const size_t n = rest.n_particles();
     const LiveTopology before = w.live;
-    w.live.reset(rest, state.edge_intact);
-    const std::vector<uint32_t> known = with_same_ring(former, before, w.live);
+    w.live.reset(rest, state.edge_intact, context.workers);
+    const std::vector<uint32_t> known = with_same_ring(former, before, w.live, context.workers);
     w.detection.renumber(known);
-    w.shapes.renumber(rest, w.live, state.plastic_deformation, {known, before, w.synced_plastic});
-    fit_arrays(state, n, n + context.scene.rigid_bodies.size(), w);
-    synchronise(context, state, w);
+    w.shapes.renumber(rest, w.live, state.plastic_deformation, {known, before, w.synced_plastic}, context.workers);
+    fit_arrays(state, n, n + context.scene.rigid_bodies.size(), context.workers, w);
+    take_up_frame(context, state, w);
 }
 
 void synchronise(const StepContext& context, const FrameState& state, Workspace& w) {
     const SimulationMesh& rest = context.scene.rest;
     const size_t n = rest.n_particles(), n_movables = n + context.scene.rigid_bodies.size();
-    if (w.synced_edges != state.edge_intact || w.synced_plastic != plastic_keys(state.plastic_deformation) ||
-        w.moving.size() != n_movables) {
-        w.live.reset(rest, state.edge_intact);
+    if (!is_in_line(state, n_movables, context.workers, w)) {
+        w.live.reset(rest, state.edge_intact, context.workers);
         w.detection.reset();
         w.shapes.reset(rest, w.live, state.plastic_deformation);
-        fit_arrays(state, n, n_movables, w);
+        fit_arrays(state, n, n_movables, context.workers, w);
     }
-    w.pair.smooth.assign(n_movables, 0);
-    context.workers.for_range(n, kParticleGrain, [&](size_t first, size_t last) {
-        for (size_t g = first; g < last; ++g) {  // materials may be animated
-            const Material& material = context.input.materials[rest.body[g]];
-            w.stiffness[g] = group_stiffness(w.shapes.group[g], w.shapes.rest_trace[g], rest.volume[g], material);
-            w.paper_stiffness[g] = material.stiffness;
-            w.goals[g].rotation = state.group_rotation[g];
-        }
-    });
+    take_up_frame(context, state, w);
 }
 
 Status substep(const StepContext& context, Stage stage, double h, double begin, double end, bool measure,

@@ -37,7 +37,7 @@ struct SubstepPair {
     std::vector<Mat3> inertia;
 
     /// The same in a scene that was numbered anew; `former` (n_movables): the number in the scene before, or kNone.
-    SubstepPair renumbered(std::span<const uint32_t> former, size_t n_particles) const;
+    SubstepPair renumbered(std::span<const uint32_t> former, size_t n_particles, const WorkerPool& workers) const;
 };
 
 /// Scratch of the solver: derived from rest data and the state alone, so it may be rebuilt at any time without

@@ -36,12 +36,16 @@ bool resolves_waves(const Workspace& work, std::span<const uint32_t> particles, 
     return h * std::sqrt(kWavePerWeight * stiffest) <= kFarthestWave * std::cbrt(static_cast<double>(particles.size()));
 }
 
-SubstepPair SubstepPair::renumbered(std::span<const uint32_t> former, size_t n_particles) const {
+SubstepPair SubstepPair::renumbered(std::span<const uint32_t> former, size_t n_particles,
+                                    const WorkerPool& workers) const {
     SubstepPair now;
     const auto take = [&](const auto& from, auto& to, size_t n) {
         to.resize(n);
-        for (size_t i = 0; i < n; ++i)
-            if (former[i] < from.size()) to[i] = from[former[i]];
+        if (from.empty()) return;
+        workers.for_range(n, kParticleGrain, [&](size_t first, size_t last) {
+            for (size_t i = first; i < last; ++i)
+                if (former[i] < from.size()) to[i] = from[former[i]];
+        });
     };
     take(smooth, now.smooth, former.size());
     take(begin_velocity, now.begin_velocity, former.size()), take(begin_spin, now.begin_spin, former.size());
