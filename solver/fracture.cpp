@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
+
+#include "solver/unit_schedule.h"
 
 namespace sunder {
 namespace {
@@ -114,34 +117,47 @@ double weakest_factor(const SimulationMesh& rest, const LiveTopology& live, uint
     return weakest;
 }
 
-std::vector<BrokenEdge> edges_to_cut(const LiveGroups& groups, std::span<const GroupStrain> strains, double leading,
-                                     double time) {
+namespace {
+
+// What group g cuts, if its load is `enough` and the most of its one-ring.
+void cut_group(const LiveGroups& groups, std::span<const GroupStrain> strains, uint32_t g, double enough, double time,
+               std::vector<BrokenEdge>& io_cuts) {
     const auto& [rest, live, shapes, particles] = groups;
+    const int64_t own = rounded(strains[g].load);
+    if (own < rounded(enough)) return;
+    for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
+        const uint32_t j = live.member(s);
+        const int64_t other = rounded(strains[j].load);
+        if (other > own || (other == own && j < g)) return;
+    }
+    const Vec3 normal = oriented(strains[g].normal);
+    const bool is_uneven = rest.group_uneven[g] != 0;
+    const UnevenPlane at =
+        is_uneven ? weaker_plane(groups, g, normal) : UnevenPlane{plane_through(groups, g, normal), 1.0};
+    const double reach = strains[g].load * at.factor;  // strain over the group's own toughness
+    for (uint32_t s = live.begin(g); s < live.end(g); ++s)
+        if (live.member(s) != g && at.plane.parts(particles[live.member(s)].x) &&
+            (!is_uneven || factor_of(groups, s) < reach))
+            io_cuts.push_back({live.edge(s), time, strains[g].strain});
+}
+
+}  // namespace
+
+std::vector<BrokenEdge> edges_to_cut(const LiveGroups& groups, std::span<const GroupStrain> strains, double leading,
+                                     double time, const WorkerPool& workers) {
+    const LiveTopology& live = groups.live;
     std::vector<double> most(live.n_pieces(), 1.0);
     for (uint32_t g = 0; g < strains.size(); ++g) most[live.piece(g)] = std::max(most[live.piece(g)], strains[g].load);
+    std::mutex mutex;
     std::vector<BrokenEdge> cuts;
-    for (uint32_t g = 0; g < strains.size(); ++g) {
-        if (strains[g].load <= 1.0 || live.count(g) == 1) continue;
-        const double enough = 1.0 + leading * (most[live.piece(g)] - 1.0);
-        if (rounded(strains[g].load) < rounded(enough)) continue;
-        bool most_loaded = true;
-        for (uint32_t s = live.begin(g); s < live.end(g) && most_loaded; ++s) {
-            const uint32_t j = live.member(s);
-            const int64_t own = rounded(strains[g].load), other = rounded(strains[j].load);
-            most_loaded = other < own || (other == own && j >= g);
-        }
-        if (!most_loaded) continue;
-
-        const Vec3 normal = oriented(strains[g].normal);
-        const bool is_uneven = rest.group_uneven[g] != 0;
-        const UnevenPlane at =
-            is_uneven ? weaker_plane(groups, g, normal) : UnevenPlane{plane_through(groups, g, normal), 1.0};
-        const double reach = strains[g].load * at.factor;  // strain over the group's own toughness
-        for (uint32_t s = live.begin(g); s < live.end(g); ++s)
-            if (live.member(s) != g && at.plane.parts(particles[live.member(s)].x) &&
-                (!is_uneven || factor_of(groups, s) < reach))
-                cuts.push_back({live.edge(s), time, strains[g].strain});
-    }
+    workers.for_range(strains.size(), kGroupGrain, [&](size_t first, size_t last) {
+        std::vector<BrokenEdge> own;
+        for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g)
+            if (strains[g].load > 1.0 && live.count(g) > 1)
+                cut_group(groups, strains, g, 1.0 + leading * (most[live.piece(g)] - 1.0), time, own);
+        const std::lock_guard lock(mutex);
+        cuts.insert(cuts.end(), own.begin(), own.end());
+    });
     // Two groups may cut the same edge only if neither is in the other's ring: cannot be, but edges come out unordered.
     std::sort(cuts.begin(), cuts.end(), [](const BrokenEdge& a, const BrokenEdge& b) { return a.edge < b.edge; });
     return cuts;

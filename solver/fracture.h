@@ -6,6 +6,7 @@
 
 #include "solver/data/frame_state.h"
 #include "solver/live_topology.h"
+#include "solver/parallel.h"
 #include "solver/shape_matching.h"
 
 namespace sunder {
@@ -48,6 +49,6 @@ double weakest_factor(const SimulationMesh& rest, const LiveTopology& live, uint
 /// same; a neighbour on the plane stays with the centre. In groups that are not equally tough only edges whose own
 /// factor the strain exceeds are cut, and the plane moves just past the centre where what lies on that side is weaker.
 std::vector<BrokenEdge> edges_to_cut(const LiveGroups& groups, std::span<const GroupStrain> strains, double leading,
-                                     double time);
+                                     double time, const WorkerPool& workers);
 
 }  // namespace sunder

@@ -73,24 +73,24 @@ void LiveTopology::find_pieces() {
     ++version_;
     const uint32_t n = static_cast<uint32_t>(end_.size());
     piece_.assign(n, SimulationMesh::kNone);
-    piece_particle_.clear();
+    piece_particle_.resize(n);
     piece_offset_.assign(1, 0);
+    uint32_t* const particle = piece_particle_.data();
+    uint32_t found = 0;
     for (uint32_t seed = 0; seed < n; ++seed) {
         if (piece_[seed] != SimulationMesh::kNone) continue;
-        const uint32_t piece = static_cast<uint32_t>(piece_offset_.size() - 1);
-        const size_t first = piece_particle_.size();
+        const uint32_t piece = static_cast<uint32_t>(piece_offset_.size() - 1), first = found;
         piece_[seed] = piece;
-        piece_particle_.push_back(seed);
-        for (size_t next = first; next < piece_particle_.size(); ++next) {
-            const uint32_t i = piece_particle_[next];
-            for (uint32_t s = offset_[i]; s < end_[i]; ++s)
-                if (piece_[member_[s]] == SimulationMesh::kNone) {
-                    piece_[member_[s]] = piece;
-                    piece_particle_.push_back(member_[s]);
-                }
+        particle[found++] = seed;
+        for (uint32_t next = first; next < found; ++next) {
+            const uint32_t i = particle[next];
+            for (uint32_t s = offset_[i]; s < end_[i]; ++s) {
+                const uint32_t j = member_[s];
+                if (piece_[j] == SimulationMesh::kNone) piece_[j] = piece, particle[found++] = j;
+            }
         }
-        std::sort(piece_particle_.begin() + first, piece_particle_.end());
-        piece_offset_.push_back(static_cast<uint32_t>(piece_particle_.size()));
+        if (found - first > 2) std::sort(particle + first, particle + found);  // two come in order
+        piece_offset_.push_back(found);
     }
 }
 

@@ -1,6 +1,7 @@
 #include "solver/newton_step.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "solver/instruction_set.h"
@@ -177,12 +178,16 @@ bool NewtonStep::take_up(const SweepInput& in, const WorkerPool& workers) {
     }
     stores_.resize(n_stores(workers));
     scratch_.resize(static_cast<size_t>(workers.threads()));
-    double stiffest = 0;
-    for (size_t g = 0; g < in.stiffness.size(); ++g) {
-        const GroupStiffness& s = in.stiffness[g];
-        stiffest = std::max(stiffest, in.span[g] * in.span[g] * s.k * (1 + s.volume_ratio));
-    }
-    return stiffest > kStiffestSingle;
+    std::atomic<bool> any{false};
+    workers.for_range(in.stiffness.size(), kParticleGrain, [&](size_t first, size_t last) {
+        double stiffest = 0;
+        for (size_t g = first; g < last; ++g) {
+            const GroupStiffness& s = in.stiffness[g];
+            stiffest = std::max(stiffest, in.span[g] * in.span[g] * s.k * (1 + s.volume_ratio));
+        }
+        if (stiffest > kStiffestSingle) any = true;
+    });
+    return any;
 }
 
 void NewtonStep::apply(bool first_iteration, const SweepInput& in, const WorkerPool& workers,

@@ -1,6 +1,7 @@
 #include "solver/shape_watch.h"
 
 #include <algorithm>
+#include <atomic>
 
 namespace sunder {
 
@@ -9,15 +10,19 @@ bool ShapeWatch::look(const GroupShapes& shapes, const LaneLayout& layout, size_
     layout_ = &layout, version_ = layout.version(), unit_ = unit;
     changed_.resize(n_lanes());
     if (anew) revision_.assign(n_lanes(), 0);  // no shape has it
+    std::atomic<bool> any{false};
     blocks([&](size_t begin, size_t end) {
+        bool any_here = false;
         for (size_t lane = LaneLayout::kLanes * begin; lane < LaneLayout::kLanes * end; ++lane) {
             const uint32_t g = particles()[lane];
             const uint64_t now = g == LaneLayout::kNone ? 0 : shapes.revision[g];
             changed_[lane] = revision_[lane] != now;
+            any_here |= changed_[lane] != 0;
             revision_[lane] = now;
         }
+        if (any_here) any = true;
     });
-    is_any_changed_ = std::ranges::count(changed_, 0) != static_cast<std::ptrdiff_t>(changed_.size());
+    is_any_changed_ = any;
     return anew;
 }
 

@@ -5,7 +5,9 @@
 
 #include "solver/awake_scene.h"
 #include "solver/error_budget.h"
+#include "solver/first_of.h"
 #include "solver/sleeping.h"
+#include "solver/unit_schedule.h"
 
 namespace sunder {
 namespace {
@@ -23,19 +25,26 @@ Status in_range(const std::string& where, const char* name, double value, double
                      "permitted: " + number(low) + " to " + number(high));
 }
 
-Status all_finite(const char* array, const std::vector<Vec3>& values) {
-    for (size_t i = 0; i < values.size(); ++i)
-        if (!values[i].allFinite())
-            return bad_input("state", std::string(array) + " of particle " + std::to_string(i) + " is not finite");
-    return {};
+// Of the first of n particles that is not sound.
+template <class IsSound>
+Status all_sound(size_t n, const char* array, const char* fault, const WorkerPool& workers, const IsSound& is_sound) {
+    FirstOf unsound;
+    workers.for_range(n, kParticleGrain, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i)
+            if (!is_sound(i)) return unsound.add(i);
+    });
+    if (unsound.get() >= n) return {};
+    return bad_input("state", std::string(array) + " of particle " + std::to_string(unsound.get()) + fault);
 }
 
-Status all_unit(const char* array, const std::vector<Quat>& values) {
-    for (size_t i = 0; i < values.size(); ++i)
-        if (!(std::abs(values[i].norm() - 1) < 1e-3))
-            return bad_input("state",
-                             std::string(array) + " of particle " + std::to_string(i) + " is not a unit quaternion");
-    return {};
+Status all_finite(const char* array, const std::vector<Vec3>& values, const WorkerPool& workers) {
+    return all_sound(values.size(), array, " is not finite", workers,
+                     [&](size_t i) { return std::isfinite(values[i].sum()) || values[i].allFinite(); });
+}
+
+Status all_unit(const char* array, const std::vector<Quat>& values, const WorkerPool& workers) {
+    return all_sound(values.size(), array, " is not a unit quaternion", workers,
+                     [&](size_t i) { return std::abs(values[i].norm() - 1) < 1e-3; });
 }
 
 Status check_scene(const Scene& scene) {
@@ -239,17 +248,15 @@ Status Solver::check_state(const FrameState& s) const {
         if (c.a >= n_movables ||
             (c.b & Contact::kStatic ? (c.b & ~Contact::kStatic) >= impl_->scene.colliders.size() : c.b >= n_movables))
             return bad_input("state", "has a contact of what is not in the scene");
-    if (Status ok = all_finite("position", s.position); !ok) return ok;
-    if (Status ok = all_finite("velocity", s.velocity); !ok) return ok;
-    if (Status ok = all_finite("angular velocity", s.angular_velocity); !ok) return ok;
-    if (Status ok = all_unit("orientation", s.orientation); !ok) return ok;
-    if (Status ok = all_unit("group rotation", s.group_rotation); !ok) return ok;
-    for (size_t i = 0; i < n; ++i)
-        if (!s.plastic_deformation[i].allFinite() || !(s.plastic_deformation[i].determinant() > 0.5) ||
-            !(s.yield[i] > 0))
-            return bad_input("state",
-                             "plastic deformation or yield of particle " + std::to_string(i) + " is not possible");
-    return {};
+    const WorkerPool& workers = *impl_->workers;
+    if (Status ok = all_finite("position", s.position, workers); !ok) return ok;
+    if (Status ok = all_finite("velocity", s.velocity, workers); !ok) return ok;
+    if (Status ok = all_finite("angular velocity", s.angular_velocity, workers); !ok) return ok;
+    if (Status ok = all_unit("orientation", s.orientation, workers); !ok) return ok;
+    if (Status ok = all_unit("group rotation", s.group_rotation, workers); !ok) return ok;
+    return all_sound(n, "plastic deformation or yield", " is not possible", workers, [&](size_t i) {
+        return s.plastic_deformation[i].allFinite() && s.plastic_deformation[i].determinant() > 0.5 && s.yield[i] > 0;
+    });
 }
 
 void Solver::Impl::enter(const StepContext& whole, const FrameState& state) {

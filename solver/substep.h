@@ -1,10 +1,10 @@
 // The parts of a substep, as step.cpp puts them in order.
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <cstdint>
 
+#include "solver/first_of.h"
 #include "solver/step.h"
 #include "solver/unit_schedule.h"
 
@@ -30,19 +30,6 @@ struct FieldsOfForce {
     }
     Vec3 acceleration;
     double drag = 0;  // 1/s
-};
-
-/// The least number that any thread gave.
-class FirstOf {
-public:
-    void add(size_t i) {
-        for (size_t now = first_; i < now && !first_.compare_exchange_weak(now, i);) {
-        }
-    }
-    size_t get() const { return first_; }
-
-private:
-    std::atomic<size_t> first_{SIZE_MAX};
 };
 
 /// When in a substep pinned particles are taken to their pins: all, or those that are in a pair.

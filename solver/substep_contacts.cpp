@@ -13,9 +13,11 @@ constexpr double kContactTolerance = 1e-4;  // of the contact margin: a change o
 }  // namespace
 
 void Substep::mark_held_pieces() {
-    work.piece_held.assign(work.live.n_pieces(), 0);
-    for (size_t i = 0; i < n_particles(); ++i)
-        if (work.held[i]) work.piece_held[work.live.piece(i)] = 1;
+    work.piece_held.resize(work.live.n_pieces());
+    for_pieces([&](size_t piece) {
+        work.piece_held[piece] =
+            std::ranges::any_of(work.live.piece_particles(piece), [&](uint32_t j) { return work.held[j] != 0; });
+    });
 }
 
 // Pieces as contacts see them, from the start of the substep; anew when edges broke.

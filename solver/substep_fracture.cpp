@@ -86,8 +86,8 @@ Substep::Found Substep::flow_group(uint32_t g, const Mat3& S, double seconds) {
 
 bool Substep::break_edges(Found found, double leading) {
     if (!found.changed && !found.overloaded) return false;
-    const auto cuts =
-        edges_to_cut({rest(), work.live, work.shapes, work.moving}, work.strains, leading, state.time + h);
+    const auto cuts = edges_to_cut({rest(), work.live, work.shapes, work.moving}, work.strains, leading, state.time + h,
+                                   context.workers);
     std::vector<uint32_t> broken;
     for (const BrokenEdge& cut : cuts) {
         state.edge_intact[cut.edge] = work.synced_edges[cut.edge] = 0;

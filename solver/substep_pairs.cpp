@@ -83,12 +83,12 @@ void Substep::pair_up() {
     });
     if (!is_paired()) return;
     if (stage == Stage::first) hold_pins(Pinned::in_the_first_stage);
-    for (size_t i = 0; i < n_movables(); ++i) {
-        if (!pair.smooth[i] || !work.held[i]) continue;
+    for_all(n, [&](size_t i) {
+        if (!pair.smooth[i] || !work.held[i]) return;
         const MovingParticle& p = work.moving[i];
         work.base[i] = p.x - work.span[i] * work.velocity[i];
         work.base_rotation[i] = rotation_of(-work.span[i] * work.angular_velocity[i]) * p.d;
-    }
+    });
     take_up_smooth_momentum();
 }
 

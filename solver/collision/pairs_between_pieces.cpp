@@ -152,8 +152,11 @@ void PairsBetweenPieces::find_again(std::span<const Aabb> boxes, const PairFilte
 
 void PairsBetweenPieces::bound_pieces(std::span<const Aabb> boxes, const WorkerPool& workers) {
     box_.resize(begin_.size() - 1);
-    workers.for_range(box_.size(), kGrain, [&](size_t first, size_t last) {
-        for (size_t p = first; p < last; ++p) {
+    workers.for_range(begin_.back(), kGrain, [&](size_t begin, size_t end) {  // by movables: pieces differ in size
+        const auto piece_from = [&](size_t at) {
+            return static_cast<size_t>(std::ranges::lower_bound(begin_, at) - begin_.begin());
+        };
+        for (size_t p = piece_from(begin), last = piece_from(end); p < last; ++p) {
             box_[p] = Aabb();
             for (const uint32_t i : members(p)) box_[p].extend(boxes[i].min), box_[p].extend(boxes[i].max);
         }
@@ -170,7 +173,10 @@ void PairsBetweenPieces::find_all(std::span<const Aabb> exact, const PairFilter&
     } else {
         origin_ = Vec3::Zero();
         grown_.resize(n), with_.resize(n);
-        for (uint32_t i = 0; i < n; ++i) grown_[i] = grown(exact[i]), with_[i] = first_of_piece(i);
+        workers.for_range(n, kGrain, [&](size_t first, size_t last) {
+            for (size_t i = first; i < last; ++i)
+                grown_[i] = grown(exact[i]), with_[i] = first_of_piece(static_cast<uint32_t>(i));
+        });
         boxes = grown_;
     }
     bound_pieces(boxes, workers);

@@ -20,7 +20,7 @@ struct LoadedLattice {
         strains.resize(rest.n_particles());
     }
     std::vector<BrokenEdge> cut(double leading = 0) const {
-        return edges_to_cut({rest, live, shapes, particles}, strains, leading, 0.5);
+        return edges_to_cut({rest, live, shapes, particles}, strains, leading, 0.5, WorkerPool(2));
     }
 };
 
