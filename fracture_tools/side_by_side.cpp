@@ -6,6 +6,8 @@
 #include <thread>
 #include <vector>
 
+#include "solver/data/first_failure.h"
+
 namespace sunder {
 namespace {
 
@@ -42,14 +44,19 @@ public:
             part = next & 0xffff, parts = next >> 16 & 0xffff;
             if (part >= parts) return false;
         } while (!next_.compare_exchange_weak(next, next + 1, std::memory_order_acq_rel, std::memory_order_acquire));
-        (*body_)(n_ * part / parts, n_ * (part + 1) / parts);
+        try {
+            (*body_)(n_ * part / parts, n_ * (part + 1) / parts);
+        } catch (...) {
+            failure_.take(part);
+        }
         if (left_.fetch_sub(1) == 1) left_.notify_one();  // in sequence with a look at who sleeps
         return true;
     }
 
-    // Until all parts are done.
+    // Waits until all parts are done; throws what the first of them threw.
     void finish() {
         for (uint32_t left; (left = left_.load(std::memory_order_acquire)) > 0;) wait_for_change(left_, left);
+        failure_.rethrow();
     }
 
 private:
@@ -57,6 +64,7 @@ private:
     std::atomic<uint32_t> left_{0};  // parts that are not done
     const Body* body_ = nullptr;
     size_t n_ = 0;
+    FirstFailure failure_;
 };
 
 }  // namespace
@@ -69,6 +77,7 @@ void run_side_by_side(size_t n, const RangeRunner& run,
     std::atomic<size_t> turn{0}, n_loops{0}, n_threads{0};
     std::atomic<size_t> left{n};    // tasks
     std::atomic<uint32_t> news{0};  // grows when a loop opens and when the last task ends
+    FirstFailure failure;
 
     const auto tell = [&] {
         news.fetch_add(1);
@@ -92,7 +101,11 @@ void run_side_by_side(size_t n, const RangeRunner& run,
         };
         for (size_t i; (i = turn.fetch_add(1, std::memory_order_relaxed)) < n;) {
             if (!loop) loop = &loops[n_loops.fetch_add(1, std::memory_order_relaxed)];
-            task(i, own);
+            try {
+                task(i, own);
+            } catch (...) {
+                failure.take(i);
+            }
             if (left.fetch_sub(1) == 1) tell();
         }
         for (;;) {
@@ -103,6 +116,7 @@ void run_side_by_side(size_t n, const RangeRunner& run,
             if (!helped) wait_for_change(news, seen);
         }
     });
+    failure.rethrow();
 }
 
 }  // namespace sunder

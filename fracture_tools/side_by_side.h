@@ -12,6 +12,8 @@ namespace sunder {
 /// then threads without one join the loops of those that are still at work. A task's loops (the `run` that it is given;
 /// no loop within another) are split no more than `run` would split them. Fewer joins than if all threads worked on one
 /// task after the other, and what a task writes and reads again stays with one processor.
+/// What a body of a loop throws reaches the task that asked for the loop; what a task throws is thrown again here when
+/// all have ended, of several tasks' the first.
 void run_side_by_side(size_t n, const RangeRunner& run,
                       const std::function<void(size_t i, const RangeRunner& run)>& task);
 

@@ -41,12 +41,17 @@ struct WorkerPool::Impl {
     const void* body = nullptr;
     size_t n = 0;
     size_t parts = 1;
+    FirstFailure failure;
 
     explicit Impl(size_t workers) : seats(workers) {}
 
-    void do_part(size_t part) const {
+    void do_part(size_t part) {
         const size_t begin = n * part / parts, end = n * (part + 1) / parts;
-        if (begin < end) call(body, begin, end);
+        try {
+            if (begin < end) call(body, begin, end);
+        } catch (...) {
+            failure.take(part);
+        }
     }
 
     void serve(size_t part) {
@@ -102,6 +107,7 @@ void WorkerPool::run(size_t n, size_t grain, Call call, const void* body) const 
         for (uint32_t now; (now = state.load(std::memory_order_acquire)) != Impl::kIdle;)
             state.wait(now, std::memory_order_acquire);
     }
+    p.failure.rethrow();
 }
 
 }  // namespace sunder

@@ -6,8 +6,13 @@
 #include <cstddef>
 #include <memory>
 
+#include "solver/data/first_failure.h"
+
 namespace sunder {
 
+/// What a body throws is thrown again on the calling thread, when all threads have left the body: of several that which
+/// comes first by index, the same for any number of threads. Ranges behind may have been done or not. The pool stays
+/// usable.
 class WorkerPool {
 public:
     /// `threads` >= 1, the calling thread included; 0: all cores.
@@ -31,9 +36,18 @@ public:
     template <class Body>
     void for_each_in_slots(size_t n, const Body& body) const {
         std::atomic<size_t> next{0};
+        FirstFailure failure;
         for_range(std::min<size_t>(n, static_cast<size_t>(threads())), 1, [&](size_t slot, size_t) {
-            for (size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < n;) body(i, slot);
+            for (size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < n;) {
+                try {
+                    body(i, slot);
+                } catch (...) {  // all lower ones have been begun
+                    failure.take(i);
+                    next.store(n, std::memory_order_relaxed);
+                }
+            }
         });
+        failure.rethrow();
     }
 
     /// The same without slots.

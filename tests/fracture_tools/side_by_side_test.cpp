@@ -7,6 +7,8 @@
 #include <chrono>
 #include <mutex>
 #include <set>
+#include <stdexcept>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -74,6 +76,27 @@ TEST(SideBySide, threads_without_a_task_join_the_loops_of_the_one_that_is_left) 
             });
     });
     EXPECT_EQ(inside.size(), 3u);
+}
+
+// Tasks 2 and 4 fail in a loop that other threads may have joined; whoever waits for them is not left waiting.
+TEST_P(SideBySide, a_failure_ends_its_task_alone_and_is_told_at_the_end) {
+    for (int round = 0; round < 20; ++round) {
+        std::vector<std::atomic<int>> ended(6);
+        std::string told;
+        try {
+            run_side_by_side(6, on_threads(GetParam()), [&](size_t task, const RangeRunner& of_task) {
+                of_task(24, 1, [&](size_t begin, size_t end) {
+                    if ((task == 2 || task == 4) && begin <= 17 && 17 < end)
+                        throw std::runtime_error("task " + std::to_string(task));
+                });
+                ++ended[task];
+            });
+        } catch (const std::runtime_error& e) {
+            told = e.what();
+        }
+        EXPECT_EQ(told, "task 2");
+        for (size_t task = 0; task < ended.size(); ++task) EXPECT_EQ(ended[task], task == 2 || task == 4 ? 0 : 1);
+    }
 }
 
 }  // namespace

@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <numeric>
+#include <stdexcept>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -54,6 +57,84 @@ TEST(WorkerPool, keeps_slots_apart) {
         std::vector<size_t> counts(static_cast<size_t>(threads), 0);
         workers.for_each_in_slots(10000, [&](size_t, size_t slot) { ++counts[slot]; });
         EXPECT_EQ(std::accumulate(counts.begin(), counts.end(), size_t{0}), 10000u) << threads << " threads";
+    }
+}
+
+// Number of the item that a job failed at; -1: it did not.
+template <class Job>
+int failed_at(const Job& job) {
+    try {
+        job();
+    } catch (const std::runtime_error& e) {
+        return std::stoi(e.what());
+    }
+    return -1;
+}
+
+// Every worker's part fails in one job and none in the next: nobody is left in a job, none forgets to come.
+TEST(WorkerPool, hands_on_the_first_failure_and_stays_usable) {
+    for (int threads : kThreads) {
+        const WorkerPool workers(threads);
+        for (const int first : {0, 1, 37, 63}) {
+            const auto fail_from = [&](size_t i) {
+                if (static_cast<int>(i) >= first) throw std::runtime_error(std::to_string(i));
+            };
+            const std::string where = std::to_string(threads) + " threads, from " + std::to_string(first);
+            EXPECT_EQ(failed_at([&] {
+                          workers.for_range(64, 1, [&](size_t begin, size_t end) {
+                              for (size_t i = begin; i < end; ++i) fail_from(i);
+                          });
+                      }),
+                      first)
+                << where;
+            EXPECT_EQ(failed_at([&] { workers.for_each(64, fail_from); }), first) << where;
+            std::vector<int> done(64, 0);
+            workers.for_range(64, 1, [&](size_t begin, size_t end) {
+                for (size_t i = begin; i < end; ++i) ++done[i];
+            });
+            workers.for_each(64, [&](size_t i) { ++done[i]; });
+            EXPECT_EQ(done, std::vector<int>(64, 2)) << where;
+        }
+    }
+}
+
+// The caller may only leave when no thread is in the body any more, for what the body uses goes with it: a failure of
+// the first range waits for the others.
+TEST(WorkerPool, leaves_no_thread_behind_in_a_body_that_failed) {
+    for (int threads : kThreads) {
+        const WorkerPool workers(threads);
+        std::atomic<int> inside{0};
+        const auto slow = [&](size_t i) {
+            ++inside;
+            if (i > 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+            --inside;
+            if (i == 0) throw std::runtime_error("0");
+        };
+        for (int job = 0; job < 20; ++job) {
+            EXPECT_EQ(failed_at([&] {
+                          workers.for_range(static_cast<size_t>(threads), 1,
+                                            [&](size_t begin, size_t) { slow(begin); });
+                      }),
+                      0);
+            EXPECT_EQ(inside, 0) << threads << " threads";
+            EXPECT_EQ(failed_at([&] { workers.for_each(static_cast<size_t>(threads), slow); }), 0);
+            EXPECT_EQ(inside, 0) << threads << " threads";
+        }
+    }
+}
+
+// As in solvers: a failure of one of a few items, whichever thread has it.
+TEST(WorkerPool, tells_the_lowest_of_several_failures) {
+    for (int threads : kThreads) {
+        const WorkerPool workers(threads);
+        for (int job = 0; job < 300; ++job)
+            EXPECT_EQ(failed_at([&] {
+                          workers.for_each(100, [&](size_t i) {
+                              if (i == 41 || i == 42 || i == 43 || i == 99) throw std::runtime_error(std::to_string(i));
+                          });
+                      }),
+                      41)
+                << threads << " threads";
     }
 }
 
