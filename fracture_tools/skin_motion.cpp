@@ -18,8 +18,8 @@ struct Blend {
     Lanes column[4];
 };
 
-inline __attribute__((always_inline)) void blend(std::span<const SkinBinding::Influence> influences,
-                                                 const AffineColumns* map, Blend& out) {
+inline __attribute__((always_inline)) void blend(std::span<const SkinInfluence> influences, const AffineColumns* map,
+                                                 Blend& out) {
     Lanes c0{}, c1{}, c2{}, c3{};
     for (const auto& [p, w] : influences) {
         const Lanes* m = reinterpret_cast<const Lanes*>(map[p].column);
@@ -50,13 +50,12 @@ inline __attribute__((always_inline)) void cofactor_of(const Blend& b, NormalMap
 SUNDER_VECTOR_CLONES void place(const SkinChunk& chunk, const Vec3* rest, const AffineColumns* map,
                                 const uint8_t* moved, Vec3* out, NormalMap* out_normal_map) {
     const SkinChunk::Vertex* const vertex = chunk.vertex.data();
-    const SkinBinding::Influence* const influence = chunk.influence.data();
+    const SkinInfluence* const influence = chunk.influence.get();
     const size_t n = chunk.n_vertices();
     Blend b;
-    for (size_t v = 0, begin = 0, end; v < n; ++v, begin = end) {
-        end = vertex[v].influence_end;
+    for (size_t v = 0; v < n; ++v) {
         if (!moved[v]) continue;
-        blend({influence + begin, end - begin}, map, b);
+        blend({influence + vertex[v].begin, vertex[v].end - vertex[v].begin}, map, b);
         out[v] = apply(b, rest[vertex[v].pool_vertex]);
         if (out_normal_map) cofactor_of(b, out_normal_map[v]);
     }

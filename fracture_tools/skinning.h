@@ -5,8 +5,11 @@
 #include <span>
 #include <vector>
 
+#include "fracture_tools/influence_pool.h"
 #include "fracture_tools/particle_transforms.h"
 #include "fracture_tools/range_runner.h"
+#include "fracture_tools/skin_candidates.h"
+#include "fracture_tools/skin_weights.h"
 #include "fracture_tools/split_topology.h"
 #include "solver/data/math.h"
 #include "solver/data/simulation_mesh.h"
@@ -19,26 +22,20 @@ struct SkinKernel {
 };
 
 /// Vertices of a mesh that are numbered one after the other, and what moves them. Frames share those in which nothing
-/// changed.
+/// changed, and the weights of the others as far as they stay.
 struct SkinChunk {
-    struct Influence {
-        uint32_t particle;
-        float weight;  // a multiple of 2^-24
-    };
-
     struct Vertex {
         uint32_t pool_vertex;
-        uint32_t nearest;        // particle followed first, connected there
-        uint32_t influence_end;  // in `influence`; they begin where those of the vertex before end
+        uint32_t begin, end;  // of its influences, in `influence`
     };
 
     std::vector<Vertex> vertex;
-    std::vector<Influence> influence;  // vertex after vertex
+    std::vector<uint32_t> nearest;    // particle followed first, connected there   (n_vertices)
+    InfluencePool::Memory influence;  // besides these, those of other frames
 
     size_t n_vertices() const { return vertex.size(); }
-    std::span<const Influence> influences(size_t v) const {
-        const uint32_t begin = v > 0 ? vertex[v - 1].influence_end : 0;
-        return {influence.data() + begin, vertex[v].influence_end - begin};
+    std::span<const SkinInfluence> influences(size_t v) const {
+        return {influence.get() + vertex[v].begin, vertex[v].end - vertex[v].begin};
     }
 };
 
@@ -46,8 +43,6 @@ struct SkinChunk {
 /// section 4.2). It changes only where edges broke. Influences of one vertex are ascending by particle, their weights
 /// sum to one exactly.
 struct SkinBinding {
-    using Influence = SkinChunk::Influence;
-
     std::shared_ptr<const std::vector<Vec3>> rest_vertex;  // pool vertices in rest coordinates, m
     std::vector<std::shared_ptr<const SkinChunk>> chunks;  // vertex after vertex
     std::vector<uint32_t> first_vertex = {0};              // of each chunk (n_chunks + 1)
@@ -55,7 +50,7 @@ struct SkinBinding {
     size_t n_vertices() const { return first_vertex.back(); }
     /// Vertices [first_vertex[i], first_vertex[i + 1]) are those of chunk i; a search, O(log n_chunks).
     size_t chunk_of(size_t vertex) const;
-    std::span<const Influence> influences(size_t vertex) const;
+    std::span<const SkinInfluence> influences(size_t vertex) const;
     uint32_t pool_vertex(size_t vertex) const;
     uint32_t nearest(size_t vertex) const;
     const Vec3& rest_position(size_t vertex) const { return (*rest_vertex)[pool_vertex(vertex)]; }
@@ -95,29 +90,17 @@ public:
     const std::shared_ptr<const SkinBinding>& binding() const { return binding_; }
 
 private:
-    struct alignas(32) Place {
-        double x, y, z;             // m
-        double inv_square_support;  // 1 / r_j^2, 1/m2
-    };
     struct Scratch;  // of one thread
 
-    void find_changed_rings(std::span<const uint8_t> edge_intact);
-    bool find_changes(const SplitTopology& topology, size_t chunk);
-    void bind_chunk(const SplitTopology& topology, size_t chunk, Scratch& io_scratch, SkinBinding& io_next) const;
-    std::span<const uint32_t> find_candidates(Scratch& io_scratch) const;
-    static size_t weigh(const Place* place, std::span<const uint32_t> particle, const Vec3& x, Scratch& io_scratch,
-                        SkinChunk::Influence* out);
+    void find_stale(const SplitTopology& topology, size_t chunk, std::vector<uint32_t>& out) const;
+    std::shared_ptr<const SkinChunk> bind_chunk(const SplitTopology& topology, size_t chunk, Scratch& io_scratch);
+    uint32_t bind_vertex(const SplitTopology& topology, uint32_t key, Scratch& io_scratch,
+                         InfluencePool& io_pool) const;
 
-    std::vector<Vec3> rest_particle_;  // (n_particles x 3), m
-    std::vector<Place> place_;         // the same, and one farther away than any support reaches    (n_particles + 1)
-    std::vector<Edge> edges_;
-    std::vector<uint32_t> group_offset_, group_member_, member_edge_;
-    SkinKernel kernel_;
-
-    std::vector<uint8_t> edge_intact_;    // of the last bind
-    std::vector<uint32_t> vertex_class_;  // of its vertices
-    std::vector<uint8_t> ring_changed_;   // since the last bind           (n_particles)
-    std::vector<uint8_t> class_changed_;  // the same                      (n_fans)
+    std::vector<Vec3> rest_particle_;   // (n_particles x 3), m
+    std::vector<ParticlePlace> place_;  // the same, and one farther away than any support reaches    (n_particles + 1)
+    IntactRings rings_;                 // of the last bind
+    std::vector<InfluencePool> pool_;   // (n_chunks)
     std::shared_ptr<const SkinBinding> binding_;
 };
 

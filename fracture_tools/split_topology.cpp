@@ -237,6 +237,7 @@ void SplitTopology::list_triangles(const RangeRunner& run) {
         if (listed_ == ListedFaces::visible)
             first[chunk + 1] -= std::accumulate(face_hidden_.begin() + begin, face_hidden_.begin() + end, 0u);
     }
+    const bool is_new = triangle_face_.empty();  // outer faces are all listed, in every frame
     triangle_face_.resize(first.back());
     triangles_ = {};
     auto& slot = recycler_.take(first.back(), n_faces);
@@ -249,10 +250,10 @@ void SplitTopology::list_triangles(const RangeRunner& run) {
             uint32_t* face = triangle_face_.data() + first[chunk];
             uint32_t f = chunk * kFaces;
             const uint32_t last = std::min(n_faces, f + kFaces), last_outer = std::min(faces_.n_outer, last);
-            for (; f < last_outer; ++f) {
-                *out++ = {visual[fan[3 * f]], visual[fan[3 * f + 1]], visual[fan[3 * f + 2]]};
-                *face++ = f;
-            }
+            if (is_new)
+                for (uint32_t outer = f; outer < last_outer; ++outer) face[outer - f] = outer;
+            if (f < last_outer) face += last_outer - f;
+            for (; f < last_outer; ++f) *out++ = {visual[fan[3 * f]], visual[fan[3 * f + 1]], visual[fan[3 * f + 2]]};
             for (; f < last; ++f) {
                 if (!all && hidden[f]) continue;
                 *out++ = {visual[fan[3 * f]], visual[fan[3 * f + 1]], visual[fan[3 * f + 2]]};
@@ -264,11 +265,13 @@ void SplitTopology::list_triangles(const RangeRunner& run) {
 }
 
 void SplitTopology::fragments_of_class(uint32_t joined, std::vector<uint32_t>& out) const {
-    out.clear();
-    const uint32_t v = fan_vertex_[joined];
-    for (uint32_t fan = joined; fan < fan_offset_[v + 1]; ++fan)
-        if (fan_class_[fan] == joined && (out.empty() || out.back() != fan_fragment_[fan]))
-            out.push_back(fan_fragment_[fan]);
+    const uint32_t last = fan_offset_[fan_vertex_[joined] + 1];
+    out.resize(last - joined);
+    out[0] = fan_fragment_[joined];
+    size_t n = 1;
+    for (uint32_t fan = joined + 1; fan < last; ++fan)
+        if (fan_class_[fan] == joined && out[n - 1] != fan_fragment_[fan]) out[n++] = fan_fragment_[fan];
+    out.resize(n);
 }
 
 }  // namespace sunder

@@ -62,16 +62,27 @@ public:
     /// Fans, the instances of vertices of section 4.2: their number and order do not change while fracture goes on.
     size_t n_fans() const { return fan_vertex_.size(); }
     uint32_t fan_pool_vertex(uint32_t fan) const { return fan_vertex_[fan]; }
+    std::span<const uint32_t> fan_pool_vertices() const { return fan_vertex_; }  // (n_fans)
     uint32_t fan_fragment(uint32_t fan) const { return fan_fragment_[fan]; }
     std::span<const uint32_t> fan_fragments() const { return fan_fragment_; }  // (n_fans)
     /// Fans of a pool vertex are those from its own to the next one's. (n_vertices of the pool + 1)
     uint32_t first_fan(uint32_t pool_vertex) const { return fan_offset_[pool_vertex]; }
+    std::span<const uint32_t> first_fans() const { return fan_offset_; }
     /// Fans of one pool vertex with the same class hang together there.
     uint32_t fan_class(uint32_t fan) const { return fan_class_[fan]; }
     std::span<const uint32_t> fan_classes() const { return fan_class_; }  // (n_fans)
     /// Pool vertices around which the last update that changed something joined fans anew, listed a face or hid one.
     std::span<const uint32_t> changed_vertices() const { return changed_vertices_; }
     bool is_changed(uint32_t pool_vertex) const { return vertex_changed_[pool_vertex]; }
+    std::span<const uint8_t> changed() const {
+        return vertex_changed_;
+    }  // 1: is one of them    (n_vertices of the pool)
+    /// Whether one of a chunk is among them.
+    bool any_changed(size_t chunk) const {
+        const auto begin = vertex_changed_.begin();
+        const size_t first = chunk * kChunk, last = std::min<size_t>(first + kChunk, faces_.n_vertices);
+        return std::find(begin + first, begin + last, 1) != begin + last;
+    }
     uint32_t corner_fan(uint32_t corner) const { return corner_fan_[corner]; }  // corner: of FragmentFaces
     /// The visual vertex that a fan is an instance of; kNone: it is not seen.
     uint32_t vertex_of_fan(uint32_t fan) const { return fan_visual_[fan]; }

@@ -244,9 +244,8 @@ struct VisualMeshBuilder::Impl {
         auto& slot = nearest.take(binding.n_vertices(), topology->n_fans());
         run(binding.chunks.size(), 16, [&](size_t begin, size_t end) {
             for (size_t c = begin; c < end; ++c)
-                std::transform(binding.chunks[c]->vertex.begin(), binding.chunks[c]->vertex.end(),
-                               slot.object->begin() + binding.first_vertex[c],
-                               [](const SkinChunk::Vertex& v) { return v.nearest; });
+                std::copy(binding.chunks[c]->nearest.begin(), binding.chunks[c]->nearest.end(),
+                          slot.object->begin() + binding.first_vertex[c]);
         });
         mesh.vertex_fragment = ArrayRecycler<uint32_t>::share(slot);
     }
@@ -263,13 +262,12 @@ struct VisualMeshBuilder::Impl {
         auto out = std::make_shared<SkinBinding>();
         out->rest_vertex = of_split.rest_vertex;
         for (size_t c = 0; c < topology->n_chunks(); ++c) {
+            const SkinChunk& split = *of_split.chunks[c];
             SkinChunk chunk;
+            chunk.influence = split.influence;
             for (uint32_t fan = topology->chunk_fan(c); fan < topology->chunk_fan(c + 1); ++fan) {
-                const uint32_t v = topology->vertex_of_fan(fan);
-                const auto influences = of_split.influences(v);
-                chunk.influence.insert(chunk.influence.end(), influences.begin(), influences.end());
-                chunk.vertex.push_back(
-                    {of_split.pool_vertex(v), of_split.nearest(v), static_cast<uint32_t>(chunk.influence.size())});
+                const uint32_t v = topology->vertex_of_fan(fan) - of_split.first_vertex[c];
+                chunk.vertex.push_back(split.vertex[v]), chunk.nearest.push_back(split.nearest[v]);
             }
             out->chunks.push_back(std::make_shared<const SkinChunk>(std::move(chunk)));
             out->first_vertex.push_back(topology->chunk_fan(c + 1));

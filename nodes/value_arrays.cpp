@@ -54,18 +54,24 @@ ArrayView made(const Elements& elements, Put&& put, std::vector<uint64_t> row_sh
     return view;
 }
 
-// The same of an array that each chunk of a skin has, one after the other.
-template <class N, size_t Width, class Array, class Put>
-ArrayView made_of_chunks(const SkinBinding& skin, Array&& array, Put&& put) {
+// The same of the influences of a skin's vertices, one after the other.
+template <class N, class Put>
+ArrayView made_of_influences(const SkinBinding& skin, Put&& put) {
     auto numbers = std::make_shared<std::vector<N>>();
     for (const auto& chunk : skin.chunks)
-        for (const auto& e : array(*chunk)) {
-            const std::array<N, Width> row = put(e);
-            numbers->insert(numbers->end(), row.begin(), row.end());
+        for (size_t v = 0; v < chunk->n_vertices(); ++v)
+            for (const SkinInfluence& i : chunk->influences(v)) numbers->push_back(put(i));
+    return {type_code<N>(), {numbers->size()}, numbers->data(), numbers};
+}
+
+ArrayView rest_positions(const SkinBinding& skin) {
+    auto numbers = std::make_shared<std::vector<double>>();
+    for (const auto& chunk : skin.chunks)
+        for (const SkinChunk::Vertex& v : chunk->vertex) {
+            const Vec3& x = (*skin.rest_vertex)[v.pool_vertex];
+            numbers->insert(numbers->end(), x.begin(), x.end());
         }
-    ArrayView view{type_code<N>(), {numbers->size() / Width}, numbers->data(), numbers};
-    if (Width > 1) view.shape.push_back(Width);
-    return view;
+    return {type_code<double>(), {numbers->size() / 3, 3}, numbers->data(), numbers};
 }
 
 std::array<double, 3> row_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
@@ -272,26 +278,17 @@ const std::vector<Entry<BodyMesh>>& entries_of(const BodyMesh*) {
         {"face_hidden", [](const M& m) { return as_is<uint8_t>(m.mesh.triangle_hidden); }},
         {"velocities", [](const M& m) { return corners<float, 3>(m.mesh.velocities); }},
         {"vertex_fragment", [](const M& m) { return as_is<uint32_t>(m.mesh.vertex_fragment); }},
-        {"rest_positions",
-         [](const M& m) {
-             return made_of_chunks<double, 3>(
-                 *m.mesh.skin, [](const SkinChunk& c) -> auto& { return c.vertex; },
-                 [&](const auto& v) { return row_of((*m.mesh.skin->rest_vertex)[v.pool_vertex]); });
-         }},
+        {"rest_positions", [](const M& m) { return rest_positions(*m.mesh.skin); }},
         {"influence_offset",
          [](const M& m) {
              return made<uint32_t, 1>(m.mesh.skin->influence_offset(), [](uint32_t o) { return std::array{o}; });
          }},
         {"influence_particle",
          [](const M& m) {
-             return made_of_chunks<uint32_t, 1>(
-                 *m.mesh.skin, [](const SkinChunk& c) -> auto& { return c.influence; },
-                 [](const auto& i) { return std::array{i.particle}; });
+             return made_of_influences<uint32_t>(*m.mesh.skin, [](const SkinInfluence& i) { return i.particle; });
          }},
         {"influence_weight", [](const M& m) {
-             return made_of_chunks<double, 1>(
-                 *m.mesh.skin, [](const SkinChunk& c) -> auto& { return c.influence; },
-                 [](const auto& i) { return std::array{double{i.weight}}; });
+             return made_of_influences<double>(*m.mesh.skin, [](const SkinInfluence& i) { return double{i.weight}; });
          }}};
     return entries;
 }

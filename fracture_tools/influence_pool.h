@@ -1,0 +1,44 @@
+// Influences of vertices, for frames that share those that stay.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+
+#include "fracture_tools/skin_weights.h"
+
+namespace sunder {
+
+/// Memory that is only added to, so that whoever holds it finds what was there when he got it, also while more is added
+/// by another thread. Vertices that keep their weights need no copy of them; what nobody refers to any more goes when
+/// all is moved to a new pool.
+class InfluencePool {
+public:
+    using Memory = std::shared_ptr<const SkinInfluence[]>;
+
+    InfluencePool() = default;
+    explicit InfluencePool(uint32_t capacity)
+        : memory_(std::make_shared_for_overwrite<SkinInfluence[]>(capacity)), capacity_(capacity) {}
+
+    uint32_t size() const { return size_; }
+    uint32_t capacity() const { return capacity_; }
+    Memory memory() const { return memory_; }
+
+    /// Where the next entries go, with room for n: other memory, if there is not enough.
+    SkinInfluence* room(uint32_t n) {
+        if (size_ + n > capacity_) {
+            InfluencePool larger(2 * (size_ + n));
+            std::copy(memory_.get(), memory_.get() + size_, larger.memory_.get());
+            larger.size_ = size_, std::swap(*this, larger);
+        }
+        return memory_.get() + size_;
+    }
+    /// Entries that have been written to `room`.
+    void add(uint32_t n) { size_ += n; }
+
+private:
+    std::shared_ptr<SkinInfluence[]> memory_;
+    uint32_t size_ = 0, capacity_ = 0;
+};
+
+}  // namespace sunder
