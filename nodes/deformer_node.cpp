@@ -60,15 +60,23 @@ Result<Inputs> read_inputs(CookContext& context) {
     return Inputs{body.take(), state.take(), *index};
 }
 
-VisualMeshBuilder& kept_builder(CookContext& context, const BodyValue& body) {
-    DeformerStore& store = context.store().get<DeformerStore>();
-    const VisualTopology topology =
-        context.parameters().text("topology") == "constant" ? VisualTopology::constant : VisualTopology::compact;
-    if (!store.builder || store.key != body.key || store.topology != topology) {
-        store.builder = std::make_unique<VisualMeshBuilder>(body.fragments, *body.rest, body.pose, topology);
-        store.key = body.key, store.topology = topology;
+/// What a node keeps, and what it is to be for.
+struct Wanted {
+    DeformerStore* store;
+    const BodyValue* body;
+    VisualTopology topology;
+
+    bool is_kept() const { return store->builder && store->key == body->key && store->topology == topology; }
+    void make() const {
+        store->builder = std::make_unique<VisualMeshBuilder>(body->fragments, *body->rest, body->pose, topology);
+        store->key = body->key, store->topology = topology;
     }
-    return *store.builder;
+};
+
+Wanted wanted_builder(CookContext& context, const BodyValue& body) {
+    const bool is_constant = context.parameters().text("topology") == "constant";
+    return {&context.store().get<DeformerStore>(), &body,
+            is_constant ? VisualTopology::constant : VisualTopology::compact};
 }
 
 std::vector<Result<Value>> cook_together(std::span<CookContext* const> contexts) {
@@ -79,12 +87,17 @@ std::vector<Result<Value>> cook_together(std::span<CookContext* const> contexts)
             return std::vector<Result<Value>>(contexts.size(), cancelled());
     }
 
+    const std::shared_ptr<const WorkerPool> workers = contexts.front()->workers();
+    std::vector<Wanted> wanted, missing;
+    for (size_t i = 0; i < contexts.size(); ++i)
+        if (inputs[i]) wanted.push_back(wanted_builder(*contexts[i], *inputs[i]->body));
+    std::ranges::copy_if(wanted, std::back_inserter(missing), [](const Wanted& w) { return !w.is_kept(); });
+    workers->for_each(missing.size(), [&](size_t i) { missing[i].make(); });
+
     std::vector<VisualMesh> meshes(contexts.size());
     std::vector<MovingBody> bodies;
     for (size_t i = 0; i < contexts.size(); ++i)
-        if (inputs[i])
-            bodies.push_back({&kept_builder(*contexts[i], *inputs[i]->body), inputs[i]->frame(), &meshes[i]});
-    const std::shared_ptr<const WorkerPool> workers = contexts.front()->workers();
+        if (inputs[i]) bodies.push_back({wanted[bodies.size()].store->builder.get(), inputs[i]->frame(), &meshes[i]});
     const std::vector<Status> made =
         build_meshes(bodies, [&](size_t n, size_t grain, const auto& body) { workers->for_range(n, grain, body); });
 
