@@ -38,6 +38,8 @@ SUNDER_INLINE bool any(M mask) {
 }
 SUNDER_INLINE Float8 root(Float8 a) { return __builtin_ia32_sqrtps256(a); }
 SUNDER_INLINE Double4 root(Double4 a) { return __builtin_ia32_sqrtpd256(a); }
+SUNDER_INLINE Float8 maximum(Float8 a, Float8 b) { return __builtin_ia32_maxps256(a, b); }  // a > b ? a : b
+SUNDER_INLINE Double4 maximum(Double4 a, Double4 b) { return __builtin_ia32_maxpd256(a, b); }
 SUNDER_INLINE Float4 low(Float8 a) { return __builtin_shufflevector(a, a, 0, 1, 2, 3); }
 SUNDER_INLINE Float4 high(Float8 a) { return __builtin_shufflevector(a, a, 4, 5, 6, 7); }
 SUNDER_INLINE Double2 low(Double4 a) { return __builtin_shufflevector(a, a, 0, 1); }
@@ -96,6 +98,10 @@ SUNDER_INLINE Halves<Half, Number> root(Halves<Half, Number> a) {
     for (size_t i = 0; i < sizeof(Half) / sizeof(Number); ++i)
         a.lo[i] = __builtin_sqrt(a.lo[i]), a.hi[i] = __builtin_sqrt(a.hi[i]);
     return a;
+}
+template <class Half, class Number>
+SUNDER_INLINE Halves<Half, Number> maximum(Halves<Half, Number> a, Halves<Half, Number> b) {
+    return select<Halves<Half, Number> >(a > b, a, b);
 }
 SUNDER_INLINE Float8 join(Float4 low, Float4 high) { return {low, high}; }
 SUNDER_INLINE Double4 join(Double2 low, Double2 high) { return {low, high}; }
@@ -205,9 +211,13 @@ SUNDER_INLINE double sum(Double4 a) {
 // Four lanes, rounded to what `to` holds.
 SUNDER_INLINE void put_numbers(Double4 a, double* to) { store(to, a); }
 SUNDER_INLINE void put_numbers(Double4 a, float* to) {
+#ifdef __AVX2__
+    store(to, __builtin_convertvector(a, Float4));
+#else
     const Double2 l = low(a), h = high(a);
     store(to, Float4{static_cast<float>(l[0]), static_cast<float>(l[1]), static_cast<float>(h[0]),
                      static_cast<float>(h[1])});
+#endif
 }
 
 SUNDER_INLINE Double4 wide(Float4 a) {

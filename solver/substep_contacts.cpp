@@ -87,9 +87,10 @@ void Substep::push_apart(ContactRound::Which which) {
     Stopwatch watch(report.contact_s);
     turn_pieces(context, work);
     divide_pushes(context, h, which == ContactRound::Which::last, work);
-    work.round.begin(bodies(), work.islands, which, context.workers, work.contacts);
+    work.round.begin(bodies(), work.islands, which, context.contact_margin, context.workers, work.contacts);
     work.round.relax(kContactTolerance * context.contact_margin, context.workers);
-    work.round.end(bodies(), context.workers, work.contacts, work.round_push, work.piece_motion);
+    work.round.end(bodies(), context.workers, work.round_push, work.piece_motion);
+    if (which == ContactRound::Which::last) work.round.hand_over(context.workers, work.contacts);
     move_pieces(context, work);
 }
 

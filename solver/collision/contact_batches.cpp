@@ -6,7 +6,7 @@
 namespace sunder {
 namespace {
 
-constexpr uint32_t kLanes = 4, kOpen = 64;
+constexpr uint32_t kLanes = 8, kOpen = 64;
 constexpr size_t kGrain = 256;  // fewest contacts a thread is worth waking for
 
 // The batches of an island that have room, one a bit.

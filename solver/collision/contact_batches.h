@@ -1,4 +1,4 @@
-// Contacts in fours that may be solved side by side: no two of a batch push what the other reads.
+// Contacts in eights that may be solved side by side: no two of a batch push what the other reads.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace sunder {
 
-/// What a contact asks of the other three: that they touch none of the same things.
+/// What a contact asks of the other seven: that they touch none of the same things.
 struct BatchMember {
     static constexpr uint32_t kNone = 0xffffffffu;
     enum class Kind : uint8_t { pushes, idle, left_out };
@@ -19,11 +19,11 @@ struct BatchMember {
 };
 
 struct ContactBatches {
-    std::vector<uint32_t> member;  // four lanes a batch; BatchMember::kNone: empty  (4 n_batches)
+    std::vector<uint32_t> member;  // eight lanes a batch; BatchMember::kNone: empty  (8 n_batches)
     std::vector<uint32_t> offset;  // of islands, in batches                         (n_islands + 1)
-    std::vector<uint32_t> lane;    // of members: 4 batch + lane, or kNone           (n_members)
+    std::vector<uint32_t> lane;    // of members: 8 batch + lane, or kNone           (n_members)
 
-    size_t size() const { return member.size() / 4; }
+    size_t size() const { return member.size() / 8; }
 
     /// `island_offset`: of islands in `members` (n_islands + 1); no two islands touch the same of the `n_things`. Each
     /// contact goes into the first batch that has room for it of the 64 that were begun last, those that push before

@@ -1,13 +1,13 @@
 // Included once for each instruction set, after which SUNDER_CONTACT_KERNELS names the table.
+#define SUNDER_LANES Float8
+
 #include "solver/collision/contact_kernels.h"
 #include "solver/collision/lane_vectors.h"
 
 namespace sunder {
 namespace {
 
-constexpr size_t kMovableStride = sizeof(RoundMovable) / sizeof(double);
-constexpr size_t kPieceStride = sizeof(RoundPiece) / sizeof(double);
-constexpr size_t kBeganStride = sizeof(RoundBegan) / sizeof(double);
+static_assert(kLanes == kContactLanes);
 
 struct Side {
     V3 moved, lever, arm;
@@ -17,10 +17,10 @@ struct Side {
 };
 
 SUNDER_INLINE Side side_of(const ContactArrays& a, const ContactBatch& c, int which) {
-    const double *movables = a.movables->moved, *pieces = a.pieces->shift;
+    const float *movables = a.movables->moved, *pieces = a.pieces->shift;
     Lanes m[2][4], p[4][4];
-    for (size_t k = 0; k < 2; ++k) gather4<kMovableStride>(movables, c.movable[which], 4 * k, m[k]);
-    for (size_t k = 0; k < 4; ++k) gather4<kPieceStride>(pieces, c.piece[which], 4 * k, p[k]);
+    for (size_t k = 0; k < 2; ++k) gather4<1>(movables, c.movable[which], 4 * k, m[k]);
+    for (size_t k = 0; k < 4; ++k) gather4<1>(pieces, c.piece[which], 4 * k, p[k]);
     return {{m[0][0], m[0][1], m[0][2]},
             {m[1][0], m[1][1], m[1][2]},
             load3(c.arm[which]),
@@ -57,37 +57,54 @@ SUNDER_INLINE void turn_by(const Side& s, V3 couple, Change& io) {
     io.spin = io.spin + turned;
 }
 
-// Adds to the first three numbers from `offset` on of the records of four lanes, one after the other: two lanes may
+// Adds to the first three numbers from `offset` on of the records of eight lanes, one after the other: two lanes may
 // have the same record.
-template <size_t stride>
-SUNDER_INLINE void scatter_add(double* records, const uint32_t* lanes, size_t offset, V3 v) {
-    const Lanes xy_even = firsts(v.x, v.y), xy_odd = seconds(v.x, v.y);
-    const Lanes z_even = firsts(v.z, all(0)), z_odd = seconds(v.z, all(0));
-    const Lanes rows[4] = {join(low(xy_even), low(z_even)), join(low(xy_odd), low(z_odd)),
-                           join(high(xy_even), high(z_even)), join(high(xy_odd), high(z_odd))};
-    for (int i = 0; i < 4; ++i) {
-        double* to = records + stride * lanes[i] + offset;
-        store(to, load<Lanes>(to) + rows[i]);
-    }
+SUNDER_INLINE void scatter_add(float* records, const uint32_t* lanes, size_t offset, V3 v) {
+    Lanes rows[4];
+    transpose({v.x, v.y, v.z, all(0)}, rows);
+    const auto add = [&](uint32_t lane, Float4 row) {
+        float* to = records + lane + offset;
+        store(to, load<Float4>(to) + row);
+    };
+    for (int i = 0; i < 4; ++i) add(lanes[i], low(rows[i]));
+    for (int i = 0; i < 4; ++i) add(lanes[i + 4], high(rows[i]));
 }
 
 SUNDER_INLINE void add(const ContactArrays& a, const ContactBatch& c, int which, const Change& by) {
-    scatter_add<kMovableStride>(a.movables->moved, c.movable[which], 0, by.moved);
-    scatter_add<kPieceStride>(a.pieces->shift, c.piece[which], 0, by.shift);
-    scatter_add<kPieceStride>(a.pieces->shift, c.piece[which], 4, by.turn);
-    scatter_add<kPieceStride>(a.pieces->shift, c.piece[which], 8, by.spin);
+    scatter_add(a.movables->moved, c.movable[which], 0, by.moved);
+    scatter_add(a.pieces->shift, c.piece[which], 0, by.shift);
+    scatter_add(a.pieces->shift, c.piece[which], 4, by.turn);
+    scatter_add(a.pieces->shift, c.piece[which], 8, by.spin);
 }
 
-// No eigenvalue of the symmetric matrix is larger, and this one by little where they are alike.
+// No eigenvalue of the symmetric, positive matrix is larger, and this one by little where they are alike.
 SUNDER_INLINE Lanes largest_eigenvalue_bound(const Sym& m) {
-    const Lanes mean = (m.xx + m.yy + m.zz) / all(3);
-    const Lanes x = m.xx - mean, y = m.yy - mean, z = m.zz - mean;
-    const Lanes squared = x * x + y * y + z * z + all(2) * (m.xy * m.xy + m.xz * m.xz + m.yz * m.yz);
-    return mean + all(2) * root(squared / all(6));
+    const Lanes mean = (m.xx + m.yy + m.zz) / all(3), scale = all(1) / larger(mean, all(kTiny));
+    const Lanes x = scale * m.xx - all(1), y = scale * m.yy - all(1), z = scale * m.zz - all(1);
+    const Lanes xy = scale * m.xy, xz = scale * m.xz, yz = scale * m.yz;
+    const Lanes squared = x * x + y * y + z * z + all(2) * (xy * xy + xz * xz + yz * yz);
+    return mean * (all(1) + all(2) * root(squared / all(6)));
+}
+
+SUNDER_INLINE void take_up(const ContactArrays& arrays, size_t k) {
+    constexpr size_t kStride = sizeof(RoundContact) / sizeof(float), kRows = kStride / 4;
+    Lanes row[kRows][4];
+    for (size_t i = 0; i < kRows; ++i)
+        gather4<kStride>(arrays.contacts->normal, arrays.contact_of_lane + kLanes * k, 4 * i, row[i]);
+    const auto vector = [&](size_t i) { return V3{row[i][0], row[i][1], row[i][2]}; };
+    ContactBatch& c = arrays.batches[k];
+    store3(c.normal, vector(0)), store3(c.arm[0], vector(1)), store3(c.arm[1], vector(2));
+    store(arrays.starts[k].missing, row[0][3]), store3(arrays.starts[k].motion, vector(3));
+    store(c.friction, row[1][3]), store(c.rolling_arm, row[2][3]), store(c.inverse_mass, row[3][3]);
+    store(c.normal_impulse, row[4][3]);
+    for (size_t i = 0; i < 3; ++i) store(c.impulse[i], row[4][i]), store(c.impulse[3 + i], row[5][i]);
+    for (size_t which = 0; which < 2; ++which)
+        store(c.movable[which], row[6][which]), store(c.piece[which], row[6][2 + which]);
 }
 
 void describe(const ContactArrays& arrays, size_t begin, size_t end) {
     for (size_t k = begin; k < end; ++k) {
+        take_up(arrays, k);
         ContactBatch& c = arrays.batches[k];
         const Side a = side_of(arrays, c, 0), b = side_of(arrays, c, 1);
         const auto response = [&](V3 f) { return displacement(a, by_push(a, f)) + displacement(b, by_push(b, f)); };
@@ -117,21 +134,52 @@ void describe(const ContactArrays& arrays, size_t begin, size_t end) {
     }
 }
 
+struct Began {
+    Double4 shift[2][3];  // of four lanes each, l
+    V3 turned;            // rad
+};
+
+SUNDER_INLINE Began began_of(const ContactArrays& arrays, const uint32_t* movable) {
+    constexpr size_t kNumbers = sizeof(RoundBegan) / sizeof(double) / kMovableStride;  // for one of a movable
+    Began s;
+    for (int half = 0; half < 2; ++half) {
+        Double4 shift[4];
+        gather4<kNumbers>(arrays.began->shift, movable + 4 * half, 0, shift);
+        for (int i = 0; i < 3; ++i) s.shift[half][i] = shift[i];
+    }
+    Lanes turned[4];
+    gather4<2 * kNumbers>(arrays.began->turned, movable, 0, turned);
+    s.turned = {turned[0], turned[1], turned[2]};
+    return s;
+}
+
+SUNDER_INLINE bool is_zero(const ContactBatch& c) {
+    Lanes sum = absolute(load<Lanes>(c.normal_impulse)) + absolute(load<Lanes>(c.normal_change)) +
+                absolute(load<Lanes>(c.normal_direction));
+    for (int k = 0; k < 6; ++k)
+        sum = sum + absolute(load<Lanes>(c.impulse[k])) + absolute(load<Lanes>(c.change[k])) +
+              absolute(load<Lanes>(c.direction[k]));
+    return !any(sum > all(0));
+}
+
 void start(const ContactArrays& arrays, size_t begin, size_t end) {
     for (size_t k = begin; k < end; ++k) {
         ContactBatch& c = arrays.batches[k];
-        V3 motion[2], turned[2];
-        for (int which = 0; which < 2; ++which) {
-            Lanes shift[4], turn[4];
-            gather4<kBeganStride>(arrays.began->shift, c.movable[which], 0, shift);
-            gather4<kBeganStride>(arrays.began->shift, c.movable[which], 4, turn);
-            turned[which] = {turn[0], turn[1], turn[2]};
-            motion[which] = V3{shift[0], shift[1], shift[2]} + cross(turned[which], load3(c.arm[which]));
-        }
-        const V3 moved_by = load3(c.motion) + motion[0] - motion[1];
-        store3(c.motion, moved_by);
-        store3(c.rolled, turned[0] - turned[1]);
-        store(c.missing, load<Lanes>(c.missing) - dot(load3(c.normal), moved_by));
+        const BatchStart& from = arrays.starts[k];
+        const Began a = began_of(arrays, c.movable[0]), b = began_of(arrays, c.movable[1]);
+        const auto apart = [&](int i) {
+            float shift[kLanes];
+            put_numbers(a.shift[0][i] - b.shift[0][i], shift), put_numbers(a.shift[1][i] - b.shift[1][i], shift + 4);
+            return load<Lanes>(shift);
+        };
+        const V3 motion = load3(from.motion) + V3{apart(0), apart(1), apart(2)} + cross(a.turned, load3(c.arm[0])) -
+                          cross(b.turned, load3(c.arm[1]));
+        store3(c.motion, motion);
+        store3(c.rolled, a.turned - b.turned);
+        store(c.missing, load<Lanes>(from.missing) - dot(load3(c.normal), motion));
+        store(c.normal_change, all(0)), store(c.normal_direction, all(0));
+        for (int i = 0; i < 6; ++i) store(c.change[i], all(0)), store(c.direction[i], all(0));
+        arrays.idle[k] = is_zero(c);
     }
 }
 
@@ -152,42 +200,37 @@ void give(const ContactArrays& arrays, size_t begin, size_t end) {
 }
 
 // A pass is a step down the gradient; as much of the last direction is added to it as the steps' shrinking allows.
+template <class V>
 struct Follower {
-    Lanes share, keeps;  // keeps: 1 or 0
+    V share, keeps;  // keeps: 1 or 0
 
-    explicit SUNDER_INLINE Follower(Following f) : share(all(f.share)), keeps(all(f.keeps ? 1 : 0)) {}
-    SUNDER_INLINE Lanes operator()(Lanes value, Lanes change, double* io_direction) const {
-        const Lanes along = share * load<Lanes>(io_direction);
+    explicit SUNDER_INLINE Follower(Following f) {
+        float shares[kLanes], keep[kLanes];
+        for (size_t i = 0; i < kLanes; ++i) shares[i] = static_cast<float>(f.share), keep[i] = f.keeps ? 1 : 0;
+        share = load<V>(shares), keeps = load<V>(keep);
+    }
+    SUNDER_INLINE V operator()(V value, V change, float* io_direction) const {
+        const V along = share * load<V>(io_direction);
         store(io_direction, keeps * (change + along));
         return value + along;
     }
-    SUNDER_INLINE Lanes operator()(const double* value, const double* change, double* io_direction) const {
-        return (*this)(load<Lanes>(value), load<Lanes>(change), io_direction);
+    SUNDER_INLINE V operator()(const float* value, const float* change, float* io_direction) const {
+        return (*this)(load<V>(value), load<V>(change), io_direction);
     }
 };
 
-// Not beyond length `limit`.
+// Not beyond length `limit`; of a limit of zero nothing is left, however small its square is.
 SUNDER_INLINE V3 within(V3 v, Lanes limit) {
     const Lanes squared = dot(v, v);
-    const LaneMask beyond = squared > limit * limit;
-    if (!any(beyond)) return v;
-    return select<Lanes>(beyond, limit / root(larger(squared, all(kTiny))), all(1)) * v;
-}
-
-SUNDER_INLINE bool is_zero(const ContactBatch& c) {
-    Lanes sum = absolute(load<Lanes>(c.normal_impulse)) + absolute(load<Lanes>(c.normal_change)) +
-                absolute(load<Lanes>(c.normal_direction));
-    for (int k = 0; k < 6; ++k)
-        sum = sum + absolute(load<Lanes>(c.impulse[k])) + absolute(load<Lanes>(c.change[k])) +
-              absolute(load<Lanes>(c.direction[k]));
-    return !any(sum > all(0));
+    return select<Lanes>(squared < limit * limit, all(1), limit / root(larger(squared, all(kTiny)))) * v;
 }
 
 struct LaneResult {
     Lanes largest = all(0), size = all(0);
 };
 
-SUNDER_INLINE void visit(const ContactArrays& arrays, uint32_t batch, const Follower& follow, LaneResult& io_result) {
+SUNDER_INLINE void visit(const ContactArrays& arrays, uint32_t batch, const Follower<Lanes>& follow,
+                         LaneResult& io_result) {
     ContactBatch& c = arrays.batches[batch];
     const Side a = side_of(arrays, c, 0), b = side_of(arrays, c, 1);
     const V3 n = load3(c.normal), moved_by = moved(a) - moved(b);
@@ -233,34 +276,34 @@ SUNDER_INLINE void visit(const ContactArrays& arrays, uint32_t batch, const Foll
 }
 
 PassResult pass(const ContactArrays& arrays, const uint32_t* batches, size_t n, Following following) {
-    const Follower follow(following);
+    const Follower<Lanes> follow(following);
     LaneResult lanes;
     for (size_t k = 0; k < n; ++k) visit(arrays, batches[k], follow, lanes);
-    double largest[4];
+    float largest[kLanes];
     store(largest, lanes.largest);
     PassResult result{0, sum(lanes.size)};
-    for (double x : largest) result.largest = x > result.largest ? x : result.largest;
+    for (float x : largest) result.largest = x > result.largest ? x : result.largest;
     return result;
 }
 
 template <size_t numbers, size_t stride>
-SUNDER_INLINE void follow_records(double* records, double* before, double* direction, size_t n, Following following) {
-    const Follower follow(following);
+SUNDER_INLINE void follow_records(float* records, float* before, float* direction, size_t n, Following following) {
+    const Follower<Float4> follow(following);
     for (size_t k = 0; k < n; ++k)
         for (size_t i = 0; i < numbers; i += 4) {
-            double* at = records + stride * k + i;
-            double* was = before + numbers * k + i;
-            const Lanes value = load<Lanes>(at);
-            const Lanes now = follow(value, value - load<Lanes>(was), direction + numbers * k + i);
+            float* at = records + stride * k + i;
+            float* was = before + numbers * k + i;
+            const Float4 value = load<Float4>(at);
+            const Float4 now = follow(value, value - load<Float4>(was), direction + numbers * k + i);
             store(at, now), store(was, now);
         }
 }
 
 // The fourth number of each four says how pushes divide: it never changes, and nothing is followed.
-void follow_movables(RoundMovable* m, double* before, double* direction, size_t n, Following following) {
+void follow_movables(RoundMovable* m, float* before, float* direction, size_t n, Following following) {
     follow_records<kMovedNumbers, kMovableStride>(m->moved, before, direction, n, following);
 }
-void follow_pieces(RoundPiece* p, double* before, double* direction, size_t n, Following following) {
+void follow_pieces(RoundPiece* p, float* before, float* direction, size_t n, Following following) {
     follow_records<kPieceMovedNumbers, kPieceStride>(p->shift, before, direction, n, following);
 }
 

@@ -1,23 +1,32 @@
-// Vectors and symmetric matrices, four side by side. Included by kernels that are compiled once for each instruction
-// set, as lanes.h is.
+// Vectors and symmetric matrices side by side: of four doubles, or of what the including file defines as SUNDER_LANES.
+// Included by kernels that are compiled once for each instruction set, as lanes.h is.
 #pragma once
+
+#ifndef SUNDER_LANES
+#define SUNDER_LANES Double4
+#endif
+
+#include <type_traits>
 
 #include "solver/lanes.h"
 
 namespace sunder {
 namespace {
 
-using Lanes = Double4;
+using Lanes = SUNDER_LANES;
 using LaneMask = Mask<Lanes>;
+using Number = std::remove_cvref_t<decltype(low(Lanes())[0])>;
 
-constexpr double kTiny = 1e-300;  // keeps 0/0 out
+constexpr size_t kLanes = sizeof(Lanes) / sizeof(Number);
+constexpr Number kTiny = sizeof(Number) == 8 ? 1e-300 : 1e-30;  // keeps 0/0 out
 
-SUNDER_INLINE Lanes all(double x) {
-    const double lanes[4] = {x, x, x, x};
+SUNDER_INLINE Lanes all(Number x) {
+    Number lanes[kLanes];
+    for (Number& lane : lanes) lane = x;
     return load<Lanes>(lanes);
 }
 SUNDER_INLINE Lanes absolute(Lanes x) { return select<Lanes>(x < all(0), -x, x); }
-SUNDER_INLINE Lanes larger(Lanes x, Lanes y) { return select<Lanes>(x < y, y, x); }
+SUNDER_INLINE Lanes larger(Lanes x, Lanes y) { return maximum(y, x); }
 
 struct V3 {
     Lanes x, y, z;
@@ -31,10 +40,10 @@ SUNDER_INLINE V3 cross(V3 a, V3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - 
 SUNDER_INLINE V3 select3(LaneMask m, V3 yes, V3 no) {
     return {select<Lanes>(m, yes.x, no.x), select<Lanes>(m, yes.y, no.y), select<Lanes>(m, yes.z, no.z)};
 }
-SUNDER_INLINE V3 load3(const double (&from)[3][4]) {
+SUNDER_INLINE V3 load3(const Number (&from)[3][kLanes]) {
     return {load<Lanes>(from[0]), load<Lanes>(from[1]), load<Lanes>(from[2])};
 }
-SUNDER_INLINE void store3(double (&to)[3][4], V3 v) { store(to[0], v.x), store(to[1], v.y), store(to[2], v.z); }
+SUNDER_INLINE void store3(Number (&to)[3][kLanes], V3 v) { store(to[0], v.x), store(to[1], v.y), store(to[2], v.z); }
 
 struct Sym {
     Lanes xx, yy, zz, xy, xz, yz;

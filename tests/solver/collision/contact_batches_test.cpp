@@ -43,7 +43,7 @@ TEST(contact_batches, hold_every_contact_once_and_no_two_that_touch_the_same) {
     for (size_t n = 0; n + 1 < batches.offset.size(); ++n)
         for (uint32_t batch = batches.offset[n]; batch < batches.offset[n + 1]; ++batch) {
             std::set<uint32_t> touched;
-            for (uint32_t lane = 4 * batch; lane < 4 * batch + 4; ++lane) {
+            for (uint32_t lane = 8 * batch; lane < 8 * batch + 8; ++lane) {
                 const uint32_t k = batches.member[lane];
                 if (k == kNone) continue;
                 EXPECT_EQ(batches.lane[k], lane);
@@ -68,12 +68,12 @@ TEST(contact_batches, idle_contacts_are_kept_apart_from_those_that_push) {
     size_t mixed = 0;
     for (size_t batch = 0; batch < batches.size(); ++batch) {
         std::set<BatchMember::Kind> kinds;
-        for (size_t lane = 4 * batch; lane < 4 * batch + 4; ++lane)
+        for (size_t lane = 8 * batch; lane < 8 * batch + 8; ++lane)
             if (batches.member[lane] != kNone) kinds.insert(in.members[batches.member[lane]].kind);
         mixed += kinds.size() > 1;
     }
     EXPECT_LE(mixed, 1u);
-    EXPECT_EQ(batches.size(), (size_t{400} - 58 + 3) / 4);  // full but for the last; every seventh is left out
+    EXPECT_EQ(batches.size(), (size_t{400} - 58 + 7) / 8);  // full but for the last; every seventh is left out
 }
 
 TEST(contact_batches, are_the_same_for_any_number_of_threads) {

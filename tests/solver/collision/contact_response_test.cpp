@@ -2,9 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-
-#include "solver/collision/contact_round.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder {
@@ -211,66 +208,6 @@ TEST(contacts, a_fast_projectile_does_not_pass_through_a_thin_plate) {
             }
             EXPECT_LT(std::min(lowest, plate), r.position.z()) << speed << " m/s, frame " << f;
         }
-    }
-}
-
-// A piece of four bound particles, a lone fragment, and four contacts among them and with a floor.
-struct Touching {
-    std::vector<double> inverse_mass = {2, 2, 2, 2, 5};
-    std::vector<uint32_t> piece = {0, 0, 0, 0, 1};
-    std::vector<Vec3> start = {{0, 0, 0}, {1, 0.1, 0}, {0.2, 1, 0.3}, {0, 0.2, 1}, {1.5, 1, 1}};
-    std::vector<Quat> rotation = std::vector<Quat>(5, Quat::Identity());
-    std::vector<MovingParticle> moving;
-    std::vector<ContactPiece> pieces = std::vector<ContactPiece>(2);
-    std::vector<ActiveContact> contacts = std::vector<ActiveContact>(4);
-    ContactIslands islands;
-    std::vector<RoundPush> given = std::vector<RoundPush>(5);
-    std::vector<PieceMotion> motion = std::vector<PieceMotion>(2);
-
-    explicit Touching(double own_share) {
-        for (const Vec3& x : start) moving.push_back({x, Quat::Identity(), x, Quat::Identity()});
-        Mat3 inertia = 0.05 * Mat3::Identity();
-        for (int i = 0; i < 4; ++i) pieces[0].center += start[i] / 4;
-        for (int i = 0; i < 4; ++i) {
-            const Vec3 r = start[i] - pieces[0].center;
-            inertia += 0.5 * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
-        }
-        pieces[0].inverse_mass = 0.5;
-        pieces[0].inverse_inertia = inertia.inverse();
-        pieces[0].own_share = own_share;
-        pieces[1].center = start[4];
-        pieces[1].inverse_mass = 5;
-        pieces[1].inverse_inertia = Vec3(9, 7, 5).asDiagonal();
-        pieces[1].rigid = true;
-        const uint32_t floor = Contact::kStatic, sides[4][2] = {{0, floor}, {1, 4}, {2, floor}, {4, 3}};
-        for (int k = 0; k < 4; ++k) {
-            ActiveContact& c = contacts[k];
-            c.contact.a = sides[k][0], c.contact.b = sides[k][1];
-            c.contact.normal = Vec3(0.3 * k - 0.4, 0.2, 1 - 0.3 * k).normalized();
-            c.arm_a = Vec3(0.1, -0.2 + 0.1 * k, 0.15);
-            if (c.contact.b != floor) c.arm_b = Vec3(-0.1, 0.05 * k, 0.2);
-        }
-        find_islands(bodies(), contacts, islands);
-    }
-    ContactBodies bodies() { return {inverse_mass, piece, start, rotation, moving, pieces}; }
-};
-
-// What passes over the contacts need to converge: a push at one contact moves another by what one there moves this by,
-// and the weight that divides a push is the motion that the push has.
-TEST(contacts, the_response_to_pushes_is_symmetric_and_what_they_are_divided_by) {
-    for (double share : {0.0, 0.3, 1.0}) {
-        Eigen::Matrix4d W;
-        for (int k = 0; k < 4; ++k) {
-            Touching t(share);
-            ContactRound round;
-            t.contacts[t.islands.contact[k]].impulse.normal = 1;
-            round.begin(t.bodies(), t.islands, ContactRound::Which::first, WorkerPool(1), t.contacts);
-            for (int j = 0; j < 4; ++j) W(j, k) = t.contacts[t.islands.contact[j]].contact.normal.dot(round.motion(j));
-            round.end(t.bodies(), WorkerPool(1), t.contacts, t.given, t.motion);
-            EXPECT_NEAR(W(k, k), t.contacts[t.islands.contact[k]].inverse_mass_normal, 1e-12);
-        }
-        EXPECT_LE((W - W.transpose()).norm(), 1e-12 * W.norm()) << "share " << share << "\n" << W;
-        EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(W).eigenvalues().minCoeff(), 0);
     }
 }
 

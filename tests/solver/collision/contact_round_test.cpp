@@ -1,0 +1,157 @@
+#include "solver/collision/contact_round.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+namespace sunder {
+namespace {
+
+// Metres and kilograms, or others.
+struct Scale {
+    double length = 1, mass = 1;
+};
+
+// A piece of four bound particles, a lone fragment, and four contacts among them and with a floor.
+struct Touching {
+    std::vector<double> inverse_mass = {2, 2, 2, 2, 5};
+    std::vector<uint32_t> piece = {0, 0, 0, 0, 1};
+    std::vector<Vec3> start = {{0, 0, 0}, {1, 0.1, 0}, {0.2, 1, 0.3}, {0, 0.2, 1}, {1.5, 1, 1}};
+    std::vector<Quat> rotation = std::vector<Quat>(5, Quat::Identity());
+    std::vector<MovingParticle> moving;
+    std::vector<ContactPiece> pieces = std::vector<ContactPiece>(2);
+    std::vector<ActiveContact> contacts = std::vector<ActiveContact>(4);
+    ContactIslands islands;
+    std::vector<RoundPush> given = std::vector<RoundPush>(5);
+    std::vector<PieceMotion> motion = std::vector<PieceMotion>(2);
+    double length = 0.01;  // m
+
+    explicit Touching(double own_share, Scale scale = {}) {
+        Mat3 inertia = 0.05 * Mat3::Identity();
+        for (int i = 0; i < 4; ++i) pieces[0].center += start[i] / 4;
+        for (int i = 0; i < 4; ++i) {
+            const Vec3 r = start[i] - pieces[0].center;
+            inertia += 0.5 * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
+        }
+        pieces[0].inverse_mass = 0.5;
+        pieces[0].inverse_inertia = inertia.inverse();
+        pieces[0].own_share = own_share;
+        pieces[1].center = start[4];
+        pieces[1].inverse_mass = 5;
+        pieces[1].inverse_inertia = Vec3(9, 7, 5).asDiagonal();
+        pieces[1].rigid = true;
+        const uint32_t floor = Contact::kStatic, sides[4][2] = {{0, floor}, {1, 4}, {2, floor}, {4, 3}};
+        for (int k = 0; k < 4; ++k) {
+            ActiveContact& c = contacts[k];
+            c.contact.a = sides[k][0], c.contact.b = sides[k][1];
+            c.contact.normal = Vec3(0.3 * k - 0.4, 0.2, 1 - 0.3 * k).normalized();
+            c.arm_a = Vec3(0.1, -0.2 + 0.1 * k, 0.15);
+            if (c.contact.b != floor) c.arm_b = Vec3(-0.1, 0.05 * k, 0.2);
+        }
+        measure_in(scale);
+        for (const Vec3& x : start) moving.push_back({x, Quat::Identity(), x, Quat::Identity()});
+        find_islands(bodies(), contacts, islands);
+    }
+    // Overlap, slip against the floor and something to roll on, so that all impulses have work to do.
+    void press() {
+        for (ActiveContact& c : contacts) {
+            c.contact.gap = -0.3 * length, c.friction = 0.4, c.rolling_arm = 3 * length;
+            if (!has_movable_b(c.contact)) c.collider_motion = length * Vec3(0.2, -0.1, 0);
+        }
+    }
+    void solve() {
+        ContactRound round;
+        round.begin(bodies(), islands, ContactRound::Which::first, length, WorkerPool(1), contacts);
+        round.relax(1e-4 * length, WorkerPool(1));
+        round.end(bodies(), WorkerPool(1), given, motion);
+        round.hand_over(WorkerPool(1), contacts);
+    }
+    ContactBodies bodies() { return {inverse_mass, piece, start, rotation, moving, pieces}; }
+
+private:
+    void measure_in(Scale scale) {
+        length *= scale.length;
+        for (double& w : inverse_mass) w /= scale.mass;
+        for (Vec3& x : start) x *= scale.length;
+        for (ContactPiece& p : pieces) {
+            p.center *= scale.length, p.inverse_mass /= scale.mass;
+            p.inverse_inertia /= scale.mass * scale.length * scale.length;
+        }
+        for (ActiveContact& c : contacts) c.arm_a *= scale.length, c.arm_b *= scale.length;
+    }
+};
+
+// What passes over the contacts need to converge: a push at one contact moves another by what one there moves this by,
+// and the weight that divides a push is the motion that the push has. To some roundings of single precision (6e-8).
+TEST(contact_round, the_response_to_pushes_is_symmetric_and_what_they_are_divided_by) {
+    for (double share : {0.0, 0.3, 1.0}) {
+        Eigen::Matrix4d W;
+        for (int k = 0; k < 4; ++k) {
+            Touching t(share);
+            ContactRound round;
+            t.contacts[t.islands.contact[k]].impulse.normal = 1;
+            round.begin(t.bodies(), t.islands, ContactRound::Which::first, t.length, WorkerPool(1), t.contacts);
+            for (int j = 0; j < 4; ++j) W(j, k) = t.contacts[t.islands.contact[j]].contact.normal.dot(round.motion(j));
+            round.hand_over(WorkerPool(1), t.contacts);
+            EXPECT_NEAR(W(k, k), t.contacts[t.islands.contact[k]].inverse_mass_normal, 1e-6 * W(k, k));
+        }
+        EXPECT_LE((W - W.transpose()).norm(), 1e-6 * W.norm()) << "share " << share << "\n" << W;
+        EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(W).eigenvalues().minCoeff(), 0);
+    }
+}
+
+// Passes are in single precision; what they give is not.
+TEST(contact_round, pushes_are_equal_and_opposite_to_the_last_digits) {
+    for (double share : {0.0, 0.3, 1.0}) {
+        Touching t(share);
+        t.press();
+        t.solve();
+        Vec3 linear = Vec3::Zero(), angular = Vec3::Zero(), moved = Vec3::Zero();
+        double size = 0;
+        for (size_t i = 0; i < t.given.size(); ++i) {
+            linear += t.given[i].shift / t.inverse_mass[i];
+            angular += t.start[i].cross(t.given[i].shift / t.inverse_mass[i]) + t.given[i].torque;
+            moved += t.given[i].own / t.inverse_mass[i];
+        }
+        for (size_t p = 0; p < t.pieces.size(); ++p) moved += t.motion[p].shift / t.pieces[p].inverse_mass;
+        Vec3 floor = Vec3::Zero(), couple = Vec3::Zero();  // what the contacts say
+        for (const ActiveContact& c : t.contacts) {
+            const Vec3 f = c.impulse.normal * c.contact.normal + c.impulse.friction;
+            size += f.norm();
+            couple += (t.start[c.contact.a] + c.arm_a).cross(f);
+            if (has_movable_b(c.contact))
+                couple -= (t.start[c.contact.b] + c.arm_b).cross(f);
+            else
+                floor += f, couple += c.impulse.rolling;
+        }
+        EXPECT_GT(size, 0);
+        EXPECT_LE((linear - floor).norm(), 1e-14 * size);
+        EXPECT_LE((moved - floor).norm(), 1e-14 * size);
+        EXPECT_LE((angular - couple).norm(), 1e-14 * size);  // arms of about a metre
+    }
+}
+
+// Dust and moons: numbers of a round are in units of what it is about, and squares of an inverse inertia in range.
+TEST(contact_round, is_the_same_to_the_last_bit_for_small_and_large_things) {
+    Touching plain(0.3);
+    plain.press();
+    plain.solve();
+    for (const Scale scale : {Scale{std::ldexp(1.0, -20), std::ldexp(1.0, -60)}, Scale{1024, std::ldexp(1.0, 60)}}) {
+        Touching t(0.3, scale);
+        t.press();
+        t.solve();
+        for (size_t k = 0; k < t.contacts.size(); ++k) {
+            const ContactImpulse &p = plain.contacts[k].impulse, &q = t.contacts[k].impulse;
+            EXPECT_EQ(q.normal, scale.length * scale.mass * p.normal);
+            EXPECT_EQ(q.friction, Vec3(scale.length * scale.mass * p.friction));
+            EXPECT_EQ(q.rolling, Vec3(scale.length * scale.length * scale.mass * p.rolling));
+        }
+    }
+    EXPECT_GT(plain.contacts[0].impulse.normal, 0);
+    EXPECT_GT(plain.contacts[0].impulse.friction.norm(), 0);
+    EXPECT_GT(plain.contacts[0].impulse.rolling.norm(), 0);
+}
+
+}  // namespace
+}  // namespace sunder
