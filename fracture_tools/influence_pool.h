@@ -1,4 +1,4 @@
-// Influences of vertices, for frames that share those that stay.
+// Influences of vertices, put one after the other.
 #pragma once
 
 #include <algorithm>
@@ -9,19 +9,15 @@
 
 namespace sunder {
 
-/// Memory that is only added to, so that whoever holds it finds what was there when he got it, also while more is added
-/// by another thread. Vertices that keep their weights need no copy of them; what nobody refers to any more goes when
-/// all is moved to a new pool.
+/// Memory that influences are added to, without being cleared first.
 class InfluencePool {
 public:
     using Memory = std::shared_ptr<const SkinInfluence[]>;
 
-    InfluencePool() = default;
     explicit InfluencePool(uint32_t capacity)
         : memory_(std::make_shared_for_overwrite<SkinInfluence[]>(capacity)), capacity_(capacity) {}
 
     uint32_t size() const { return size_; }
-    uint32_t capacity() const { return capacity_; }
     Memory memory() const { return memory_; }
 
     /// Where the next entries go, with room for n: other memory, if there is not enough.

@@ -72,7 +72,7 @@ void Skin::bind(const SplitTopology& topology, std::span<const uint8_t> edge_int
     auto next = std::make_shared<SkinBinding>();
     next->rest_vertex = binding_->rest_vertex;
     next->chunks = binding_->chunks;
-    next->chunks.resize(n_chunks), next->first_vertex.resize(n_chunks + 1), pool_.resize(n_chunks);
+    next->chunks.resize(n_chunks), next->first_vertex.resize(n_chunks + 1);
     for (size_t c = 0; c <= n_chunks; ++c) next->first_vertex[c] = topology.chunk_vertex(c);
     std::atomic<size_t> turn{0};
     run(n_chunks, 1, [&](size_t, size_t) {  // whichever thread is free, with a memory of its own
@@ -111,7 +111,8 @@ void Skin::find_stale(const SplitTopology& topology, size_t chunk, std::vector<u
 }
 
 // What is left of the chunk as it was, and in between vertices that are bound anew.
-std::shared_ptr<const SkinChunk> Skin::bind_chunk(const SplitTopology& topology, size_t chunk, Scratch& io_scratch) {
+std::shared_ptr<const SkinChunk> Skin::bind_chunk(const SplitTopology& topology, size_t chunk,
+                                                  Scratch& io_scratch) const {
     const bool is_new = binding_->chunks.empty();
     const SkinChunk none, &old = is_new ? none : *binding_->chunks[chunk];
     const uint32_t first = topology.chunk_vertex(chunk), n = topology.chunk_vertex(chunk + 1) - first;
@@ -123,26 +124,25 @@ std::shared_ptr<const SkinChunk> Skin::bind_chunk(const SplitTopology& topology,
     const SkinChunk::Vertex* const was_vertex = old.vertex.data();
     const uint32_t* const pool_vertex_of = topology.fan_pool_vertices().data();
 
-    // Where there may not be room for what is new, that which is still in use moves.
     constexpr uint32_t kTypical = 8;  // influences of a vertex
-    const uint32_t more = kTypical * static_cast<uint32_t>(io_scratch.stale.size());
-    InfluencePool& pool = pool_[chunk];
-    const bool moves = pool.size() + more > pool.capacity();
-    if (moves) pool = InfluencePool(is_new ? more : kTypical * n + more);
+    const uint32_t n_old = static_cast<uint32_t>(old.n_vertices());
+    const uint32_t n_stale = static_cast<uint32_t>(io_scratch.stale.size());
+    InfluencePool pool((n_old > 0 ? was_vertex[n_old - 1].end : 0) + kTypical * (n_stale + 4));
 
     // Around pool vertices that did not change there are the same vertices as before.
-    const uint32_t n_old = static_cast<uint32_t>(old.n_vertices());
     uint32_t v = 0, was = 0;  // in this chunk, in the old one
     const auto keep_until = [&](uint32_t end) {
-        for (; v < end; ++v, ++was) {
-            const uint32_t pool_vertex = pool_vertex_of[key[v]];
-            while (was_vertex[was].pool_vertex < pool_vertex) ++was;  // gone
-            vertex[v] = was_vertex[was], nearest[v] = old.nearest[was];
-            if (!moves) continue;
-            const auto influences = old.influences(was);
-            const uint32_t size = static_cast<uint32_t>(influences.size());
-            std::copy(influences.begin(), influences.end(), pool.room(size));
-            vertex[v].begin = pool.size(), pool.add(size), vertex[v].end = pool.size();
+        while (v < end) {
+            while (was_vertex[was].pool_vertex < pool_vertex_of[key[v]]) ++was;  // gone
+            const uint32_t begin = was_vertex[was].begin, shift = pool.size() - begin;
+            do {
+                vertex[v] = was_vertex[was], vertex[v].begin += shift, vertex[v].end += shift;
+                nearest[v++] = old.nearest[was++];
+            } while (v < end && was_vertex[was].pool_vertex == pool_vertex_of[key[v]]);
+            const SkinInfluence* const kept = old.influence.get();
+            const uint32_t size = was_vertex[was - 1].end - begin;
+            std::copy(kept + begin, kept + begin + size, pool.room(size));
+            pool.add(size);
         }
     };
     for (const uint32_t stale : io_scratch.stale) {

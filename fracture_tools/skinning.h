@@ -22,7 +22,7 @@ struct SkinKernel {
 };
 
 /// Vertices of a mesh that are numbered one after the other, and what moves them. Frames share those in which nothing
-/// changed, and the weights of the others as far as they stay.
+/// changed.
 struct SkinChunk {
     struct Vertex {
         uint32_t pool_vertex;
@@ -31,7 +31,7 @@ struct SkinChunk {
 
     std::vector<Vertex> vertex;
     std::vector<uint32_t> nearest;    // particle followed first, connected there   (n_vertices)
-    InfluencePool::Memory influence;  // besides these, those of other frames
+    InfluencePool::Memory influence;  // vertex after vertex
 
     size_t n_vertices() const { return vertex.size(); }
     std::span<const SkinInfluence> influences(size_t v) const {
@@ -93,14 +93,13 @@ private:
     struct Scratch;  // of one thread
 
     void find_stale(const SplitTopology& topology, size_t chunk, std::vector<uint32_t>& out) const;
-    std::shared_ptr<const SkinChunk> bind_chunk(const SplitTopology& topology, size_t chunk, Scratch& io_scratch);
+    std::shared_ptr<const SkinChunk> bind_chunk(const SplitTopology& topology, size_t chunk, Scratch& io_scratch) const;
     uint32_t bind_vertex(const SplitTopology& topology, uint32_t key, Scratch& io_scratch,
                          InfluencePool& io_pool) const;
 
     std::vector<Vec3> rest_particle_;   // (n_particles x 3), m
     std::vector<ParticlePlace> place_;  // the same, and one farther away than any support reaches    (n_particles + 1)
     IntactRings rings_;                 // of the last bind
-    std::vector<InfluencePool> pool_;   // (n_chunks)
     std::shared_ptr<const SkinBinding> binding_;
 };
 
