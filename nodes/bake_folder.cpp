@@ -25,7 +25,7 @@ bool bears_mark(const fs::path& path) {
     const ssize_t n = ::read(fd, head, sizeof head);
     ::close(fd);
     const std::string_view text(head, n > 0 ? static_cast<size_t>(n) : 0);
-    return text.find(kStateFileMagic) != std::string_view::npos || text.find(kMeshFileMagic) != std::string_view::npos;
+    return text.find(kStateFileMark) != std::string_view::npos || text.find(kMeshFileMagic) != std::string_view::npos;
 }
 
 bool is_there(const fs::path& path) {

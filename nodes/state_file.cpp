@@ -282,7 +282,7 @@ Result<StateFile> decode_state(std::string bytes, const std::string& where) {
     if (!file) return file.error();
     if (!file->has_comment(kStateFileMagic) && !file->has_comment(kStateFileMagic1)) {
         for (const std::string& c : file->header().comments)
-            if (c.starts_with("sunder state frame "))
+            if (c.starts_with(kStateFileMark))
                 return bad_input(where, "is a " + c + ", which this version does not know", "use a newer Sunder");
         return bad_input(where, "is a PLY file but no state frame of Sunder",
                          "give a file that a bake_state node wrote");

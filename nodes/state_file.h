@@ -23,7 +23,8 @@
 
 namespace sunder {
 
-/// First comment of every state frame: what it is and its format's version.
+/// First comment of every state frame, in all versions of the format; and in this one.
+inline constexpr std::string_view kStateFileMark = "sunder state frame ";
 inline constexpr std::string_view kStateFileMagic = "sunder state frame 2";
 /// Before anything slept; read as if all were awake.
 inline constexpr std::string_view kStateFileMagic1 = "sunder state frame 1";
