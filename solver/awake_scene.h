@@ -15,6 +15,8 @@ class AwakeScene {
 public:
     /// Takes over a state in which something sleeps.
     void enter(const StepContext& whole, const FrameState& state);
+    /// To be called where nothing sleeps any more: what falls asleep again need not lie where it did.
+    void forget() { asleep_.clear(); }
 
     /// Call before each substep (of h, from `begin` to `end` of the frame): sees to it that all sleepers that may be
     /// touched in it are here. `io_state`: as enter; written to where it has to begin anew.

@@ -260,10 +260,9 @@ Status Solver::check_state(const FrameState& s) const {
 }
 
 void Solver::Impl::enter(const StepContext& whole, const FrameState& state) {
-    if (anything_sleeps(state))
-        awake.enter(whole, state);
-    else
-        synchronise(whole, state, work);
+    if (anything_sleeps(state)) return awake.enter(whole, state);
+    awake.forget();
+    synchronise(whole, state, work);
 }
 
 // A substep of all that is awake, anew as long as it wakes something.

@@ -138,6 +138,8 @@ Status Substep::store() {
         return stage == Stage::second && work.pair.smooth[i] ? keep_once * keep_once : keep_once;
     };
     for_all(n_movables(), [&](size_t i) {
+        // What is fixed stays to the bit: rotations that come and go through rest are rounded each time.
+        if (!context.fixed.empty() && context.fixed[i]) return;
         if (!is_sound(i)) unsound.add(i);
         if (stage == Stage::first) go_on_to_the_middle(i);
         const MovingParticle& p = work.moving[i];
