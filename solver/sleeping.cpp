@@ -10,7 +10,8 @@
 namespace sunder {
 namespace {
 
-constexpr double kStill = 0.001, kWaking = 0.02;  // of sqrt(g size)
+// Of sqrt(g size); what flows is meant to go on slowly.
+constexpr double kStill = 0.005, kStillWhileFlowing = 0.001, kWaking = 0.02;
 
 class DisjointSets {
 public:
@@ -140,7 +141,9 @@ void stop(FrameState& io_state, size_t i) {
 
 }  // namespace
 
-double still_speed(double size, double acceleration) { return kStill * std::sqrt(acceleration * size); }
+double still_speed(double size, double acceleration, bool flows) {
+    return (flows ? kStillWhileFlowing : kStill) * std::sqrt(acceleration * size);
+}
 double waking_speed(double size, double acceleration) { return kWaking * std::sqrt(acceleration * size); }
 
 double size_of(const Scene& scene, uint32_t movable) {
@@ -215,8 +218,11 @@ size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collis
     for (uint32_t i = 0; i < n_movables; ++i) {
         if (s.asleep[i]) continue;
         const double way = (position_of(s, i) - position_of(before, i)).norm();
-        const double turn = orientation_of(s, i).angularDistance(orientation_of(before, i)) * bounding_radius(scene, i);
-        const bool still = std::max(way, turn) <= input.duration * still_speed(size_of(scene, i), acceleration);
+        // Twice the sine of half the angle: the angle, where that is small.
+        const double turn = 2 * (orientation_of(s, i) * orientation_of(before, i).conjugate()).vec().norm();
+        const bool flows = i < s.n_particles() && s.plastic_deformation[i] != before.plastic_deformation[i];
+        const double most = input.duration * still_speed(size_of(scene, i), acceleration, flows);
+        const bool still = std::max(way, turn * bounding_radius(scene, i)) <= most;
         s.still_time[i] = still ? s.still_time[i] + input.duration : 0;
     }
     for (const ContactMemory& c : s.contacts)

@@ -15,10 +15,10 @@ constexpr double kTimeToSleep = 0.5;
 constexpr double kSleepInterval = 0.25;
 
 /// m/s; what moves from frame to frame more slowly than this hardly moves. sqrt(g size) is the speed of things that
-/// fall, tip and slide; a thousandth of it is that of a fall by half a millionth of the size, and moves a fragment of
-/// 6 cm by 0.6 % of its size in the time to sleep. Without gravity there is no such scale: things sleep only if they do
-/// not move at all.
-double still_speed(double size, double acceleration);
+/// fall, tip and slide; 0.005 of it is that of a fall by an 80,000th of the size, and moves a fragment of 6 cm by 3 %
+/// of its size in the time to sleep. What flows is meant to go on slowly: 0.001. Without gravity there is no such
+/// scale: things sleep only if they do not move at all.
+double still_speed(double size, double acceleration, bool flows);
 
 /// m/s; awake things that come to touch a sleeper faster wake it.
 double waking_speed(double size, double acceleration);
