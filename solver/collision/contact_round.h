@@ -47,7 +47,7 @@ public:
     Vec3 motion(size_t place) const;
 
     /// Solves every island to where no pass changes a gap by more than `enough` (m), within so many passes as pay: 60,
-    /// or 12 where something hangs on hinges; accelerated like nonlinear conjugate gradients (Silcowitz-Hansen,
+    /// or 6 before a Newton step where something hangs on hinges; accelerated like nonlinear conjugate gradients (Silcowitz-Hansen,
     /// Niebuhr, Erleben 2010), so that tall stacks and heavy on light stand. Threads share out islands.
     void relax(double enough, const WorkerPool& workers);
 
