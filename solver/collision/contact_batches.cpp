@@ -7,6 +7,7 @@ namespace sunder {
 namespace {
 
 constexpr uint32_t kLanes = 8, kOpen = 64;
+static_assert(kOpen == 64, "open batches are the bits of a word, and rotate in it");
 constexpr size_t kGrain = 256;  // fewest contacts a thread is worth waking for
 
 // The batches of an island that have room, one a bit.

@@ -53,13 +53,6 @@ uint64_t state_hash(const FrameState& s) {
 
 uint64_t hash_of(std::span<const double> numbers) { return XXH3_64bits(numbers.data(), numbers.size_bytes()); }
 
-std::vector<uint64_t> plastic_keys(std::span<const Mat3> plastic_deformation) {
-    std::vector<uint64_t> keys;
-    keys.reserve(plastic_deformation.size());
-    for (const Mat3& F_P : plastic_deformation) keys.push_back(plastic_key(F_P));
-    return keys;
-}
-
 bool FrameState::operator==(const FrameState& o) const {
     auto same_rotations = [](const std::vector<Quat>& a, const std::vector<Quat>& b) {
         if (a.size() != b.size()) return false;

@@ -17,7 +17,7 @@ struct BrokenEdge {
     bool operator==(const BrokenEdge&) const = default;
 };
 
-/// The force of a contact that lasts, so that the next substep starts from it. `a` and `b` as in
+/// The force of a contact, as far as it lasts, so that the next substep starts from it. `a` and `b` as in
 /// solver/collision/contact.h.
 struct ContactMemory {
     uint32_t a = 0, b = 0;
@@ -70,6 +70,5 @@ uint64_t hash_of(std::span<const double> numbers);
 
 /// What tells one F_P from another in a ninth of its memory: a hash of its bits, never 0.
 inline uint64_t plastic_key(const Mat3& F_P) { return hash_of({F_P.data(), 9}) | 1; }
-std::vector<uint64_t> plastic_keys(std::span<const Mat3> plastic_deformation);
 
 }  // namespace sunder
