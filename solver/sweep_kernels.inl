@@ -285,6 +285,27 @@ SUNDER_INLINE void times_conjugate(const Double4 (&a)[4], const Double4 (&b)[4],
     out[3] = a[3] * b[3] + (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
 }
 
+SUNDER_INLINE void multiply(const Sym<Double4>& m, const Double4 (&v)[3], Double4 (&out)[3]) {
+    out[0] = m.xx * v[0] + m.xy * v[1] + m.xz * v[2];
+    out[1] = m.xy * v[0] + m.yy * v[1] + m.yz * v[2];
+    out[2] = m.xz * v[0] + m.yz * v[1] + m.zz * v[2];
+}
+
+// m^-1 v; of m = 0 zero.
+SUNDER_INLINE void solve(const Sym<Double4>& m, const Double4 (&v)[3], Double4 (&out)[3]) {
+    const Sym<Double4> adjugate = {m.yy * m.zz - m.yz * m.yz, m.xx * m.zz - m.xz * m.xz, m.xx * m.yy - m.xy * m.xy,
+                                   m.xz * m.yz - m.xy * m.zz, m.xy * m.yz - m.xz * m.yy, m.xy * m.xz - m.xx * m.yz};
+    const Double4 determinant = m.xx * adjugate.xx + m.xy * adjugate.xy + m.xz * adjugate.xz, zero = {};
+    const Double4 inverse = 1.0 / select<Double4>(zero < determinant, determinant, zero + 1.0);
+    multiply(adjugate, v, out);
+    for (int i = 0; i < 3; ++i) out[i] = inverse * out[i];
+}
+
+// A group with rotation R = S D that pulls a particle with rotation D turns it by the torque
+//     vee(S M - M S^T) = 2 w H v + 2 v x (H v),      S = (v, w) as a quaternion, M and H = tr(M) I - M its second
+// moments and inertia as it is turned: the gradient of the energy - tr(S^T M) that R minimises, summed over the group,
+// so that no group turns itself. The angle of S times H, which is the same where it is small, does where it is not: of
+// two stiff fragments on their own, 50 degrees apart from their bar, it made 80 m/s.
 template <class Real>
 void gather_residual(const SweepArrays<double>& a, NewtonParticles* particles, CgParticles<Real>* cg, size_t begin,
                      size_t end) {
@@ -301,12 +322,13 @@ void gather_residual(const SweepArrays<double>& a, NewtonParticles* particles, C
             for (int i = 0; i < 4; ++i) d[i] = load<V>(p.d[i] + lane), inertial[i] = load<V>(p.d_inertial[i] + lane);
             times_conjugate(inertial, d, back);
             rotation_vector(back, turn);
-            V own = zero, bound = zero;
+            const Sym<V> H = sym<V>(p.inertia, lane);
+            V own = zero, bound = zero, twist[3] = {};
             for (size_t r = a.row_begin[block]; r < a.row_begin[block + 1]; ++r) {
                 const SweepRow<double>& row = a.rows[r];
                 const uint32_t* groups = a.neighbours + 8 * r + lane;
                 const double* goals = a.goals->center;
-                V c[4], second[4], third[4], rotation[4], weights[4], apart[3];
+                V c[4], second[4], third[4], rotation[4], weights[4];
                 gather4<20>(goals, groups, 0, c);
                 gather4<20>(goals, groups, 4, second);
                 gather4<20>(goals, groups, 8, third);
@@ -319,22 +341,27 @@ void gather_residual(const SweepArrays<double>& a, NewtonParticles* particles, C
                 shift[2] += b * (c[2] + (third[1] * q[0] + third[2] * q[1] + third[3] * q[2]) - x[2]);
                 gather4<20>(goals, groups, 12, rotation);
                 times_conjugate(rotation, d, back);
-                rotation_vector(back, apart);
-                const V turn_weight = a.orientation_weight * b;
-                for (int i = 0; i < 3; ++i) turn[i] += turn_weight * apart[i];
+                const V v[3] = {back[0], back[1], back[2]}, turn_weight = (2.0 * a.orientation_weight) * b;
+                V Hv[3];
+                multiply(H, v, Hv);
+                for (int i = 0; i < 3; ++i) {
+                    const int j = (i + 1) % 3, k = (i + 2) % 3;
+                    turn[i] += turn_weight * (back[3] * v[i]);
+                    twist[i] += turn_weight * (v[j] * Hv[k] - v[k] * Hv[j]);
+                }
                 own += b;
                 bound += w * weights[1];
             }
+            V twisted[3];
+            solve(H, twist, twisted);
             const V free = load<V>(p.free + lane), mass = load<V>(p.mass + lane);
             const V inverse = free / (1.0 + bound);
             for (int i = 0; i < 3; ++i) {
-                shift[i] = free * shift[i], turn[i] = free * turn[i];
+                shift[i] = free * shift[i], turn[i] = free * (turn[i] + twisted[i]);
                 store(p.residual[i] + lane, shift[i]), store(p.residual[i + 3] + lane, turn[i]);
             }
-            const Sym<V> H = sym<V>(p.inertia, lane);
-            const V torque[3] = {H.xx * turn[0] + H.xy * turn[1] + H.xz * turn[2],
-                                 H.xy * turn[0] + H.yy * turn[1] + H.yz * turn[2],
-                                 H.xz * turn[0] + H.yz * turn[1] + H.zz * turn[2]};
+            V torque[3];
+            multiply(H, turn, torque);
             magnitude += inverse * (mass * (shift[0] * shift[0] + shift[1] * shift[1] + shift[2] * shift[2]) +
                                     (turn[0] * torque[0] + turn[1] * torque[1] + turn[2] * torque[2]));
             size += 3.0 * load<V>(a.groups[block].spread + lane);
