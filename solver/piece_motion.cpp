@@ -82,19 +82,21 @@ PushesInPiece pushes_in(const SimulationMesh& rest, std::span<const uint32_t> pa
 // A piece turns by its net spin without being stretched. What remains is linear, and small even where large pushes and
 // their couples all but cancel, as on a piece that is pinched.
 void move_piece(const SimulationMesh& rest, std::span<const uint32_t> particles, const ContactPiece& piece,
-                const PieceMotion& motion, Workspace& w) {
+                const PieceMotion& motion, bool as_whole, Workspace& w) {
     const PushesInPiece in = pushes_in(rest, particles, piece, w);
     if (!in.any) return;
     const double part = std::min(1.0, kMostTurn / std::max(motion.spin.norm(), kTiny));
     const Quat spin = rotation_of(part * motion.spin);
     const Vec3 center = piece_center(rest, particles, w.moving, &MovingParticle::x);
+    const Vec3 shift = as_whole ? in.shift : Vec3(motion.shift + in.own);
     const Vec3 inertial_center = piece_center(rest, particles, w.moving, &MovingParticle::x_inertial);
     for (uint32_t j : particles) {
         MovingParticle& p = w.moving[j];
         RoundPush& push = w.round_push[j];
         const Vec3 lever = w.start_position[j] - piece.center;
-        const Vec3 strain = push.own - in.own + (motion.turn - motion.spin).cross(lever);
-        p.x = center + motion.shift + in.own + spin * (p.x - center) + part * strain;
+        const Vec3 strain =
+            as_whole ? Vec3(Vec3::Zero()) : Vec3(push.own - in.own + (motion.turn - motion.spin).cross(lever));
+        p.x = center + shift + spin * (p.x - center) + part * strain;
         p.d = (spin * p.d).normalized();
         p.x_inertial = inertial_center + in.shift + spin * (p.x_inertial - inertial_center) +
                        part * (push.shift - in.shift - in.orbit.cross(lever));
@@ -196,7 +198,7 @@ void turn_pieces(const StepContext& context, Workspace& w) {
     });
 }
 
-void move_pieces(const StepContext& context, Workspace& w) {
+void move_pieces(const StepContext& context, bool as_wholes, Workspace& w) {
     context.workers.for_range(w.islands.movable.size(), kGrain, [&](size_t begin, size_t end) {
         for (size_t k = begin; k < end; ++k)
             if (const uint32_t i = w.islands.movable[k]; moves_alone(w.pieces[w.piece[i]])) move_alone(i, w);
@@ -206,7 +208,8 @@ void move_pieces(const StepContext& context, Workspace& w) {
         if (moves_alone(p))
             p.turned += w.piece_motion[piece].spin;
         else
-            move_piece(context.scene.rest, w.live.piece_particles(piece), p, w.piece_motion[piece], w);
+            move_piece(context.scene.rest, w.live.piece_particles(piece), p, w.piece_motion[piece],
+                       as_wholes, w);
         w.piece_motion[piece] = PieceMotion();
     });
 }

@@ -29,8 +29,11 @@ void divide_pushes(const StepContext& context, double h, bool last, Workspace& i
 /// momentum, of what they moved by since the start of the substep.
 void turn_pieces(const StepContext& context, Workspace& io_work);
 
-/// After a round over the contacts: hands what they added to the pieces on to their particles.
-void move_pieces(const StepContext& context, Workspace& io_work);
+/// After a round over the contacts: hands what they added to the pieces on to their particles. `as_wholes`: to where
+/// inertia takes these, and to where they are only what moves all of a piece. A Newton step is to start from a shape
+/// that the material knows: under a load a particle alone would go by many times its spacing before the material, too,
+/// pulls, and no rotation fits what is left of its group.
+void move_pieces(const StepContext& context, bool as_wholes, Workspace& io_work);
 
 /// After the last round: lone fragments and rigid bodies turn freely with the angular momentum that they had and were
 /// given, and get their angular velocity.

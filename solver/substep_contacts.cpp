@@ -91,7 +91,8 @@ void Substep::push_apart(ContactRound::Which which) {
     work.round.relax(kContactTolerance * context.contact_margin, context.workers);
     work.round.end(bodies(), context.workers, work.round_push, work.piece_motion);
     if (which == ContactRound::Which::last) work.round.hand_over(context.workers, work.contacts);
-    move_pieces(context, work);
+    const bool newton_follows = which != ContactRound::Which::last && context.settings.method == Method::projective;
+    move_pieces(context, newton_follows && which == ContactRound::Which::first, work);
 }
 
 bool Substep::contacts_push() const {
@@ -103,7 +104,7 @@ void Substep::settle_contacts() {
     settle_velocities(bodies(), h, resting_speed(), work.contacts, work.angular_velocity, work.velocity,
                       work.piece_change);
     change_velocities(context, work);
-    remember(bodies(), work.contacts, h, state.contacts);
+    remember(bodies(), work.contacts, h, acceleration_of(context.input), state.contacts);
 }
 
 }  // namespace sunder

@@ -12,6 +12,9 @@ namespace {
 // piles of broken pieces swing (the force follows the deformation by a substep) and gives hits twice; less lets stacks
 // creep.
 constexpr double kRestingWarmStart = 0.9, kWarmStart = 0.5;
+// What a force lasts as grows by so many times what it was in a substep, and by so many weights of the lighter thing;
+// where there is no gravity, as if there was some.
+constexpr double kGrowth = 1.5, kWeights = 10, kLeastAcceleration = 1;  // -, -, m/s2
 
 Vec3 lever_of(const ContactBodies& b, uint32_t i) { return b.start_position[i] - b.pieces[b.piece[i]].center; }
 
@@ -70,18 +73,24 @@ void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, d
         if (!nearest) continue;
         const Vec3& n = c.contact.normal;
         const double share = std::abs(c.approach_speed) <= resting && !c.has_hinges ? kRestingWarmStart : kWarmStart;
-        c.impulse.normal = share * h * h * nearest->normal_force;
-        c.impulse.friction = share * h * h * (nearest->friction_force - n * n.dot(nearest->friction_force));
+        c.before.normal = h * h * nearest->normal_force;
+        c.before.friction = h * h * (nearest->friction_force - n * n.dot(nearest->friction_force));
+        c.impulse = share * c.before;
     }
 }
 
-void remember(const ContactBodies& b, std::span<const ActiveContact> contacts, double h,
+void remember(const ContactBodies& b, std::span<const ActiveContact> contacts, double h, double acceleration,
               std::vector<ContactMemory>& o_memory) {
     o_memory.clear();
     for (const ActiveContact& c : contacts) {
         if (c.impulse.normal <= 0) continue;
+        const double inverse_mass =
+            std::max(b.inverse_mass[c.contact.a], has_movable_b(c.contact) ? b.inverse_mass[c.contact.b] : 0.0);
+        const double weight = h * h * std::max(acceleration, kLeastAcceleration) / inverse_mass;
+        const double share = std::min(1.0, (kGrowth * c.before.normal + kWeights * weight) / c.impulse.normal);
         const Vec3 point = b.start_rotation[c.contact.a].conjugate() * c.arm_a;
-        o_memory.push_back({c.contact.a, c.contact.b, point, c.impulse.normal / (h * h), c.impulse.friction / (h * h)});
+        o_memory.push_back({c.contact.a, c.contact.b, point, share * c.impulse.normal / (h * h),
+                            share * c.impulse.friction / (h * h)});
     }
 }
 

@@ -58,6 +58,7 @@ struct ActiveContact {
     double recovery = 0;             // part of it that works off old overlap, m
     double inverse_mass_normal = 0;  // in the last round, 1/kg
     double approach_speed = 0;       // along the normal before the step, m/s
+    ContactImpulse before;           // with which the last substep ended, as far as that lasts
     ContactImpulse impulse;
 };
 
@@ -106,10 +107,15 @@ void prepare_contacts(const ContactBodies& bodies, std::span<const Vec3> velocit
                       std::span<ActiveContact> io_contacts);
 
 /// Lasting contacts start from a share of the forces they had; where nothing hangs on hinges and they approach or part
-/// no faster than `resting` (m/s) from most of it. `memory` ascending by (a, b).
+/// no faster than `resting` (m/s) from most of it. All of it is where their last round starts from (ContactRound), for
+/// the last rounds of two substeps solve the same problem. `memory` ascending by (a, b).
 void warm_start(const ContactBodies& bodies, std::span<const ContactMemory> memory, double h, double resting,
                 std::span<ActiveContact> io_contacts);
-void remember(const ContactBodies& bodies, std::span<const ActiveContact> contacts, double h,
+
+/// What lasts of the forces: of more than a contact had before, half as much again and what gravity may have put on the
+/// lighter of the two, with `acceleration` in m/s2. A load is all there after some substeps; a hit is not, and would be
+/// given twice.
+void remember(const ContactBodies& bodies, std::span<const ActiveContact> contacts, double h, double acceleration,
               std::vector<ContactMemory>& o_memory);
 
 /// A velocity that is given to a whole piece.

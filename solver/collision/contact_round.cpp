@@ -3,8 +3,8 @@
 namespace sunder {
 namespace {
 
-// Before a Newton step hinges give way anyhow; what the last round leaves undone sinks in.
-constexpr int kPasses = 60, kHingedPasses = 6;
+// Where something hangs on hinges: before a Newton step they give way anyhow; what the last round leaves undone sinks in.
+constexpr int kPasses = 60, kHingedPasses = 6, kLastHingedPasses = 40;
 // The first passes, every so many, and those that find nothing left to do go over all contacts; the others over those
 // that pushed in the last of these.
 constexpr int kFirstFull = 2, kEveryFull = 4;
@@ -38,7 +38,7 @@ void ContactRound::relax_island(size_t island, double enough) {
     float *const piece_before = &piece_before_[kPieceMovedNumbers * pieces.begin],
                  *const piece_direction = &piece_direction_[kPieceMovedNumbers * pieces.begin];
     const ContactKernels& kernel = contact_kernels();
-    const int passes = hinged_[island] && which_ != Which::last ? kHingedPasses : kPasses;
+    const int passes = !hinged_[island] ? kPasses : which_ == Which::last ? kLastHingedPasses : kHingedPasses;
     const std::span<const uint32_t> all = std::span(all_).subspan(rows.begin, rows.end - rows.begin);
     size_t n_active = 0;
     Following following{0, false};
@@ -77,15 +77,15 @@ void ContactRound::end_contacts(uint32_t n) {
         const ContactBatch& from = contacts_[batches_.lane[place] / kLanes];
         const uint32_t lane = batches_.lane[place] % kLanes;
         RoundContact& c = taken_[place];
-        const RoundContact before = which_ == Which::first ? RoundContact() : c;
+        const RoundImpulse& already = already_[place];
         c.normal_impulse = from.normal_impulse[lane];
         for (int i = 0; i < 3; ++i) {
             c.friction_impulse[i] = from.impulse[i][lane];
             c.rolling_impulse[i] = from.impulse[3 + i][lane];
         }
-        const double normal = double{c.normal_impulse} - before.normal_impulse;
-        const Vec3 friction = vector(c.friction_impulse) - vector(before.friction_impulse);
-        const Vec3 rolling = vector(c.rolling_impulse) - vector(before.rolling_impulse);
+        const double normal = double{c.normal_impulse} - already.normal;
+        const Vec3 friction = vector(c.friction_impulse) - vector(already.friction);
+        const Vec3 rolling = vector(c.rolling_impulse) - vector(already.rolling);
         if (normal == 0 && friction.isZero(0) && rolling.isZero(0)) continue;
         const Exact& exact = exact_[place];
         const Vec3 impulse = normal * exact.normal + friction, couple = length_ * rolling;

@@ -35,7 +35,7 @@ public:
         first,    // impulses that contacts have are still to be given
         between,  // they were; pushes divide as in the round before
         last      // they were, and no shape matching follows: contacts within a piece, which no motion of the whole can
-                  // part, are left alone
+                  // part, are left alone, and the others start from no less than `before`
     };
     /// Takes up where things are, and, to begin with, contacts. `length`: a typical small one, such as the contact
     /// margin, the same in all rounds of a substep, m.
@@ -47,8 +47,9 @@ public:
     Vec3 motion(size_t place) const;
 
     /// Solves every island to where no pass changes a gap by more than `enough` (m), within so many passes as pay: 60,
-    /// or 6 before a Newton step where something hangs on hinges; accelerated like nonlinear conjugate gradients (Silcowitz-Hansen,
-    /// Niebuhr, Erleben 2010), so that tall stacks and heavy on light stand. Threads share out islands.
+    /// or, where something hangs on hinges, 40 in the last round and 6 before; accelerated like nonlinear conjugate
+    /// gradients (Silcowitz-Hansen, Niebuhr, Erleben 2010), so that tall stacks and heavy on light stand. Threads share
+    /// out islands.
     void relax(double enough, const WorkerPool& workers);
 
     /// What the round's impulses moved; `io_push` and `io_motion` must be zero, and stay so where the islands touch
@@ -71,6 +72,10 @@ private:
     // What a contact gives to its movables is found from these.
     struct Exact {
         Vec3 normal, arm_a, arm_b;  // -, m
+    };
+    // What a contact gave in former rounds, in units of its island.
+    struct RoundImpulse {
+        float normal = 0, friction[3] = {}, rolling[3] = {};
     };
     // Sums of impulses (units of the island) and of their couples (times m).
     struct Given {
@@ -105,6 +110,9 @@ private:
     void take_up_movables(const ContactBodies& bodies, const WorkerPool& workers);
     void take_up_contacts(const ContactBodies& bodies, const WorkerPool& workers,
                           std::span<const ActiveContact> contacts);
+    void note_what_was_given(const WorkerPool& workers);
+    void start_from_before(const WorkerPool& workers, std::span<const ActiveContact> contacts);
+    void give(const WorkerPool& workers);
     bool goes_with_its_piece(uint32_t movable, uint32_t piece, const float (&arm)[3]) const;
     BatchMember member_of(const ContactBodies& bodies, size_t place) const;
     void form_batches(const ContactBodies& bodies, const WorkerPool& workers);
@@ -128,6 +136,7 @@ private:
     ContactBatches batches_;
     std::vector<RoundContact> taken_;      // as the islands' contacts, with the impulses that the last round left them;
                                            // then what stands for none, one an island
+    std::vector<RoundImpulse> already_;    // as the islands' contacts
     std::vector<Exact> exact_;             // as the islands' contacts
     std::vector<uint8_t> separate_;        // as the islands' contacts: between separate pieces
     std::vector<BatchMember> members_;     // as the islands' contacts

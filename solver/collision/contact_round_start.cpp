@@ -167,6 +167,49 @@ ContactArrays ContactRound::arrays() {
             taken_of_lane_.data(), starts_.data(), contacts_.data(), idle_.data()};
 }
 
+void ContactRound::note_what_was_given(const WorkerPool& workers) {
+    already_.resize(islands_->contact.size());
+    for_places(workers, [&](size_t place, uint32_t) {
+        const RoundContact& c = taken_[place];
+        RoundImpulse& to = already_[place] = RoundImpulse();
+        if (which_ == Which::first) return;
+        to.normal = c.normal_impulse;
+        std::ranges::copy(c.friction_impulse, to.friction), std::ranges::copy(c.rolling_impulse, to.rolling);
+    });
+}
+
+// Passes have next to nothing left to do then where things are at rest.
+void ContactRound::start_from_before(const WorkerPool& workers, std::span<const ActiveContact> contacts) {
+    for_places(workers, [&](size_t place, uint32_t island) {
+        const ContactImpulse& before = contacts[islands_->contact[place]].before;
+        const double per_impulse = 1 / units_[island].impulse();
+        RoundContact& c = taken_[place];
+        if (!separate_[place] || !(per_impulse * before.normal > c.normal_impulse)) return;
+        c.normal_impulse = number(per_impulse * before.normal);
+        put(per_impulse * before.friction, c.friction_impulse);
+    });
+}
+
+// Moves things by what batches have more than was given already.
+void ContactRound::give(const WorkerPool& workers) {
+    const auto add = [&](float sign) {
+        if (which_ == Which::first) return;
+        for_places(workers, [&](size_t place, uint32_t) {
+            if (batches_.lane[place] == BatchMember::kNone) return;
+            const RoundImpulse& from = already_[place];
+            ContactBatch& c = contacts_[batches_.lane[place] / kLanes];
+            const uint32_t lane = batches_.lane[place] % kLanes;
+            c.normal_impulse[lane] += sign * from.normal;
+            for (int i = 0; i < 3; ++i)
+                c.impulse[i][lane] += sign * from.friction[i], c.impulse[3 + i][lane] += sign * from.rolling[i];
+        });
+    };
+    add(-1);
+    for_islands(workers, kHandOverGrain,
+                [&](uint32_t n) { contact_kernels().give(arrays(), batches_.offset[n], batches_.offset[n + 1]); });
+    add(1);
+}
+
 void ContactRound::begin(const ContactBodies& b, const ContactIslands& islands, Which which, double length,
                          const WorkerPool& workers, std::span<const ActiveContact> contacts) {
     assert(which == Which::first || exact_.size() == contacts.size());
@@ -174,14 +217,14 @@ void ContactRound::begin(const ContactBodies& b, const ContactIslands& islands, 
     if (which == Which::first) order_islands();
     take_up_movables(b, workers);
     if (which == Which::first) take_up_contacts(b, workers, contacts);
+    note_what_was_given(workers);
+    if (which == Which::last) start_from_before(workers, contacts);
     if (which != Which::between) form_batches(b, workers);
     workers.for_range(batches_.size(), kRowGrain / kLanes, [&](size_t first, size_t end) {
         if (which != Which::between) contact_kernels().describe(arrays(), first, end);
         contact_kernels().start(arrays(), first, end);
     });
-    if (which == Which::first)
-        for_islands(workers, kHandOverGrain,
-                    [&](uint32_t n) { contact_kernels().give(arrays(), batches_.offset[n], batches_.offset[n + 1]); });
+    if (which != Which::between) give(workers);
 }
 
 }  // namespace sunder

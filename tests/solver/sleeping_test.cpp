@@ -5,6 +5,7 @@
 #include <random>
 
 #include "solver/motion.h"
+#include "solver/step.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder {
@@ -200,6 +201,28 @@ TEST(sleeping, slow_drift_without_gravity_goes_on) {
     EXPECT_NEAR(state.position[0].x() - x, 2e-4, 1e-9);
 }
 
+// At a speed at which a stone that creeps falls asleep, what flows goes on flowing.
+TEST(sleeping, what_flows_slowly_goes_on) {
+    Ground g;
+    g.add(1, Vec3(0, 0, 0));
+    const auto solver = test::make_solver(g.scene);
+    g.input.gravity = Vec3(0, 0, -9.81);
+    const double speed = 0.003 * std::sqrt(9.81 * size_of(solver->scene(), 0));
+    EXPECT_GT(speed, still_speed(size_of(solver->scene(), 0), 9.81, true));
+    EXPECT_LT(speed, still_speed(size_of(solver->scene(), 0), 9.81, false));
+    for (const bool flows : {false, true}) {
+        FrameState state = solver->initial_state(g.input.materials);
+        for (int f = 0; f < 48; ++f) {
+            const FrameState before = state;
+            state.position[0].x() += speed * g.input.duration;
+            state.time += g.input.duration;
+            if (flows) state.plastic_deformation[0](0, 0) *= 1 + 1e-6;
+            fall_asleep(solver->scene(), g.input, true, before, state);
+        }
+        EXPECT_EQ(state.asleep[0], flows ? 0 : 1);
+    }
+}
+
 // Heaps that fall together, and go to sleep piece by piece while others still move.
 struct Heap : Ground {
     Heap() {
@@ -215,6 +238,32 @@ struct Heap : Ground {
         add_sphere(Vec3(0.13, 0.13, 10), Vec3::Zero());  // lands on the heap after 33 frames
     }
 };
+
+// Sleepers beside what is awake: rotations that went through those since rest and back were rounded in each substep.
+TEST(sleeping, what_is_fixed_keeps_its_bits) {
+    Heap heap;
+    const auto solver = test::make_solver(heap.scene);
+    FrameState state = solver->initial_state(heap.input.materials);
+    std::mt19937_64 rng(5);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    for (Quat& q : state.orientation) q = rotation_of(Vec3(uniform(rng), uniform(rng), uniform(rng))) * q;
+    const FrameState before = state;
+    std::vector<uint8_t> fixed(state.n_particles() + state.rigid_bodies.size(), 0);
+    for (size_t i = 0; i < fixed.size(); ++i) fixed[i] = i % 5 != 0;
+    const WorkerPool workers(1);
+    const StepContext context{solver->scene(), heap.input, heap.settings, workers, 1e-3, fixed, false};
+    Workspace work;
+    StepReport report;
+    synchronise(context, state, work);
+    for (int k = 0; k < 4; ++k)
+        ASSERT_TRUE(substep(context, Stage::alone, 0.005, 0, 1, false, work, state, report));
+    for (size_t i = 0; i < state.n_particles(); ++i) {
+        if (!fixed[i]) continue;
+        EXPECT_EQ(before.position[i], state.position[i]) << "particle " << i;
+        EXPECT_EQ(before.orientation[i].coeffs(), state.orientation[i].coeffs()) << "particle " << i;
+    }
+    EXPECT_NE(before.position[0], state.position[0]);
+}
 
 TEST(sleeping, going_on_from_any_frame_gives_the_same_bits_for_any_number_of_threads) {
     const Heap heap;

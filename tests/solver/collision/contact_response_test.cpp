@@ -56,6 +56,44 @@ double fastest(const FrameState& s) {
 }
 
 // Section 3.3 of the paper: fallen bodies must not keep turning.
+// A load that stays is remembered whole after some substeps, also where nothing has weight; of a hit no more than what
+// gravity could have made of what was there.
+TEST(contact_memory, a_load_lasts_and_a_hit_does_not) {
+    const double h = 0.01, g = 9.81, heavy = 50, light = 0.2;  // s, m/s2, kg
+    const std::vector<double> inverse_mass = {1 / heavy, 1 / light};
+    const std::vector<uint32_t> piece = {0, 1};
+    const std::vector<Vec3> start = {Vec3::Zero(), Vec3::UnitX()};
+    const std::vector<Quat> rotation(2, Quat::Identity());
+    const std::vector<MovingParticle> moving(2);
+    std::vector<ContactPiece> pieces(2);
+    const ContactBodies bodies{inverse_mass, piece, start, rotation, moving, pieces};
+    std::vector<ActiveContact> contacts(1);
+    ActiveContact& c = contacts[0];
+    c.contact.a = 0, c.contact.b = 1, c.contact.normal = Vec3::UnitZ(), c.arm_a = Vec3(0, 0, 0.1);
+    std::vector<ContactMemory> memory;
+    // The share that is remembered of a force, as a number of the lighter thing's weights, substep by substep.
+    const auto shares = [&](double weights, double acceleration, int substeps) {
+        std::vector<double> out;
+        memory.clear();
+        const double force = weights * light * g;
+        for (int k = 0; k < substeps; ++k) {
+            c.before = c.impulse = ContactImpulse();
+            warm_start(bodies, memory, h, 1, contacts);
+            c.impulse.normal = h * h * force, c.impulse.friction = 0.5 * h * h * force * Vec3::UnitX();
+            remember(bodies, contacts, h, acceleration, memory);
+            out.push_back(memory[0].normal_force / force);
+            EXPECT_NEAR(memory[0].friction_force.x(), 0.5 * memory[0].normal_force, 1e-12 * force);
+        }
+        return out;
+    };
+    EXPECT_NEAR(shares(5, g, 1)[0], 1, 1e-12);  // what lies on it, five times its weight
+    const std::vector<double> hit = shares(1000, g, 16);
+    EXPECT_NEAR(hit[0], 0.01, 1e-12);
+    EXPECT_NEAR(hit[1], 0.025, 1e-12);
+    EXPECT_NEAR(hit[15], 1, 1e-12);
+    EXPECT_NEAR(shares(1000, 0, 16)[15], 1, 1e-12);  // a press, where nothing has weight
+}
+
 TEST(contacts, a_fallen_body_comes_to_complete_rest) {
     Floor floor;
     floor.material.youngs_modulus = 5e5;

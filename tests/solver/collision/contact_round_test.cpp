@@ -101,6 +101,48 @@ TEST(contact_round, the_response_to_pushes_is_symmetric_and_what_they_are_divide
     }
 }
 
+// The last round starts from no less than what contacts had a substep ago, and has moved things by it; what is within a
+// piece is left alone.
+TEST(contact_round, the_last_starts_from_the_forces_of_before) {
+    constexpr double kHad = 0.25, kBefore = 1;  // impulses, kg m
+    const auto begin_last = [](Touching& t, ContactRound& round, double impulse, double before) {
+        for (ActiveContact& c : t.contacts) {
+            c.impulse.normal = impulse, c.before.normal = before;
+            c.contact.gap = 1;  // nothing for passes to do but to take it off again
+        }
+        round.begin(t.bodies(), t.islands, ContactRound::Which::first, t.length, WorkerPool(1), t.contacts);
+        round.end(t.bodies(), WorkerPool(1), t.given, t.motion);
+        std::ranges::fill(t.given, RoundPush()), std::ranges::fill(t.motion, PieceMotion());
+        round.begin(t.bodies(), t.islands, ContactRound::Which::last, t.length, WorkerPool(1), t.contacts);
+    };
+    for (const double before : {0.0, 0.5 * kHad}) {
+        Touching t(0.3);
+        ContactRound round;
+        begin_last(t, round, kHad, before);
+        for (size_t k = 0; k < t.contacts.size(); ++k) EXPECT_TRUE(round.motion(k).isZero(0));
+    }
+    Touching t(0.3), plain(0.3), within(0.3);
+    ContactRound round, same, left_alone;
+    begin_last(t, round, kHad, kBefore);
+    for (ActiveContact& c : plain.contacts) c.impulse.normal = kBefore - kHad;
+    same.begin(plain.bodies(), plain.islands, ContactRound::Which::first, plain.length, WorkerPool(1), plain.contacts);
+    for (size_t k = 0; k < t.contacts.size(); ++k) {
+        const Vec3 expected = same.motion(k);
+        EXPECT_GT(expected.norm(), 0);
+        EXPECT_LE((round.motion(k) - expected).norm(), 1e-6 * expected.norm()) << "contact " << k;
+    }
+    round.end(t.bodies(), WorkerPool(1), t.given, t.motion);
+    round.hand_over(WorkerPool(1), t.contacts);
+    for (const ActiveContact& c : t.contacts) EXPECT_EQ(c.impulse.normal, kBefore);
+
+    for (ActiveContact& c : within.contacts) c.separate_pieces = false;
+    begin_last(within, left_alone, kHad, kBefore);
+    left_alone.end(within.bodies(), WorkerPool(1), within.given, within.motion);
+    left_alone.hand_over(WorkerPool(1), within.contacts);
+    for (const ActiveContact& c : within.contacts) EXPECT_EQ(c.impulse.normal, kHad);
+    for (const RoundPush& push : within.given) EXPECT_TRUE(push.shift.isZero(0));
+}
+
 // Passes are in single precision; what they give is not.
 TEST(contact_round, pushes_are_equal_and_opposite_to_the_last_digits) {
     for (double share : {0.0, 0.3, 1.0}) {
