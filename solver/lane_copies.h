@@ -9,16 +9,16 @@ namespace sunder {
 namespace {
 
 template <class Real>
-SUNDER_INLINE void put_moment(const double* const (&records)[4], const Double4 (&second)[4], size_t lane,
+SUNDER_INLINE void put_moment(const double* const (&moments)[4], const Double4& weight, size_t lane,
                               SweepRow<Real>& o_row) {
-    Double4 third[4];
-    gather_numbers(records, 7, third);
-    put_numbers(second[1], o_row.moment[0] + lane);
-    put_numbers(second[2], o_row.moment[1] + lane);
-    for (int i = 0; i < 4; ++i) put_numbers(third[i], o_row.moment[2 + i] + lane);
+    Double4 first[4], last[4];
+    gather_numbers(moments, 0, first);
+    gather_numbers(moments, 2, last);
+    for (int i = 0; i < 4; ++i) put_numbers(weight * first[i], o_row.moment[i] + lane);
+    for (int i = 2; i < 4; ++i) put_numbers(weight * last[i], o_row.moment[2 + i] + lane);
 }
 template <class Real>
-SUNDER_INLINE void put_moment(const double* const (&)[4], const Double4 (&)[4], size_t, CgRow<Real>&) {}
+SUNDER_INLINE void put_moment(const double* const (&)[4], const Double4&, size_t, CgRow<Real>&) {}
 
 template <class Row>
 void expand(const ShapeRecords& s, const uint32_t* row_begin, Row* rows, size_t begin, size_t end) {
@@ -33,24 +33,24 @@ void expand(const ShapeRecords& s, const uint32_t* row_begin, Row* rows, size_t 
         }
         for (size_t r = row_begin[block]; r < row_begin[block + 1]; ++r)
             for (size_t lane = 0; lane < 8; lane += 4) {
-                const double *own[4], *twin[4];
+                const double *own[4], *twin[4], *moment[4];
                 for (size_t i = 0; i < 4; ++i) {
                     const uint32_t at = slot[lane + i];
                     const bool is_member = at < last[lane + i];
                     own[i] = is_member ? s.members + kNumbers * at : kPadding;
                     twin[i] = is_member ? s.members + kNumbers * s.twin[at] : kPadding;
+                    moment[i] = is_member ? s.moments + 6 * s.member[at] : kPadding;
                     slot[lane + i] = at + is_member;
                 }
-                Double4 first[4], second[4], other[4];
+                Double4 first[4], other[4];
                 gather_numbers(own, 0, first);
-                gather_numbers(own, 4, second);
                 gather_numbers(twin, 0, other);
                 put_numbers(first[3], rows[r].weight + lane);
                 for (int i = 0; i < 3; ++i) {
                     put_numbers(first[i], rows[r].q[i] + lane);
                     put_numbers(other[i], rows[r].q_other[i] + lane);
                 }
-                put_moment(own, second, lane, rows[r]);
+                put_moment(moment, first[3], lane, rows[r]);
             }
     }
 }

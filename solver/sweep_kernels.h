@@ -15,7 +15,7 @@ template <class Real>
 struct alignas(64) SweepRow {
     Real weight[8];  // w_gj, 0: padding
     Real q[3][8], q_other[3][8];
-    Real moment[6][8];  // N_j, Sym3, kg m2
+    Real moment[6][8];  // w_gj M_j, Sym3, kg m2
 };
 
 /// Eight groups: GroupShape's, as Sym3 where they are symmetric, and what the step makes of their stiffness.
@@ -94,7 +94,8 @@ struct alignas(64) NewtonParticles {
 struct ShapeRecords {
     static constexpr size_t kNumbers = 11;  // of a member: q, weight, mass, moment
     const double* members;                  // (n_slots x 11)
-    const uint32_t *begin, *end, *twin;     // of LiveTopology
+    const double* moments;                  // M_j of the particles' ellipsoids (n_particles x 6)
+    const uint32_t *begin, *end, *twin, *member;  // of LiveTopology
     const uint32_t* particle;               // of the unit's lanes
 };
 

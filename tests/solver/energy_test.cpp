@@ -76,9 +76,7 @@ TEST(elastic_energy, its_slope_is_the_force_of_a_step) {
             "pressure %.1e\n",
             neighbours, plain, all, pressed);
         EXPECT_LE(plain, 1e-5);
-        // The pull on orientations is taken for small turns and ellipsoids without flow; what that leaves of angular
-        // momentum is taken out again, as a rigid motion.
-        EXPECT_LE(all, 1e-3);
+        EXPECT_LE(all, 1e-5);
         EXPECT_LE(pressed, 5e-3);  // the pressure's own share in how a group turns is left out of its force
     }
 }

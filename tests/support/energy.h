@@ -43,11 +43,12 @@ struct Spectrum {
     }
 };
 
-// A member of a group: its weight, mass, goal before turning and present offset, and D and N of its ellipsoid.
+// A member of a group: its weight, mass, goal before turning and present offset; D of its ellipsoid, and its second
+// moments as it is, M, and as the group's flow carries it, N.
 struct Member {
     double w, m;
     Vec3 q, p;
-    Mat3 D, N;
+    Mat3 D, M, N;
 };
 
 inline double member_weight(const SimulationMesh& rest, uint32_t edge) {
@@ -82,9 +83,9 @@ inline std::vector<Member> living_members(const SimulationMesh& rest, const Fram
         if (edge != SimulationMesh::kNone && !state.edge_intact[edge]) continue;
         const Mat3 Q = rest.rest_orientation[j].toRotationMatrix();
         const Vec3 A_j = rest.mass[j] / 5 * rest.radii[j].cwiseProduct(rest.radii[j]);
+        const Mat3 M = Q * A_j.asDiagonal() * Q.transpose();
         members.push_back({member_weight(rest, edge), rest.mass[j], rest.rest_position[j], state.position[j],
-                           state.orientation[j].toRotationMatrix() * Q.transpose(),
-                           F_P * Q * A_j.asDiagonal() * Q.transpose() * F_P.transpose()});
+                           state.orientation[j].toRotationMatrix() * Q.transpose(), M, F_P * M * F_P.transpose()});
         const Member& i = members.back();
         rest_center += i.w * i.m * i.q, center += i.w * i.m * i.p, mass += i.w * i.m;
     }
@@ -101,7 +102,7 @@ inline double elastic_energy(const SimulationMesh& rest, const Material& materia
     Mat3 A_pq = Mat3::Zero(), A_qq = Mat3::Zero(), turned = Mat3::Zero(), ellipsoids = Mat3::Zero();
     for (const Member& i : members) {
         A_pq += i.w * i.m * i.p * i.q.transpose(), A_qq += i.w * i.m * i.q * i.q.transpose();
-        turned += i.w * i.D * i.N, ellipsoids += i.w * i.N;
+        turned += i.w * i.D * i.M, ellipsoids += i.w * i.N;
     }
     const Spectrum spectrum(A_qq), with_ellipsoids(A_qq + kStretches * ellipsoids);
     const double most = spectrum.a.maxCoeff(), a_max = with_ellipsoids.a.maxCoeff();
@@ -116,7 +117,7 @@ inline double elastic_energy(const SimulationMesh& rest, const Material& materia
     double sum = ((F - R) * Q * A_qq * (F - R).transpose()).trace();
     for (const Member& i : members) {
         sum += i.w * i.m * (i.p - F * i.q).squaredNorm();
-        sum += 2 * kOrientations * i.w * (i.N.trace() - (i.D * i.N * R.transpose()).trace());
+        sum += 2 * kOrientations * i.w * (i.M.trace() - (i.D * i.M * R.transpose()).trace());
     }
     const double nu = material.poisson_ratio, mu = material.youngs_modulus / (2 * (1 + nu));
     const double volume = rest.volume[g] / rest_trace(rest, g), lambda = 2 * mu * nu / (1 - 2 * nu);

@@ -33,8 +33,12 @@ inline void plain_match(const LiveTopology& live, const GroupShapes& shapes, std
         const GroupShape& shape = shapes.group[g];
         const GroupMoments A = group_moments(live, shapes, particles, g);
         goal.center = A.center;
+        Mat3 turned = Mat3::Zero();  // what members' rotations say: their ellipsoids do not flow with the group
+        for (uint32_t s = live.begin(g); s < live.end(g); ++s)
+            turned += shapes.member[s].weight * particles[live.member(s)].d.toRotationMatrix() *
+                      to_matrix(shapes.particle_moment[live.member(s)]);
         const Mat3 A_balanced = A.positions * shape.isotropy;
-        goal.rotation = optimal_rotation(A_balanced + kOrientationWeight * A.ellipsoids, goal.rotation);
+        goal.rotation = optimal_rotation(A_balanced + kOrientationWeight * turned, goal.rotation);
         const Mat3 R = goal.rotation.toRotationMatrix();
         goal.G = R * shape.isotropy + A.positions * to_matrix(shape.N);
         goal.weight = h * h * stiffness[g].k;
