@@ -91,8 +91,9 @@ void Substep::push_apart(ContactRound::Which which) {
     work.round.relax(kContactTolerance * context.contact_margin, context.workers);
     work.round.end(bodies(), context.workers, work.round_push, work.piece_motion);
     if (which == ContactRound::Which::last) work.round.hand_over(context.workers, work.contacts);
-    const bool newton_follows = which != ContactRound::Which::last && context.settings.method == Method::projective;
-    move_pieces(context, newton_follows && which == ContactRound::Which::first, work);
+    // Sweeps, other than Newton steps, find what pushes did in where particles are.
+    const bool as_wholes = which == ContactRound::Which::first && context.settings.method == Method::projective;
+    move_pieces(context, as_wholes, work);
 }
 
 bool Substep::contacts_push() const {
