@@ -56,9 +56,8 @@ Substep::Found Substep::flow_and_measure(double seconds) {
 
 // Below it no principal strain lets a group flow or break.
 double Substep::strain_limit(uint32_t g) const {
-    const Material& m = material(g);
+    const Material m = material_of(rest(), g, material(g));
     double toughness = std::min(m.toughness, m.compressive_toughness);
-    if (!rest().toughness_factor.empty()) toughness *= rest().toughness_factor[g];
     if (rest().group_uneven[g] != 0) toughness *= weakest_factor(rest(), work.live, g);
     return std::min(state.yield[g], toughness);
 }
