@@ -3,7 +3,8 @@
 namespace sunder {
 namespace {
 
-// Where something hangs on hinges: before a Newton step they give way anyhow; what the last round leaves undone sinks in.
+// Where something hangs on hinges: before a Newton step they give way anyhow; what the last round leaves undone sinks
+// in.
 constexpr int kPasses = 60, kHingedPasses = 6, kLastHingedPasses = 40;
 // The first passes, every so many, and those that find nothing left to do go over all contacts; the others over those
 // that pushed in the last of these.
