@@ -208,8 +208,7 @@ void move_pieces(const StepContext& context, bool as_wholes, Workspace& w) {
         if (moves_alone(p))
             p.turned += w.piece_motion[piece].spin;
         else
-            move_piece(context.scene.rest, w.live.piece_particles(piece), p, w.piece_motion[piece],
-                       as_wholes, w);
+            move_piece(context.scene.rest, w.live.piece_particles(piece), p, w.piece_motion[piece], as_wholes, w);
         w.piece_motion[piece] = PieceMotion();
     });
 }

@@ -40,7 +40,7 @@ void Substep::match_shapes(int sweep) {
         if (work.live.count(g) == 1) work.goals[g].rotation = work.moving[g].d;  // it matches itself wherever it is
         if (is_newton) work.before_newton[g] = {work.moving[g].x, work.moving[g].d}, work.newton_cosine[g] = 1;
     });
-    const SweepInput in{rest(), work.live, work.shapes, work.stiffness, work.inertia, work.held, work.span};
+    const SweepInput in{rest(), work.live, work.shapes, work.stiffness, work.held, work.span};
     if (is_newton) {
         work.newton.apply(sweep == 0, in, context.workers, work.goals, work.moving, work.newton_cosine);
     } else {

@@ -17,8 +17,13 @@ ShapeRecords shape_records(const SweepInput& in, const ShapeWatch& watch) {
     static_assert(sizeof(MemberShape) == ShapeRecords::kNumbers * sizeof(double));
     static_assert(offsetof(MemberShape, weight) == 3 * sizeof(double) &&
                   offsetof(MemberShape, moment) == 5 * sizeof(double));
-    return {in.shapes.member.data()->q.data(), in.shapes.particle_moment.data()->data(), in.live.begins().data(),
-            in.live.ends().data(), in.live.twins().data(), in.live.members().data(), watch.particles()};
+    return {in.shapes.member.data()->q.data(),
+            in.shapes.particle_moment.data()->data(),
+            in.live.begins().data(),
+            in.live.ends().data(),
+            in.live.twins().data(),
+            in.live.members().data(),
+            watch.particles()};
 }
 
 template <class Real>

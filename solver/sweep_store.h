@@ -16,7 +16,6 @@ struct SweepInput {
     const LiveTopology& live;
     const GroupShapes& shapes;
     std::span<const GroupStiffness> stiffness;
-    std::span<const Mat3> inertia;  // H_j of the particles' ellipsoids, world, kg m2
     std::span<const uint8_t> held;  // these stay
     std::span<const double> span;   // of the implicit step, of each piece's own, s
 };

@@ -12,8 +12,8 @@ namespace {
 // piles of broken pieces swing (the force follows the deformation by a substep) and gives hits twice; less lets stacks
 // creep.
 constexpr double kRestingWarmStart = 0.9, kWarmStart = 0.5;
-// What a force lasts as grows by so many times what it was in a substep, and by so many weights of the lighter thing;
-// where there is no gravity, as if there was some.
+// A force lasts as at most so many times what lasted of it before, and so many weights of the lighter thing; where
+// there is no gravity, as if there was some.
 constexpr double kGrowth = 1.5, kWeights = 10, kLeastAcceleration = 1;  // -, -, m/s2
 
 Vec3 lever_of(const ContactBodies& b, uint32_t i) { return b.start_position[i] - b.pieces[b.piece[i]].center; }

@@ -255,8 +255,7 @@ TEST(sleeping, what_is_fixed_keeps_its_bits) {
     Workspace work;
     StepReport report;
     synchronise(context, state, work);
-    for (int k = 0; k < 4; ++k)
-        ASSERT_TRUE(substep(context, Stage::alone, 0.005, 0, 1, false, work, state, report));
+    for (int k = 0; k < 4; ++k) ASSERT_TRUE(substep(context, Stage::alone, 0.005, 0, 1, false, work, state, report));
     for (size_t i = 0; i < state.n_particles(); ++i) {
         if (!fixed[i]) continue;
         EXPECT_EQ(before.position[i], state.position[i]) << "particle " << i;

@@ -19,7 +19,6 @@ struct Disorder {
     LiveTopology live;
     GroupShapes shapes;
     std::vector<GroupStiffness> stiffness;
-    std::vector<Mat3> inertia;
     std::vector<uint8_t> held;
     std::vector<MovingParticle> particles;
     std::vector<GroupGoal> goals;
@@ -52,8 +51,6 @@ struct Disorder {
             p.d = rotation_of(size * vector()), p.d_inertial = rotation_of(size * vector());
             particles.push_back(p);
             goals.push_back({rotation_of(0.1 * size * vector())});
-            const Mat3 D = p.d.toRotationMatrix(), M = to_matrix(shapes.particle_moment[i]);
-            inertia.push_back(D * (M.trace() * Mat3::Identity() - M) * D.transpose());
         }
     }
     // The same bar over and over, in the same place.
@@ -65,13 +62,13 @@ struct Disorder {
         };
         for (int k = 1; k < times; ++k) append_body(rest, bar, Pose{});
         build_one_rings(rest);
-        copies(intact), copies(plastic), copies(stiffness), copies(inertia), copies(held), copies(particles);
+        copies(intact), copies(plastic), copies(stiffness), copies(held), copies(particles);
         copies(goals), copies(span);
         live.reset(rest, intact);
         shapes.reset(rest, live, plastic);
     }
     JacobiIteration one_of(int sweeps, int number) const { return {number, sweeps, 1.5, touched}; }
-    SweepInput input() const { return {rest, live, shapes, stiffness, inertia, held, span}; }
+    SweepInput input() const { return {rest, live, shapes, stiffness, held, span}; }
     std::vector<test::PlainGoal> plain_goals() const {
         std::vector<test::PlainGoal> plain(goals.size());
         for (size_t g = 0; g < plain.size(); ++g) plain[g].rotation = goals[g].rotation;

@@ -162,7 +162,7 @@ TEST(heap, torn_bodies_come_to_rest_however_stiff) {
             return e.kinetic() + e.height;
         };
         const double start = energy();
-        double highest = start;
+        double highest = 0;
         for (int f = 0; f < 144; ++f) g.frame(), highest = std::max(highest, energy());
         std::vector<double> speed(g.state.n_particles(), 0);  // mean over its path, m/s
         for (int f = 0; f < kFrames; ++f) {
@@ -173,11 +173,11 @@ TEST(heap, torn_bodies_come_to_rest_however_stiff) {
         }
         std::ranges::sort(speed);
         const double median = speed[speed.size() / 2], most = speed[speed.size() * 9 / 10];
-        std::printf("heap of %.0e Pa: %zu pieces, energy %.0f J, %.0f at most, creep %.2f mm/s in the median, %.2f at "
-                    "the 90th percentile\n",
-                    modulus, test::count_pieces(g.solver->scene().rest, g.state), start, highest, 1e3 * median,
-                    1e3 * most);
-        EXPECT_LE(highest, 1.01 * start);
+        std::printf(
+            "heap of %.0e Pa: %zu pieces, energy %.0f J, %.0f at most, creep %.2f mm/s in the median, %.2f at "
+            "the 90th percentile\n",
+            modulus, test::count_pieces(g.solver->scene().rest, g.state), start, highest, 1e3 * median, 1e3 * most);
+        EXPECT_LE(highest, start);
         EXPECT_LE(median, 0.1 * kFlicker);
         EXPECT_LE(most, kFlicker);
     }
