@@ -7,7 +7,8 @@ size_t memory_of(const FrameState& state) {
     return sizeof state + bytes(state.position) + bytes(state.orientation) + bytes(state.velocity) +
            bytes(state.angular_velocity) + bytes(state.plastic_deformation) + bytes(state.yield) + bytes(state.strain) +
            bytes(state.group_rotation) + bytes(state.edge_intact) + bytes(state.rigid_bodies) + bytes(state.contacts) +
-           bytes(state.broken) + bytes(state.still_time) + bytes(state.asleep) + bytes(state.rest_conditions);
+           bytes(state.broken) + bytes(state.still_time) + bytes(state.asleep) + bytes(state.rest_load) +
+           bytes(state.rest_conditions);
 }
 
 bool StateCache::is_kept(int frame) const {

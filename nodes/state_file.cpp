@@ -18,21 +18,26 @@ std::vector<PlyProperty> operator+(std::vector<PlyProperty> a, const std::vector
     return a;
 }
 
-constexpr size_t kElementsOfVersion1 = 7;  // without what sleeps: all is awake
+constexpr size_t kElementsOfVersion1 = 7;  // without what sleeps
 
 // The elements in file order; counts are filled in by the writer and taken over from a file by the reader.
-std::vector<PlyElement> layout() {
+std::vector<PlyElement> layout(std::string_view version = kStateFileMagic) {
     const auto doubles = [](std::string_view names) { return ply_scalars(names, PlyType::float64); };
     const auto ints = [](std::string_view names) { return ply_scalars(names, PlyType::int32); };
-    return {{"particle", 0, doubles(kPlacement) + doubles(kPlastic) + doubles("yield strain") + ints("body fragment")},
-            {"edge", 0, ints("a b") + ply_scalars("intact", PlyType::uint8)},
-            {"group", 0, doubles("qw qx qy qz")},
-            {"rigid_body", 0, doubles(kPlacement)},
-            {"broken_edge", 0, ints("edge") + doubles("time strain")},
-            {"contact", 0, ints("a b") + doubles("px py pz force fx fy fz")},
-            {"clock", 0, ints("frame") + doubles("time")},
-            {"rest", 0, doubles("still_time") + ply_scalars("asleep", PlyType::uint8)},
-            {"rest_condition", 0, ints("low high")}};
+    const bool is_latest = version == kStateFileMagic;
+    const auto contact = doubles(is_latest ? "px py pz force fx fy fz tx ty tz" : "px py pz force fx fy fz");
+    std::vector<PlyElement> elements = {
+        {"particle", 0, doubles(kPlacement) + doubles(kPlastic) + doubles("yield strain") + ints("body fragment")},
+        {"edge", 0, ints("a b") + ply_scalars("intact", PlyType::uint8)},
+        {"group", 0, doubles("qw qx qy qz")},
+        {"rigid_body", 0, doubles(kPlacement)},
+        {"broken_edge", 0, ints("edge") + doubles("time strain")},
+        {"contact", 0, ints("a b") + contact},
+        {"clock", 0, ints("frame") + doubles("time")},
+        {"rest", 0, doubles(is_latest ? "still_time load" : "still_time") + ply_scalars("asleep", PlyType::uint8)},
+        {"rest_condition", 0, ints("low high")}};
+    if (version == kStateFileMagic1) elements.resize(kElementsOfVersion1);
+    return elements;
 }
 
 // The four vectors of a placement, as particles and rigid bodies have them.
@@ -61,7 +66,8 @@ int load(const char* p, double* out, int n, int may_be_infinite = -1) {
 
 class Decoder {
 public:
-    Decoder(const PlyFile& file, const std::string& where) : file_(file), where_(where) {}
+    Decoder(const PlyFile& file, std::string_view version, const std::string& where)
+        : file_(file), version_(version), where_(where) {}
 
     Result<StateFile> decode() {
         for (Status (Decoder::*read)() : {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles,
@@ -80,8 +86,7 @@ private:
     const char* row(const PlyElement& e, size_t i) const { return file_.rows(e) + i * PlyFile::row_bytes(e); }
 
     Status check_layout() {
-        std::vector<PlyElement> wanted = layout();
-        if (file_.has_comment(kStateFileMagic1)) wanted.resize(kElementsOfVersion1);
+        const std::vector<PlyElement> wanted = layout(version_);
         const std::vector<PlyElement>& found = file_.header().elements;
         for (size_t e = 0; e < wanted.size(); ++e) {
             bool same = found.size() == wanted.size() && found[e].name == wanted[e].name &&
@@ -190,31 +195,36 @@ private:
     Status read_contacts() {
         const PlyElement& e = (*elements_)[5];
         out_.state.contacts.resize(e.count);
-        double v[7];
+        const int n = version_ == kStateFileMagic ? 10 : 7;
+        double v[10] = {};
         for (size_t i = 0; i < e.count; ++i) {
             ContactMemory& c = out_.state.contacts[i];
             c.a = read_number<uint32_t>(row(e, i));
             c.b = read_number<uint32_t>(row(e, i) + 4);
-            if (const int bad = load(row(e, i) + 8, v, 7); bad >= 0) return not_finite(e, i, bad + 2);
+            if (const int bad = load(row(e, i) + 8, v, n); bad >= 0) return not_finite(e, i, bad + 2);
             c.point = Vec3(v[0], v[1], v[2]);
             c.normal_force = v[3];
             c.friction_force = Vec3(v[4], v[5], v[6]);
+            c.rolling_torque = Vec3(v[7], v[8], v[9]);
         }
         return {};
     }
 
     Status read_rest() {
-        if (elements_->size() == kElementsOfVersion1) return {};
+        if (version_ != kStateFileMagic) return {};  // all is awake
         const PlyElement &rest = (*elements_)[7], &condition = (*elements_)[8];
         FrameState& s = out_.state;
         if (rest.count != 0 && rest.count != s.n_particles() + s.rigid_bodies.size())
             return fault("says of " + std::to_string(rest.count) +
                          " particles and rigid bodies whether they sleep, of " +
                          std::to_string(s.n_particles() + s.rigid_bodies.size()));
-        s.still_time.resize(rest.count), s.asleep.resize(rest.count), s.rest_conditions.resize(condition.count);
+        s.still_time.resize(rest.count), s.asleep.resize(rest.count), s.rest_load.resize(rest.count);
+        s.rest_conditions.resize(condition.count);
         for (size_t i = 0; i < rest.count; ++i) {
-            if (load(row(rest, i), &s.still_time[i], 1) >= 0) return not_finite(rest, i, 0);
-            s.asleep[i] = read_number<uint8_t>(row(rest, i) + 8);
+            double v[2];
+            if (const int bad = load(row(rest, i), v, 2); bad >= 0) return not_finite(rest, i, bad);
+            s.still_time[i] = v[0], s.rest_load[i] = v[1];
+            s.asleep[i] = read_number<uint8_t>(row(rest, i) + sizeof v);
             if (s.asleep[i] > 1) return fault("rest " + std::to_string(i) + ": asleep is neither 0 nor 1");
         }
         for (size_t i = 0; i < condition.count; ++i)
@@ -224,6 +234,7 @@ private:
     }
 
     const PlyFile& file_;
+    const std::string_view version_;
     const std::string& where_;
     const std::vector<PlyElement>* elements_ = nullptr;
     StateFile out_;
@@ -266,12 +277,13 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
     for (const BrokenEdge& b : s.broken) bytes.number(b.edge), bytes.number(b.time), bytes.number(b.strain);
     for (const ContactMemory& c : s.contacts) {
         bytes.number(c.a), bytes.number(c.b);
-        const double v[7] = {c.point.x(),          c.point.y(),          c.point.z(),         c.normal_force,
-                             c.friction_force.x(), c.friction_force.y(), c.friction_force.z()};
+        const Vec3 &x = c.point, &f = c.friction_force, &t = c.rolling_torque;
+        const double v[10] = {x.x(), x.y(), x.z(), c.normal_force, f.x(), f.y(), f.z(), t.x(), t.y(), t.z()};
         bytes.append(v, sizeof v);
     }
     bytes.number(int32_t{frame}), bytes.number(s.time);
-    for (size_t i = 0; i < s.asleep.size(); ++i) bytes.number(s.still_time[i]), bytes.number(s.asleep[i]);
+    for (size_t i = 0; i < s.asleep.size(); ++i)
+        bytes.number(s.still_time[i]), bytes.number(s.rest_load[i]), bytes.number(s.asleep[i]);
     for (const uint64_t c : s.rest_conditions)
         bytes.number(static_cast<uint32_t>(c)), bytes.number(static_cast<uint32_t>(c >> 32));
     return bytes;
@@ -280,14 +292,12 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
 Result<StateFile> decode_state(std::string bytes, const std::string& where) {
     auto file = PlyFile::parse(std::move(bytes), where);
     if (!file) return file.error();
-    if (!file->has_comment(kStateFileMagic) && !file->has_comment(kStateFileMagic1)) {
-        for (const std::string& c : file->header().comments)
-            if (c.starts_with(kStateFileMark))
-                return bad_input(where, "is a " + c + ", which this version does not know", "use a newer Sunder");
-        return bad_input(where, "is a PLY file but no state frame of Sunder",
-                         "give a file that a bake_state node wrote");
-    }
-    return Decoder(*file, where).decode();
+    for (const std::string_view version : {kStateFileMagic, kStateFileMagic2, kStateFileMagic1})
+        if (file->has_comment(version)) return Decoder(*file, version, where).decode();
+    for (const std::string& c : file->header().comments)
+        if (c.starts_with(kStateFileMark))
+            return bad_input(where, "is a " + c + ", which this version does not know", "use a newer Sunder");
+    return bad_input(where, "is a PLY file but no state frame of Sunder", "give a file that a bake_state node wrote");
 }
 
 Result<StateFile> read_state_file(const std::string& path) {

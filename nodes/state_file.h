@@ -6,7 +6,7 @@
 //   rigid_body  x y z qw qx qy qz vx vy vz wx wy wz (double)
 //   broken_edge edge (int), time strain (double): broken in the frame that ended here
 //   clock       frame (int), time (double)
-//   rest        still_time (double), asleep (uchar): of particles, then rigid bodies
+//   rest        still_time load (double), asleep (uchar): of particles, then rigid bodies
 //   rest_condition  low high (int): hashes of what acts on sleepers
 //
 // docs/files.md says more. Yield may be infinite ("never"); every other number is finite.
@@ -25,9 +25,9 @@ namespace sunder {
 
 /// First comment of every state frame, in all versions of the format; and in this one.
 inline constexpr std::string_view kStateFileMark = "sunder state frame ";
-inline constexpr std::string_view kStateFileMagic = "sunder state frame 2";
-/// Before anything slept; read as if all were awake.
-inline constexpr std::string_view kStateFileMagic1 = "sunder state frame 1";
+inline constexpr std::string_view kStateFileMagic = "sunder state frame 3";
+/// Before anything slept, and before sleepers knew what lay on them; both are read as if all were awake.
+inline constexpr std::string_view kStateFileMagic1 = "sunder state frame 1", kStateFileMagic2 = "sunder state frame 2";
 
 struct StateFile {
     int32_t frame = 0;

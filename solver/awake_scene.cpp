@@ -261,9 +261,9 @@ StepContext AwakeScene::context(const StepContext& whole) const {
     return {scene_, whole.input, whole.settings, whole.workers, whole.contact_margin, fixed_, whole.wakes};
 }
 
-std::vector<uint32_t> AwakeScene::woken() const {
-    std::vector<uint32_t> whole;
-    for (const uint32_t i : work_.woken) whole.push_back(movable_[i]);
+std::vector<Woken> AwakeScene::woken() const {
+    std::vector<Woken> whole = work_.woken;
+    for (Woken& w : whole) w.movable = movable_[w.movable];
     return whole;
 }
 

@@ -34,7 +34,7 @@ public:
     StepContext context(const StepContext& whole) const;
     FrameState& state() { return state_; }
     Workspace& work() { return work_; }
-    std::vector<uint32_t> woken() const;  // by the last substep; movables of the whole scene
+    std::vector<Woken> woken() const;  // by the last substep; movables of the whole scene
 
 private:
     void build(const StepContext& whole, const FrameState& state);

@@ -6,12 +6,13 @@
 
 #include "solver/collision/contact.h"
 #include "solver/collision/shape_distance.h"
+#include "solver/rest_conditions.h"
 
 namespace sunder {
 namespace {
 
 // Of sqrt(g size); what flows is meant to go on slowly.
-constexpr double kStill = 0.005, kStillWhileFlowing = 0.001, kWaking = 0.02;
+constexpr double kStill = 0.005, kStillWhileFlowing = 0.001, kWaking = 0.05, kHard = 0.2;
 
 class DisjointSets {
 public:
@@ -37,71 +38,33 @@ DisjointSets pieces_of(const Scene& scene, const FrameState& state) {
     return sets;
 }
 
-// Awake things do not lean on sleepers (they would have woken them), nor sleepers on what is awake.
-void join_by_contacts(const FrameState& state, DisjointSets& io_sets) {
+// Contacts join what sleeps with what sleeps, and what is awake with what is awake.
+template <class Joins>
+void join_by_contacts(const FrameState& state, const Joins& joins, DisjointSets& io_sets) {
     for (const ContactMemory& c : state.contacts)
-        if (!(c.b & Contact::kStatic) && state.asleep[c.a] == state.asleep[c.b]) io_sets.join(c.a, c.b);
+        if (!(c.b & Contact::kStatic) && state.asleep[c.a] == state.asleep[c.b] && joins(c)) io_sets.join(c.a, c.b);
 }
 
-bool moves(const DrivenPose& d) {
-    return d.begin.position != d.end.position || d.begin.orientation.coeffs() != d.end.orientation.coeffs();
+DisjointSets heaps_of(const Scene& scene, const FrameState& state) {
+    DisjointSets sets = pieces_of(scene, state);
+    join_by_contacts(
+        state, [](const ContactMemory&) { return true; }, sets);
+    return sets;
 }
 
-uint64_t hash_of_drive(const DrivenPose& d, const Pose& at) {
-    const double numbers[] = {double(d.active),   at.position.x(),    at.position.y(),    at.position.z(),
-                              at.orientation.w(), at.orientation.x(), at.orientation.y(), at.orientation.z(),
-                              d.pivot.x(),        d.pivot.y(),        d.pivot.z()};
-    return hash_of(numbers);
-}
-
-uint64_t hash_of_sleepers(const FrameState& s) {
-    uint64_t hash = 0;
-    const auto add = [&](const Vec3& x, const Quat& q, const Vec3& v, const Vec3& w) {
-        const double numbers[] = {x.x(),
-                                  x.y(),
-                                  x.z(),
-                                  q.w(),
-                                  q.x(),
-                                  q.y(),
-                                  q.z(),
-                                  v.x(),
-                                  v.y(),
-                                  v.z(),
-                                  w.x(),
-                                  w.y(),
-                                  w.z(),
-                                  double(hash >> 32),
-                                  double(hash & 0xffffffffu)};
-        hash = hash_of(numbers);
-    };
-    const size_t n = s.n_particles();
-    for (size_t i = 0; i < n; ++i)
-        if (s.asleep[i]) add(s.position[i], s.orientation[i], s.velocity[i], s.angular_velocity[i]);
-    for (size_t r = 0; r < s.rigid_bodies.size(); ++r) {
-        const RigidBodyState& b = s.rigid_bodies[r];
-        if (s.asleep[n + r]) add(b.position, b.orientation, b.velocity, b.angular_velocity);
-    }
-    return hash;
-}
-
-enum class FrameEnd { begin, end };
-
-// The sleepers themselves; gravity, forces and self-collision; materials; pins; colliders.
-std::vector<uint64_t> conditions(const FrameInput& input, bool self_collision, FrameEnd at, const FrameState& state) {
-    std::vector<uint64_t> hashes = {hash_of_sleepers(state)};
-    std::vector<double> field = {double(self_collision), input.gravity.x(), input.gravity.y(), input.gravity.z()};
-    for (const Force& f : input.forces)
-        for (int i = 0; i < 3; ++i) field.insert(field.end(), {f.acceleration[i], f.wind[i], f.drag});
-    hashes.push_back(hash_of(field));
-    for (const Material& m : input.materials) {
-        const double numbers[] = {m.youngs_modulus, m.poisson_ratio, m.damping_time, m.yield,
-                                  m.flow_rate,      m.hardening,     m.toughness,    m.compressive_toughness,
-                                  m.stiffness,      m.friction,      m.restitution};
-        hashes.push_back(hash_of(numbers));
-    }
-    for (const std::vector<DrivenPose>* driven : {&input.pins, &input.colliders})
-        for (const DrivenPose& d : *driven) hashes.push_back(hash_of_drive(d, at == FrameEnd::begin ? d.begin : d.end));
-    return hashes;
+// What falls asleep and wakes as one: pieces, and with a whole body what touches it. It does not lie as deep on what
+// became fixed by a thousandth of its size, which sets towers of such bodies swaying.
+DisjointSets units_of(const Scene& scene, const FrameState& state) {
+    DisjointSets sets = pieces_of(scene, state);
+    const std::vector<Edge>& edges = scene.rest.edges;
+    std::vector<uint8_t> whole(state.asleep.size(), 0);  // by root
+    for (const Edge& e : edges) whole[sets.root(e.a)] = whole[sets.root(e.b)] = 1;
+    for (size_t e = 0; e < edges.size(); ++e)
+        if (!state.edge_intact[e]) whole[sets.root(edges[e].a)] = whole[sets.root(edges[e].b)] = 0;
+    for (uint32_t i = 0; i < whole.size(); ++i) whole[i] = whole[sets.root(i)];
+    join_by_contacts(
+        state, [&](const ContactMemory& c) { return whole[c.a] || whole[c.b]; }, sets);
+    return sets;
 }
 
 Vec3 position_of(const FrameState& s, size_t i) {
@@ -132,6 +95,72 @@ bool comes_near(const Shape& shape, const DrivenPose& drive, const Vec3& point, 
            point_shape_distance(point, {shape, drive.end}).gap <= reach;
 }
 
+// The fastest that any point of it may be, m/s.
+double surface_speed(const Scene& scene, const FrameState& s, uint32_t i) {
+    const size_t n = s.n_particles();
+    const Vec3& v = i < n ? s.velocity[i] : s.rigid_bodies[i - n].velocity;
+    const Vec3& w = i < n ? s.angular_velocity[i] : s.rigid_bodies[i - n].angular_velocity;
+    return v.norm() + w.norm() * bounding_radius(scene, i);
+}
+
+double mass_of(const Scene& scene, uint32_t i) {
+    const size_t n = scene.rest.n_particles();
+    return i < n ? scene.rest.mass[i] : scene.rigid_bodies[i - n].mass;
+}
+
+// Sums of the normal forces on each movable, N.
+std::vector<double> loads_of(const FrameState& s) {
+    std::vector<double> load(s.asleep.size(), 0.0);
+    for (const ContactMemory& c : s.contacts) {
+        load[c.a] += c.normal_force;
+        if (!(c.b & Contact::kStatic)) load[c.b] += c.normal_force;
+    }
+    return load;
+}
+
+// Sleeping pieces that lost some of what carries them, or, at looks, are pressed otherwise than when they fell asleep.
+// Those that do not move for all that go back to sleep at the next look, with the forces that they then have.
+void wake_where_loads_changed(const Scene& scene, double acceleration, bool at_look, FrameState& io_state) {
+    FrameState& s = io_state;
+    const std::vector<double> load = loads_of(s);
+    DisjointSets pieces = pieces_of(scene, s), units = units_of(scene, s);
+    std::vector<double> change(load.size(), 0.0), weight = change, rest_load = change;  // by root, N
+    for (uint32_t i = 0; i < load.size(); ++i) {
+        if (!s.asleep[i]) continue;
+        const uint32_t p = pieces.root(i);
+        const double loss = s.rest_load[i] - load[i];
+        change[p] += at_look ? std::abs(loss) : loss;
+        rest_load[p] += s.rest_load[i];
+        weight[p] += mass_of(scene, i) * acceleration;
+    }
+    const double share = at_look ? kWakingChange : kWakingLoss;
+    std::vector<uint8_t> wakes(load.size(), 0);  // by root
+    for (uint32_t p = 0; p < load.size(); ++p)
+        if (change[p] > share * std::max(weight[p], rest_load[p])) wakes[units.root(p)] = 1;
+    for (uint32_t i = 0; i < load.size(); ++i)
+        if (s.asleep[i] && wakes[units.root(i)]) s.asleep[i] = 0, s.still_time[i] = kTimeToSleep - kSleepInterval;
+}
+
+// What is awake of units that have been still for long enough, and that nothing fast touches.
+std::vector<uint32_t> rested(const Scene& scene, double acceleration, const FrameState& s) {
+    DisjointSets units = units_of(scene, s);
+    std::vector<double> still(s.asleep.size(), kNever);  // by root: how long all of the unit has been, s
+    for (uint32_t i = 0; i < still.size(); ++i) {
+        double& least = still[units.root(i)];
+        least = std::min(least, s.still_time[i]);
+    }
+    for (const ContactMemory& c : s.contacts) {
+        if (c.b & Contact::kStatic) continue;
+        const double waking = waking_speed(std::min(size_of(scene, c.a), size_of(scene, c.b)), acceleration);
+        if (surface_speed(scene, s, c.b) > waking) still[units.root(c.a)] = 0;
+        if (surface_speed(scene, s, c.a) > waking) still[units.root(c.b)] = 0;
+    }
+    std::vector<uint32_t> those;
+    for (uint32_t i = 0; i < still.size(); ++i)
+        if (!s.asleep[i] && still[units.root(i)] >= kTimeToSleep - 1e-9) those.push_back(i);
+    return those;
+}
+
 void stop(FrameState& io_state, size_t i) {
     const size_t n = io_state.n_particles();
     Vec3& v = i < n ? io_state.velocity[i] : io_state.rigid_bodies[i - n].velocity;
@@ -145,6 +174,7 @@ double still_speed(double size, double acceleration, bool flows) {
     return (flows ? kStillWhileFlowing : kStill) * std::sqrt(acceleration * size);
 }
 double waking_speed(double size, double acceleration) { return kWaking * std::sqrt(acceleration * size); }
+double hard_speed(double size, double acceleration) { return kHard * std::sqrt(acceleration * size); }
 
 double size_of(const Scene& scene, uint32_t movable) {
     const size_t n = scene.rest.n_particles();
@@ -163,6 +193,7 @@ bool anything_sleeps(const FrameState& state) { return std::ranges::find(state.a
 
 void forget_sleep(size_t n_movables, FrameState& io_state) {
     io_state.asleep.assign(n_movables, 0);
+    io_state.rest_load.assign(n_movables, 0.0);
     io_state.still_time.assign(n_movables, 0.0);
     io_state.rest_conditions.clear();
 }
@@ -171,43 +202,47 @@ void wake_changed(const Scene& scene, const FrameInput& input, bool self_collisi
                   FrameState& io_state) {
     FrameState& s = io_state;
     if (s.rest_conditions.empty()) return;
-    const std::vector<uint64_t> now = conditions(input, self_collision, FrameEnd::begin, s);
+    const std::vector<uint64_t> now = rest_conditions(input, self_collision, FrameEnd::begin, s);
     const std::vector<uint64_t>& then = s.rest_conditions;
     if (now.size() != then.size() || now[0] != then[0] || now[1] != then[1]) {
         return forget_sleep(s.asleep.size(), s);
     }
-    std::vector<uint32_t> seeds;
+    std::vector<Woken> woken;
     const size_t n = s.n_particles(), first_pin = 2 + input.materials.size(),
                  first_collider = first_pin + input.pins.size();
     const auto changed = [&](size_t k) { return now[k] != then[k]; };
     for (uint32_t i = 0; i < n; ++i)
-        if (s.asleep[i] && changed(2 + scene.rest.body[i])) seeds.push_back(i);
+        if (s.asleep[i] && changed(2 + scene.rest.body[i])) woken.push_back({i, true});
     for (size_t k = 0; k < input.pins.size(); ++k)
         if (changed(first_pin + k) || (input.pins[k].active && moves(input.pins[k])))
             for (const uint32_t i : scene.pins[k].particles)
-                if (s.asleep[i]) seeds.push_back(i);
+                if (s.asleep[i]) woken.push_back({i, true});
     for (uint32_t c = 0; c < input.colliders.size(); ++c) {
         const DrivenPose& drive = input.colliders[c];
         if (!changed(first_collider + c) && !(drive.active && moves(drive))) continue;
         for (const ContactMemory& contact : s.contacts)
-            if (contact.b == (Contact::kStatic | c) && s.asleep[contact.a]) seeds.push_back(contact.a);
+            if (contact.b == (Contact::kStatic | c) && s.asleep[contact.a]) woken.push_back({contact.a, true});
         if (!drive.active) continue;
         for (uint32_t i = 0; i < s.asleep.size(); ++i)
             if (s.asleep[i] &&
                 comes_near(scene.colliders[c].shape, drive, position_of(s, i), reach_of(scene, s, i) + margin))
-                seeds.push_back(i);
+                woken.push_back({i, true});
     }
-    wake(scene, seeds, s);
+    wake(scene, woken, s);
+    wake_where_loads_changed(scene, acceleration_of(input), false, s);
 }
 
-void wake(const Scene& scene, std::span<const uint32_t> movables, FrameState& io_state) {
-    if (movables.empty()) return;
-    DisjointSets islands = pieces_of(scene, io_state);
-    join_by_contacts(io_state, islands);
-    std::vector<uint8_t> wakes(io_state.asleep.size(), 0);  // by root
-    for (const uint32_t i : movables) wakes[islands.root(i)] = 1;
+void wake(const Scene& scene, std::span<const Woken> woken, FrameState& io_state) {
+    if (woken.empty()) return;
+    DisjointSets units = units_of(scene, io_state), heaps = heaps_of(scene, io_state);
+    std::vector<uint8_t> unit_wakes(io_state.asleep.size(), 0), heap_wakes = unit_wakes;  // by root
+    for (const Woken& w : woken) {
+        unit_wakes[units.root(w.movable)] = 1;
+        if (w.passes_on) heap_wakes[heaps.root(w.movable)] = 1;
+    }
     for (uint32_t i = 0; i < io_state.asleep.size(); ++i)
-        if (io_state.asleep[i] && wakes[islands.root(i)]) io_state.asleep[i] = 0, io_state.still_time[i] = 0;
+        if (io_state.asleep[i] && (unit_wakes[units.root(i)] || heap_wakes[heaps.root(i)]))
+            io_state.asleep[i] = 0, io_state.still_time[i] = 0;
 }
 
 size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collision, const FrameState& before,
@@ -228,22 +263,17 @@ size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collis
     for (const ContactMemory& c : s.contacts)
         if (c.b & Contact::kStatic && moves(input.colliders[c.b & ~Contact::kStatic])) s.still_time[c.a] = 0;
 
-    DisjointSets islands = pieces_of(scene, s);
+    DisjointSets pieces = pieces_of(scene, s);
     size_t n_pieces = 0;
-    for (uint32_t i = 0; i < s.n_particles(); ++i) n_pieces += islands.root(i) == i;
+    for (uint32_t i = 0; i < s.n_particles(); ++i) n_pieces += pieces.root(i) == i;
     const auto intervals = [](double time) { return std::floor((time + 1e-9) / kSleepInterval); };
     if (intervals(before.time) != intervals(s.time)) {
-        join_by_contacts(s, islands);
-        std::vector<double> stillest(n_movables, kNever);  // by root: how long all of the island has been still, s
-        for (uint32_t i = 0; i < n_movables; ++i) {
-            double& least = stillest[islands.root(i)];
-            least = std::min(least, s.still_time[i]);
-        }
-        for (uint32_t i = 0; i < n_movables; ++i)
-            if (!s.asleep[i] && stillest[islands.root(i)] >= kTimeToSleep - 1e-9) s.asleep[i] = 1, stop(s, i);
+        wake_where_loads_changed(scene, acceleration, true, s);
+        const std::vector<double> load = loads_of(s);
+        for (const uint32_t i : rested(scene, acceleration, s)) s.asleep[i] = 1, s.rest_load[i] = load[i], stop(s, i);
     }
     if (anything_sleeps(s))
-        s.rest_conditions = conditions(input, self_collision, FrameEnd::end, s);
+        s.rest_conditions = rest_conditions(input, self_collision, FrameEnd::end, s);
     else
         s.rest_conditions.clear();
     return n_pieces;

@@ -1,5 +1,5 @@
-// What rests is not simulated until something wakes it. Pieces and rigid bodies that press on one another form an
-// island; it sleeps and wakes as a whole.
+// What rests is not simulated until something wakes it. Pieces and rigid bodies fall asleep and wake one by one, also
+// beside what moves; hit hard, they wake with all sleepers that they press on.
 #pragma once
 
 #include <span>
@@ -8,7 +8,7 @@
 
 namespace sunder {
 
-/// s; an island sleeps when all of it has hardly moved for so long.
+/// s; a piece or rigid body sleeps when all of it has hardly moved for so long.
 constexpr double kTimeToSleep = 0.5;
 
 /// s; how often it is looked what may fall asleep: what is simulated is numbered anew each time that something does.
@@ -20,11 +20,17 @@ constexpr double kSleepInterval = 0.25;
 /// scale: things sleep only if they do not move at all.
 double still_speed(double size, double acceleration, bool flows);
 
-/// m/s; awake things that come to touch a sleeper faster wake it.
+/// m/s; awake things that approach a sleeper faster wake it when they touch it, and beside them nothing falls asleep.
 double waking_speed(double size, double acceleration);
 
-/// Of a sleeping particle's or rigid body's weight: contacts that push on it with more wake it.
-constexpr double kWakingLoad = 0.2;
+/// m/s; what slides along a sleeper faster wakes it, too; and one that is hit faster wakes with all that it presses on,
+/// for it passes the hit on: a fall by a fiftieth of the size.
+double hard_speed(double size, double acceleration);
+
+/// Of the normal forces on a sleeping piece when it fell asleep, or of its weight where that is more: so much less
+/// wakes it at once; so much of a change, summed over its particles, at a look. What lies on four points and loses one
+/// feels a quarter.
+constexpr double kWakingLoss = 0.5, kWakingChange = 0.2;
 
 /// Length of a movable, m: the cube of the same volume.
 double size_of(const Scene& scene, uint32_t movable);
@@ -38,14 +44,20 @@ bool anything_sleeps(const FrameState& state);
 void forget_sleep(size_t n_movables, FrameState& io_state);
 
 /// To be called at the start of a frame: wakes what a changed gravity, force, material, pin or collider acts on, what
-/// is near a collider that moves, and everything where sleepers were changed from outside. `margin`: of contacts, m.
+/// is near a collider that moves, what lost some of what carried it, and everything where sleepers were changed from
+/// outside. `margin`: of contacts, m.
 void wake_changed(const Scene& scene, const FrameInput& input, bool self_collision, double margin,
                   FrameState& io_state);
 
-/// Wakes the islands of these movables. They go on from where they lie, with the contact forces that they had.
-void wake(const Scene& scene, std::span<const uint32_t> movables, FrameState& io_state);
+struct Woken {
+    uint32_t movable;
+    bool passes_on;  // all sleepers that hang together with it through pieces and contacts wake, too
+};
 
-/// To be called at the end of a frame that began in `before`: counts how long things have been still, and puts islands
+/// Wakes the pieces of these. They go on from where they lie, with the contact forces that they had.
+void wake(const Scene& scene, std::span<const Woken> woken, FrameState& io_state);
+
+/// To be called at the end of a frame that began in `before`: counts how long things have been still, and puts pieces
 /// to sleep if a multiple of kSleepInterval lies in the frame. Returns how many pieces there are.
 size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collision, const FrameState& before,
                    FrameState& io_state);

@@ -201,6 +201,7 @@ FrameState Solver::initial_state(const std::vector<Material>& materials) const {
     }
     s.still_time.assign(n + scene.rigid_bodies.size(), 0.0);
     s.asleep.assign(s.still_time.size(), 0);
+    s.rest_load.assign(s.still_time.size(), 0.0);
     for (const RigidBody& body : scene.rigid_bodies)
         s.rigid_bodies.push_back({body.pose.position, body.pose.orientation, body.velocity, body.angular_velocity});
     return s;
@@ -239,7 +240,8 @@ Status Solver::check_state(const FrameState& s) const {
         return bad_input("state", "holds " + std::to_string(s.rigid_bodies.size()) + " rigid bodies, the scene " +
                                       std::to_string(impl_->scene.rigid_bodies.size()));
     const size_t n_movables = n + s.rigid_bodies.size();
-    if (s.asleep.size() != s.still_time.size() || (!s.asleep.empty() && s.asleep.size() != n_movables))
+    if (s.asleep.size() != s.still_time.size() || s.asleep.size() != s.rest_load.size() ||
+        (!s.asleep.empty() && s.asleep.size() != n_movables))
         return bad_input("state", "says of " + std::to_string(s.asleep.size()) +
                                       " particles and rigid bodies whether "
                                       "they sleep, the scene has " +

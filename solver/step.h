@@ -12,6 +12,7 @@
 #include "solver/newton_step.h"
 #include "solver/parallel.h"
 #include "solver/scene.h"
+#include "solver/sleeping.h"
 #include "solver/step_limit.h"
 
 namespace sunder {
@@ -83,7 +84,7 @@ struct Workspace {
     std::vector<ActiveContact> contacts;
     ContactIslands islands;  // of `contacts`
     SceneContacts detection;
-    std::vector<uint32_t> woken;  // movables that are fixed and felt something, ascending
+    std::vector<Woken> woken;  // what is fixed and felt something
 };
 
 /// The movable things of a step, as contacts see them.

@@ -92,7 +92,6 @@ struct Substep {
     void mark_held_pieces();
     void take_up_pieces();
     void find_contacts();
-    void wake_touched();
     void push_apart(ContactRound::Which which);
     bool contacts_push() const;
     void settle_contacts();

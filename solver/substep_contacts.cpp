@@ -8,7 +8,8 @@
 namespace sunder {
 namespace {
 
-constexpr double kContactTolerance = 1e-4;  // of the contact margin: a change of gap below it ends the passes
+// A change of gap below these ends the passes: of the contact margin, and of the way that things fall in a substep.
+constexpr double kOfTheMargin = 1e-4, kOfTheFall = 0.003;
 
 }  // namespace
 
@@ -36,22 +37,8 @@ void Substep::take_up_pieces() {
     for (const uint32_t piece : work.islands.piece) work.is_touched[piece] = 1;
 }
 
-// Sleepers that something already leans on.
-void Substep::wake_touched() {
-    work.woken.clear();
-    if (context.fixed.empty() || !context.wakes) return;
-    const double g = acceleration_of(context.input);
-    for (const ContactMemory& c : state.contacts) {
-        if (c.b & Contact::kStatic || context.fixed[c.a] == context.fixed[c.b]) continue;
-        const uint32_t sleeper = context.fixed[c.a] ? c.a : c.b;
-        const double mass =
-            sleeper < n_particles() ? rest().mass[sleeper] : context.scene.rigid_bodies[sleeper - n_particles()].mass;
-        if (c.normal_force > kWakingLoad * mass * g) work.woken.push_back(sleeper);
-    }
-}
-
 void Substep::find_contacts() {
-    wake_touched();
+    work.woken.clear();
     // Where one of these wakes, the others need not be found: the substep is taken again.
     const auto wakes = [&](std::span<const Contact> with_sleepers) {
         const double g = acceleration_of(context.input);
@@ -63,10 +50,12 @@ void Substep::find_contacts() {
             const Vec3& w = is_particle ? state.angular_velocity[i] : rigid->angular_velocity;
             const Vec3 arm = (context.fixed[c.a] ? c.point_b : c.point_a) - work.start_position[i];
             const double size = std::min(size_of(context.scene, i), size_of(context.scene, sleeper));
-            if ((v + w.cross(arm)).norm() > waking_speed(size, g)) work.woken.push_back(sleeper);
+            const Vec3 velocity = v + w.cross(arm);
+            const double approach = (context.fixed[c.a] ? 1 : -1) * c.normal.dot(velocity), hard = hard_speed(size, g);
+            const bool touches = c.gap < (std::max(approach, 0.0) + g * h) * h;
+            if (touches && (approach > waking_speed(size, g) || velocity.norm() > hard))
+                work.woken.push_back({sleeper, approach > hard});
         }
-        std::ranges::sort(work.woken);
-        work.woken.erase(std::ranges::unique(work.woken).begin(), work.woken.end());
         return !work.woken.empty();
     };
     SearchEnd search_end;
@@ -88,7 +77,9 @@ void Substep::push_apart(ContactRound::Which which) {
     turn_pieces(context, work);
     divide_pushes(context, h, which == ContactRound::Which::last, work);
     work.round.begin(bodies(), work.islands, which, context.contact_margin, context.workers, work.contacts);
-    work.round.relax(kContactTolerance * context.contact_margin, context.workers);
+    const double enough =
+        std::max(kOfTheMargin * context.contact_margin, kOfTheFall * acceleration_of(context.input) * h * h);
+    work.round.relax(enough, context.workers);
     work.round.end(bodies(), context.workers, work.round_push, work.piece_motion);
     if (which == ContactRound::Which::last) work.round.hand_over(context.workers, work.contacts);
     // Sweeps, other than Newton steps, find what pushes did in where particles are.

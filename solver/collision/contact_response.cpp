@@ -16,6 +16,11 @@ constexpr double kRestingWarmStart = 0.9, kWarmStart = 0.5;
 // there is no gravity, as if there was some.
 constexpr double kGrowth = 1.5, kWeights = 10, kLeastAcceleration = 1;  // -, -, m/s2
 
+// A particle of a soft piece does not: what it hangs on turns it back, and with remembered torques soft columns sway.
+bool turns_as_a_whole(const ContactBodies& b, const Contact& c) {
+    return b.pieces[b.piece[c.a]].rigid || (has_movable_b(c) && b.pieces[b.piece[c.b]].rigid);
+}
+
 Vec3 lever_of(const ContactBodies& b, uint32_t i) { return b.start_position[i] - b.pieces[b.piece[i]].center; }
 
 }  // namespace
@@ -75,6 +80,7 @@ void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, d
         const double share = std::abs(c.approach_speed) <= resting && !c.has_hinges ? kRestingWarmStart : kWarmStart;
         c.before.normal = h * h * nearest->normal_force;
         c.before.friction = h * h * (nearest->friction_force - n * n.dot(nearest->friction_force));
+        if (turns_as_a_whole(b, c.contact)) c.before.rolling = h * h * nearest->rolling_torque;
         c.impulse = share * c.before;
     }
 }
@@ -90,7 +96,7 @@ void remember(const ContactBodies& b, std::span<const ActiveContact> contacts, d
         const double share = std::min(1.0, (kGrowth * c.before.normal + kWeights * weight) / c.impulse.normal);
         const Vec3 point = b.start_rotation[c.contact.a].conjugate() * c.arm_a;
         o_memory.push_back({c.contact.a, c.contact.b, point, share * c.impulse.normal / (h * h),
-                            share * c.impulse.friction / (h * h)});
+                            share * c.impulse.friction / (h * h), share * c.impulse.rolling / (h * h)});
     }
 }
 

@@ -3,9 +3,10 @@
 namespace sunder {
 namespace {
 
-// Where something hangs on hinges: before a Newton step they give way anyhow; what the last round leaves undone sinks
-// in.
-constexpr int kPasses = 60, kHingedPasses = 6, kLastHingedPasses = 40;
+// Of islands of rigid things, of those with soft pieces, and of those where something hangs on hinges; of the first
+// round, those between and the last. What the last leaves undone sinks in. Soft pieces give way anyhow in the Newton
+// step that follows a round; where there are none, all rounds are one.
+constexpr int kPasses[3][3] = {{6, 0, 100}, {6, 6, 60}, {3, 3, 20}};
 // The first passes, every so many, and those that find nothing left to do go over all contacts; the others over those
 // that pushed in the last of these.
 constexpr int kFirstFull = 2, kEveryFull = 4;
@@ -39,7 +40,7 @@ void ContactRound::relax_island(size_t island, double enough) {
     float *const piece_before = &piece_before_[kPieceMovedNumbers * pieces.begin],
                  *const piece_direction = &piece_direction_[kPieceMovedNumbers * pieces.begin];
     const ContactKernels& kernel = contact_kernels();
-    const int passes = !hinged_[island] ? kPasses : which_ == Which::last ? kLastHingedPasses : kHingedPasses;
+    const int passes = kPasses[static_cast<int>(gives_[island])][static_cast<int>(which_)];
     const std::span<const uint32_t> all = std::span(all_).subspan(rows.begin, rows.end - rows.begin);
     size_t n_active = 0;
     Following following{0, false};

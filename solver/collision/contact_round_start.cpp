@@ -69,6 +69,14 @@ void ContactRound::take_up_movables(const ContactBodies& b, const WorkerPool& wo
     });
 }
 
+ContactRound::Gives ContactRound::how_it_gives(const ContactBodies& b, uint32_t n,
+                                               std::span<const ActiveContact> contacts) const {
+    if (contacts[islands_->contact[islands_->offset[n]]].has_hinges) return Gives::on_hinges;
+    const std::span pieces(&islands_->piece[islands_->piece_offset[n]],
+                           &islands_->piece[islands_->piece_offset[n + 1]]);
+    return std::ranges::all_of(pieces, [&](uint32_t p) { return b.pieces[p].rigid; }) ? Gives::nowhere : Gives::softly;
+}
+
 void ContactRound::take_up_contacts(const ContactBodies& b, const WorkerPool& workers,
                                     std::span<const ActiveContact> contacts) {
     const size_t n_contacts = contacts.size(), n_islands = islands_->size();
@@ -110,8 +118,8 @@ void ContactRound::take_up_contacts(const ContactBodies& b, const WorkerPool& wo
         exact_[place] = {c.contact.normal, c.arm_a, c.arm_b};
         separate_[place] = c.separate_pieces;
     });
-    hinged_.resize(n_islands);
-    for (size_t n = 0; n < n_islands; ++n) hinged_[n] = contacts[islands_->contact[islands_->offset[n]]].has_hinges;
+    gives_.resize(n_islands);
+    for (uint32_t n = 0; n < n_islands; ++n) gives_[n] = how_it_gives(b, n, contacts);
 }
 
 // Whether a push there moves the rest of the piece, too, by so much that another in it has to know. What eight side by
@@ -180,6 +188,7 @@ void ContactRound::note_what_was_given(const WorkerPool& workers) {
 
 // Passes have next to nothing left to do then where things are at rest.
 void ContactRound::start_from_before(const WorkerPool& workers, std::span<const ActiveContact> contacts) {
+    const double per_length = 1 / length_;
     for_places(workers, [&](size_t place, uint32_t island) {
         const ContactImpulse& before = contacts[islands_->contact[place]].before;
         const double per_impulse = 1 / units_[island].impulse();
@@ -187,6 +196,7 @@ void ContactRound::start_from_before(const WorkerPool& workers, std::span<const 
         if (!separate_[place] || !(per_impulse * before.normal > c.normal_impulse)) return;
         c.normal_impulse = number(per_impulse * before.normal);
         put(per_impulse * before.friction, c.friction_impulse);
+        put(per_impulse * per_length * before.rolling, c.rolling_impulse);
     });
 }
 

@@ -30,7 +30,7 @@ public:
     }
     void add(const RigidBodyState& r) { add(r.position), add(r.orientation), add(r.velocity), add(r.angular_velocity); }
     void add(const ContactMemory& c) {
-        add(uint64_t{c.a}), add(uint64_t{c.b}), add(c.point), add(c.normal_force), add(c.friction_force);
+        add(uint64_t{c.a}), add(uint64_t{c.b}), add(c.point), add(c.normal_force), add(c.friction_force), add(c.rolling_torque);
     }
     void add(const BrokenEdge& b) { add(uint64_t{b.edge}), add(b.time), add(b.strain); }
     uint64_t digest() const { return XXH3_64bits_digest(state_); }
@@ -47,7 +47,7 @@ uint64_t state_hash(const FrameState& s) {
     h.add(s.position), h.add(s.orientation), h.add(s.velocity), h.add(s.angular_velocity);
     h.add(s.plastic_deformation), h.add(s.yield), h.add(s.strain), h.add(s.group_rotation);
     h.add(s.edge_intact), h.add(s.rigid_bodies), h.add(s.contacts), h.add(s.broken);
-    if (!s.asleep.empty()) h.add(s.still_time), h.add(s.asleep), h.add(s.rest_conditions);
+    if (!s.asleep.empty()) h.add(s.still_time), h.add(s.asleep), h.add(s.rest_load), h.add(s.rest_conditions);
     return h.digest();
 }
 
@@ -65,7 +65,8 @@ bool FrameState::operator==(const FrameState& o) const {
            plastic_deformation == o.plastic_deformation && yield == o.yield && strain == o.strain &&
            same_rotations(group_rotation, o.group_rotation) && edge_intact == o.edge_intact &&
            rigid_bodies == o.rigid_bodies && contacts == o.contacts && broken == o.broken &&
-           still_time == o.still_time && asleep == o.asleep && rest_conditions == o.rest_conditions;
+           still_time == o.still_time && asleep == o.asleep && rest_load == o.rest_load &&
+           rest_conditions == o.rest_conditions;
 }
 
 }  // namespace sunder

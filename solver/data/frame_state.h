@@ -24,6 +24,7 @@ struct ContactMemory {
     Vec3 point = Vec3::Zero();           // touching point of a, in the frame that turns with a, about its centre, m
     double normal_force = 0;             // N, >= 0
     Vec3 friction_force = Vec3::Zero();  // N, world
+    Vec3 rolling_torque = Vec3::Zero();  // of the resistance to rolling, N m, world
     bool operator==(const ContactMemory&) const = default;
 };
 
@@ -53,9 +54,10 @@ struct FrameState {
     std::vector<ContactMemory> contacts;       // of the last substep, ascending by (a, b)
     std::vector<BrokenEdge> broken;            // edges broken in the frame that ended in this state
 
-    // Of movables: particles, then rigid bodies. All three are empty where nothing was ever told to sleep.
+    // Of movables: particles, then rigid bodies. All four are empty where nothing was ever told to sleep.
     std::vector<double> still_time;         // for how long it has hardly moved                (n_movables), s
     std::vector<uint8_t> asleep;            // 1: it rests and is left out (sleeping.h)        (n_movables)
+    std::vector<double> rest_load;          // of sleepers: normal forces on it when it fell asleep, sum (n_movables), N
     std::vector<uint64_t> rest_conditions;  // hashes of what acts on sleepers; empty: nothing sleeps
 
     size_t n_particles() const { return position.size(); }

@@ -43,8 +43,8 @@ Example example() {
     s.edge_intact = {1, 0};
     s.rigid_bodies = {{vec(), quat(), vec(), vec()}};
     s.broken = {{1, 0.125, 0.3}};
-    s.contacts = {{1, 0x80000000u, vec(), 12.5, vec()}};
-    s.still_time = {0.25, 0.5, 0.1, 0.0}, s.asleep = {0, 1, 0, 0};
+    s.contacts = {{1, 0x80000000u, vec(), 12.5, vec(), vec()}};
+    s.still_time = {0.25, 0.5, 0.1, 0.0}, s.rest_load = {0, 12.5, 0, 0}, s.asleep = {0, 1, 0, 0};
     s.rest_conditions = {0xfedcba9876543210u, 7};
     return e;
 }
@@ -82,18 +82,40 @@ TEST(StateFile, an_empty_state_comes_back) {
     EXPECT_EQ(file->state, FrameState());
 }
 
-// A bake of before sleep can be gone on with: nothing in it sleeps.
-TEST(StateFile, a_frame_of_version_1_is_awake) {
+// Bakes of former versions can be gone on with: nothing in them sleeps.
+TEST(StateFile, frames_of_former_versions_are_awake) {
     Example e = example();
-    e.state.still_time.clear(), e.state.asleep.clear(), e.state.rest_conditions.clear();
+    const std::string load = "property double load\n",
+                      torque = "property double tx\nproperty double ty\nproperty double tz\n";
+    const std::string rest = "element rest 0\nproperty double still_time\nproperty uchar asleep\n";
+    const std::string condition = "element rest_condition 0\nproperty int low\nproperty int high\n";
+    const auto erase = [](std::string& text, const std::string& part) {
+        ASSERT_TRUE(has(text, part));
+        text.erase(text.find(part), part.size());
+    };
+    e.state.still_time.clear(), e.state.rest_load.clear(), e.state.asleep.clear(), e.state.rest_conditions.clear();
+    for (ContactMemory& c : e.state.contacts) c.rolling_torque.setZero();
     std::string bytes = bytes_of(e);
+    erase(bytes, load), erase(bytes, torque);
+    // The one contact is followed by the clock only.
+    const size_t clock = sizeof(int32_t) + sizeof(double), torques = 3 * sizeof(double);
+    bytes.erase(bytes.size() - clock - torques, torques);
+    bytes[bytes.find("state frame 3") + 12] = '2';
+    auto file = decode_state(bytes, "a");
+    ASSERT_TRUE(file) << file.error().text();
+    EXPECT_EQ(file->state, e.state);
+
+    // One particle of version 2 that slept: a time and a byte each.
+    std::string slept = bytes;
+    slept.replace(slept.find("element rest 0"), 14, "element rest 4");
+    for (int i = 0; i < 4; ++i) slept += std::string(8, '\0') + (i == 1 ? '\1' : '\0');
+    file = decode_state(slept, "a");
+    ASSERT_TRUE(file) << file.error().text();
+    EXPECT_EQ(file->state, e.state);
+
+    erase(bytes, rest), erase(bytes, condition);
     bytes[bytes.find("state frame 2") + 12] = '1';
-    const std::string added =
-        "element rest 0\nproperty double still_time\nproperty uchar asleep\nelement rest_condition 0\nproperty int "
-        "low\nproperty int high\n";
-    ASSERT_TRUE(has(bytes, added));
-    bytes.erase(bytes.find(added), added.size());
-    const auto file = decode_state(bytes, "a");
+    file = decode_state(bytes, "a");
     ASSERT_TRUE(file) << file.error().text();
     EXPECT_EQ(file->state, e.state);
 }
@@ -109,7 +131,7 @@ TEST(StateFile, keeps_the_columns_that_scripts_rely_on) {
         "property int body\nproperty int fragment\nelement edge 2\nproperty int a\nproperty int b\nproperty uchar "
         "intact\n";
     EXPECT_TRUE(has(text, expected));
-    EXPECT_TRUE(text.starts_with("ply\nformat binary_little_endian 1.0\ncomment sunder state frame 2\n"));
+    EXPECT_TRUE(text.starts_with("ply\nformat binary_little_endian 1.0\ncomment sunder state frame 3\n"));
 }
 
 TEST(StateFile, every_truncation_is_noticed) {
@@ -154,7 +176,7 @@ TEST(StateFile, foreign_frames_are_refused) {
     EXPECT_TRUE(has(fault_of("ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\nend_header\n"),
                     "no state frame"));
     std::string later = bytes_of(example());
-    later.replace(later.find("state frame 2"), 13, "state frame 9");
+    later.replace(later.find("state frame 3"), 13, "state frame 9");
     EXPECT_TRUE(has(fault_of(later), "does not know"));
     std::string other = bytes_of(example());
     other.replace(other.find("double vx"), 9, "double ux");

@@ -223,6 +223,69 @@ TEST(sleeping, what_flows_slowly_goes_on) {
     }
 }
 
+// Of the loose fragments of Resting, one that lies on another.
+uint32_t upper_one(const Resting& r) {
+    uint32_t upper = r.scene.bodies[1].particle_begin;
+    for (uint32_t i = upper; i < r.scene.bodies[1].particle_end; ++i)
+        if (r.state.position[i].z() > r.state.position[upper].z()) upper = i;
+    return upper;
+}
+
+TEST(sleeping, what_nothing_carries_any_more_wakes_and_nothing_else) {
+    Resting r;
+    r.settle();
+    const uint32_t upper = upper_one(r);
+    ASSERT_GT(r.state.position[upper].z(), 0.1);
+    const auto erased =
+        std::erase_if(r.state.contacts, [&](const ContactMemory& c) { return c.a == upper || c.b == upper; });
+    ASSERT_GT(erased, 0u);
+    const Vec3 before = r.state.position[upper];
+    run(*r.solver, r, r.state, 1);
+    EXPECT_EQ(r.state.asleep[upper], 0);
+    EXPECT_EQ(std::ranges::count(r.state.asleep, 1), 34);
+    run(*r.solver, r, r.state, 12);  // what it lay on was there after all
+    EXPECT_EQ(std::ranges::count(r.state.asleep, 1), 35);
+    EXPECT_LT((r.state.position[upper] - before).norm(), 0.002 * kSpacing);
+}
+
+TEST(sleeping, what_is_pressed_otherwise_wakes_at_the_next_look) {
+    for (const double change : {0.9 * kWakingChange, 1.1 * kWakingChange}) {
+        Resting r;
+        r.settle();
+        const uint32_t upper = upper_one(r);
+        r.state.rest_load[upper] /= 1 - change;
+        for (int f = 0; f < 5; ++f) {
+            EXPECT_EQ(run(*r.solver, r, r.state, 1).asleep, 35u);
+        }
+        run(*r.solver, r, r.state, 1);
+        EXPECT_EQ(r.state.asleep[upper], change < kWakingChange ? 1 : 0);
+        EXPECT_EQ(std::ranges::count(r.state.asleep, 1), change < kWakingChange ? 35 : 34);
+        run(*r.solver, r, r.state, 6);
+        EXPECT_EQ(std::ranges::count(r.state.asleep, 1), 35);
+    }
+}
+
+TEST(sleeping, a_touch_wakes_what_it_touches_and_a_hit_what_it_is_passed_on_to) {
+    Resting r(true);
+    r.settle();
+    const uint32_t upper = upper_one(r);
+    const double hard = hard_speed(size_of(r.solver->scene(), upper), 9.81);
+    struct Case {
+        Vec3 velocity;
+        size_t asleep;  // of the eight
+    };
+    for (const Case& ball :
+         {Case{Vec3(0, 0, -0.6 * hard), 7}, {Vec3(0, 0, -5 * hard), 6}, {Vec3(1.2 * hard, 0, 0), 7}}) {
+        FrameState state = r.state;
+        state.rigid_bodies[0].position = state.position[upper] + Vec3(0, 0, 0.1 + r.scene.rest.radii[upper].z() + 1e-4);
+        state.rigid_bodies[0].velocity = ball.velocity;
+        run(*r.solver, r, state, 1);
+        EXPECT_EQ(state.asleep[upper], 0);
+        EXPECT_EQ(asleep(r, state, 1), ball.asleep);
+        EXPECT_EQ(asleep(r, state, 0), 27u);
+    }
+}
+
 // Heaps that fall together, and go to sleep piece by piece while others still move.
 struct Heap : Ground {
     Heap() {
@@ -268,15 +331,19 @@ TEST(sleeping, going_on_from_any_frame_gives_the_same_bits_for_any_number_of_thr
     const Heap heap;
     const auto solver = test::make_solver(heap.scene);
     std::vector<FrameState> states = {solver->initial_state(heap.input.materials)};
-    size_t most = 0, least_after = 1000;
+    size_t most = 0, least_after = 1000, n_beside_awake = 0;
     for (int f = 0; f < 40; ++f) {
         states.push_back(states.back());
         const size_t n = advance(*solver, heap.input, heap.settings, states.back()).asleep;
         most = std::max(most, n);
         if (n < most) least_after = std::min(least_after, n);
+        const FrameState& now = states.back();
+        for (const ContactMemory& c : now.contacts)
+            n_beside_awake += c.b < now.asleep.size() && now.asleep[c.a] != now.asleep[c.b];
     }
     EXPECT_GT(most, 8u);
-    EXPECT_LT(least_after, most);  // some were woken
+    EXPECT_LT(least_after, most);    // some were woken
+    EXPECT_GT(n_beside_awake, 20u);  // and slept beside what moves
     for (const int from : {13, 20, 25, 30}) {
         const auto fresh = test::make_solver(heap.scene, 3);
         FrameState state = states[static_cast<size_t>(from)];

@@ -94,6 +94,33 @@ TEST(contact_memory, a_load_lasts_and_a_hit_does_not) {
     EXPECT_NEAR(shares(1000, 0, 16)[15], 1, 1e-12);  // a press, where nothing has weight
 }
 
+// Heaps of loose fragments have nothing left to do then where they rest; in soft columns it would feed their sway.
+TEST(contact_memory, a_torque_against_rolling_lasts_where_something_turns_as_a_whole) {
+    const double h = 0.01;
+    const std::vector<double> inverse_mass = {1, 1};
+    const std::vector<uint32_t> piece = {0, 1};
+    const std::vector<Vec3> start = {Vec3::Zero(), Vec3::UnitX()};
+    const std::vector<Quat> rotation(2, Quat::Identity());
+    const std::vector<MovingParticle> moving(2);
+    const Vec3 torque(0.1, -0.2, 0.3);
+    for (const bool one : {false, true}) {
+        std::vector<ContactPiece> pieces(2);
+        pieces[1].rigid = one;
+        const ContactBodies bodies{inverse_mass, piece, start, rotation, moving, pieces};
+        std::vector<ActiveContact> contacts(1);
+        ActiveContact& c = contacts[0];
+        c.contact.a = 0, c.contact.b = 1, c.arm_a = Vec3(0, 0, 0.1);
+        c.impulse.normal = h * h * 5, c.impulse.rolling = h * h * torque;
+        std::vector<ContactMemory> memory;
+        remember(bodies, contacts, h, 9.81, memory);
+        ASSERT_EQ(memory.size(), 1u);
+        EXPECT_LE((memory[0].rolling_torque - torque).norm(), 1e-12);
+        c.impulse = ContactImpulse();
+        warm_start(bodies, memory, h, 1, contacts);
+        EXPECT_LE((c.before.rolling - (one ? 1 : 0) * h * h * torque).norm(), 1e-12 * h * h);
+    }
+}
+
 TEST(contacts, a_fallen_body_comes_to_complete_rest) {
     Floor floor;
     floor.material.youngs_modulus = 5e5;
