@@ -135,10 +135,11 @@ void remember_pieces(const StepContext& context, double h, Workspace& w) {
         const Mat3 D = w.start_rotation[i].toRotationMatrix();
         ContactPiece& c = w.pieces[w.piece[i]];
         c = ContactPiece();
+        c.rigid = true;
         c.center = w.start_position[i];
+        if (!(w.inverse_mass[i] > 0)) continue;  // nothing turns a sleeper either
         c.inverse_mass = w.inverse_mass[i];
         c.inverse_inertia = D * inverse.asDiagonal() * D.transpose();
-        c.rigid = true;
         c.turned = h * w.angular_velocity[i] + c.inverse_inertia * w.push[i].torque;
     }
 }

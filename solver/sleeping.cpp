@@ -38,32 +38,11 @@ DisjointSets pieces_of(const Scene& scene, const FrameState& state) {
     return sets;
 }
 
-// Contacts join what sleeps with what sleeps, and what is awake with what is awake.
-template <class Joins>
-void join_by_contacts(const FrameState& state, const Joins& joins, DisjointSets& io_sets) {
-    for (const ContactMemory& c : state.contacts)
-        if (!(c.b & Contact::kStatic) && state.asleep[c.a] == state.asleep[c.b] && joins(c)) io_sets.join(c.a, c.b);
-}
-
+// Pieces, joined by contacts of what sleeps with what sleeps, and of what is awake with what is awake.
 DisjointSets heaps_of(const Scene& scene, const FrameState& state) {
     DisjointSets sets = pieces_of(scene, state);
-    join_by_contacts(
-        state, [](const ContactMemory&) { return true; }, sets);
-    return sets;
-}
-
-// What falls asleep and wakes as one: pieces, and with a whole body what touches it. It does not lie as deep on what
-// became fixed by a thousandth of its size, which sets towers of such bodies swaying.
-DisjointSets units_of(const Scene& scene, const FrameState& state) {
-    DisjointSets sets = pieces_of(scene, state);
-    const std::vector<Edge>& edges = scene.rest.edges;
-    std::vector<uint8_t> whole(state.asleep.size(), 0);  // by root
-    for (const Edge& e : edges) whole[sets.root(e.a)] = whole[sets.root(e.b)] = 1;
-    for (size_t e = 0; e < edges.size(); ++e)
-        if (!state.edge_intact[e]) whole[sets.root(edges[e].a)] = whole[sets.root(edges[e].b)] = 0;
-    for (uint32_t i = 0; i < whole.size(); ++i) whole[i] = whole[sets.root(i)];
-    join_by_contacts(
-        state, [&](const ContactMemory& c) { return whole[c.a] || whole[c.b]; }, sets);
+    for (const ContactMemory& c : state.contacts)
+        if (!(c.b & Contact::kStatic) && state.asleep[c.a] == state.asleep[c.b]) sets.join(c.a, c.b);
     return sets;
 }
 
@@ -72,6 +51,13 @@ Vec3 position_of(const FrameState& s, size_t i) {
 }
 const Quat& orientation_of(const FrameState& s, size_t i) {
     return i < s.n_particles() ? s.orientation[i] : s.rigid_bodies[i - s.n_particles()].orientation;
+}
+
+// Gravity and the accelerations of forces, m/s2.
+Vec3 pull_of(const FrameInput& input) {
+    Vec3 sum = input.gravity;
+    for (const Force& f : input.forces) sum += f.acceleration + f.drag * f.wind;
+    return sum;
 }
 
 double bounding_radius(const Scene& scene, size_t i) {
@@ -118,12 +104,41 @@ std::vector<double> loads_of(const FrameState& s) {
     return load;
 }
 
+// Calls visit(carrier, carried) for what lies on another: where it touches that is below its middle by more than 0.2 of
+// the way there.
+template <class Visit>
+void for_carried(const FrameInput& input, const FrameState& s, const Visit& visit) {
+    const Vec3 down = pull_of(input);
+    for (const ContactMemory& c : s.contacts) {
+        if (c.b & Contact::kStatic) continue;
+        const double depth = down.dot(orientation_of(s, c.a) * c.point), least = 0.2 * down.norm() * c.point.norm();
+        if (depth > least) visit(c.b, c.a);
+        if (depth < -least) visit(c.a, c.b);
+    }
+}
+
+// Nothing sleeps on what is awake: that would carry nothing, and go from under it.
+void wake_carried(const Scene& scene, const FrameInput& input, FrameState& io_state) {
+    FrameState& s = io_state;
+    DisjointSets pieces = pieces_of(scene, s);
+    std::vector<uint8_t> wakes(s.asleep.size(), 0);  // by root
+    const auto is_awake = [&](uint32_t i) { return !s.asleep[i] || wakes[pieces.root(i)]; };
+    for (bool any = true; any;) {
+        any = false;
+        for_carried(input, s, [&](uint32_t carrier, uint32_t carried) {
+            if (is_awake(carrier) && !is_awake(carried)) wakes[pieces.root(carried)] = 1, any = true;
+        });
+    }
+    for (uint32_t i = 0; i < s.asleep.size(); ++i)
+        if (s.asleep[i] && wakes[pieces.root(i)]) s.asleep[i] = 0, s.still_time[i] = kTimeToSleep - kSleepInterval;
+}
+
 // Sleeping pieces that lost some of what carries them, or, at looks, are pressed otherwise than when they fell asleep.
 // Those that do not move for all that go back to sleep at the next look, with the forces that they then have.
 void wake_where_loads_changed(const Scene& scene, double acceleration, bool at_look, FrameState& io_state) {
     FrameState& s = io_state;
     const std::vector<double> load = loads_of(s);
-    DisjointSets pieces = pieces_of(scene, s), units = units_of(scene, s);
+    DisjointSets pieces = pieces_of(scene, s);
     std::vector<double> change(load.size(), 0.0), weight = change, rest_load = change;  // by root, N
     for (uint32_t i = 0; i < load.size(); ++i) {
         if (!s.asleep[i]) continue;
@@ -136,28 +151,37 @@ void wake_where_loads_changed(const Scene& scene, double acceleration, bool at_l
     const double share = at_look ? kWakingChange : kWakingLoss;
     std::vector<uint8_t> wakes(load.size(), 0);  // by root
     for (uint32_t p = 0; p < load.size(); ++p)
-        if (change[p] > share * std::max(weight[p], rest_load[p])) wakes[units.root(p)] = 1;
+        if (change[p] > share * std::max(weight[p], rest_load[p])) wakes[pieces.root(p)] = 1;
     for (uint32_t i = 0; i < load.size(); ++i)
-        if (s.asleep[i] && wakes[units.root(i)]) s.asleep[i] = 0, s.still_time[i] = kTimeToSleep - kSleepInterval;
+        if (s.asleep[i] && wakes[pieces.root(i)]) s.asleep[i] = 0, s.still_time[i] = kTimeToSleep - kSleepInterval;
 }
 
-// What is awake of units that have been still for long enough, and that nothing fast touches.
-std::vector<uint32_t> rested(const Scene& scene, double acceleration, const FrameState& s) {
-    DisjointSets units = units_of(scene, s);
-    std::vector<double> still(s.asleep.size(), kNever);  // by root: how long all of the unit has been, s
+// What is awake of pieces that have been still for long enough, that nothing fast touches, and that lie on nothing
+// else.
+std::vector<uint32_t> rested(const Scene& scene, const FrameInput& input, const FrameState& s) {
+    const double acceleration = acceleration_of(input);
+    DisjointSets pieces = pieces_of(scene, s);
+    std::vector<double> still(s.asleep.size(), kNever);  // by root: how long all of the piece has been, s
     for (uint32_t i = 0; i < still.size(); ++i) {
-        double& least = still[units.root(i)];
+        double& least = still[pieces.root(i)];
         least = std::min(least, s.still_time[i]);
     }
     for (const ContactMemory& c : s.contacts) {
         if (c.b & Contact::kStatic) continue;
         const double waking = waking_speed(std::min(size_of(scene, c.a), size_of(scene, c.b)), acceleration);
-        if (surface_speed(scene, s, c.b) > waking) still[units.root(c.a)] = 0;
-        if (surface_speed(scene, s, c.a) > waking) still[units.root(c.b)] = 0;
+        if (surface_speed(scene, s, c.b) > waking) still[pieces.root(c.a)] = 0;
+        if (surface_speed(scene, s, c.a) > waking) still[pieces.root(c.b)] = 0;
+    }
+    const auto rests = [&](uint32_t i) { return s.asleep[i] || still[pieces.root(i)] >= kTimeToSleep - 1e-9; };
+    for (bool any = true; any;) {
+        any = false;
+        for_carried(input, s, [&](uint32_t carrier, uint32_t carried) {
+            if (!rests(carrier) && !s.asleep[carried] && rests(carried)) still[pieces.root(carried)] = 0, any = true;
+        });
     }
     std::vector<uint32_t> those;
     for (uint32_t i = 0; i < still.size(); ++i)
-        if (!s.asleep[i] && still[units.root(i)] >= kTimeToSleep - 1e-9) those.push_back(i);
+        if (!s.asleep[i] && still[pieces.root(i)] >= kTimeToSleep - 1e-9) those.push_back(i);
     return those;
 }
 
@@ -183,11 +207,7 @@ double size_of(const Scene& scene, uint32_t movable) {
     return 2 * (shape.kind == ShapeKind::box ? std::cbrt(shape.half_extents.prod()) : 0.8 * shape.radius);
 }
 
-double acceleration_of(const FrameInput& input) {
-    Vec3 sum = input.gravity;
-    for (const Force& f : input.forces) sum += f.acceleration + f.drag * f.wind;
-    return sum.norm();
-}
+double acceleration_of(const FrameInput& input) { return pull_of(input).norm(); }
 
 bool anything_sleeps(const FrameState& state) { return std::ranges::find(state.asleep, 1) != state.asleep.end(); }
 
@@ -228,21 +248,21 @@ void wake_changed(const Scene& scene, const FrameInput& input, bool self_collisi
                 comes_near(scene.colliders[c].shape, drive, position_of(s, i), reach_of(scene, s, i) + margin))
                 woken.push_back({i, true});
     }
-    wake(scene, woken, s);
     wake_where_loads_changed(scene, acceleration_of(input), false, s);
+    wake(scene, input, woken, s);
 }
 
-void wake(const Scene& scene, std::span<const Woken> woken, FrameState& io_state) {
-    if (woken.empty()) return;
-    DisjointSets units = units_of(scene, io_state), heaps = heaps_of(scene, io_state);
-    std::vector<uint8_t> unit_wakes(io_state.asleep.size(), 0), heap_wakes = unit_wakes;  // by root
+void wake(const Scene& scene, const FrameInput& input, std::span<const Woken> woken, FrameState& io_state) {
+    DisjointSets pieces = pieces_of(scene, io_state), heaps = heaps_of(scene, io_state);
+    std::vector<uint8_t> piece_wakes(io_state.asleep.size(), 0), heap_wakes = piece_wakes;  // by root
     for (const Woken& w : woken) {
-        unit_wakes[units.root(w.movable)] = 1;
+        piece_wakes[pieces.root(w.movable)] = 1;
         if (w.passes_on) heap_wakes[heaps.root(w.movable)] = 1;
     }
     for (uint32_t i = 0; i < io_state.asleep.size(); ++i)
-        if (io_state.asleep[i] && (unit_wakes[units.root(i)] || heap_wakes[heaps.root(i)]))
+        if (io_state.asleep[i] && (piece_wakes[pieces.root(i)] || heap_wakes[heaps.root(i)]))
             io_state.asleep[i] = 0, io_state.still_time[i] = 0;
+    wake_carried(scene, input, io_state);
 }
 
 size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collision, const FrameState& before,
@@ -269,8 +289,9 @@ size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collis
     const auto intervals = [](double time) { return std::floor((time + 1e-9) / kSleepInterval); };
     if (intervals(before.time) != intervals(s.time)) {
         wake_where_loads_changed(scene, acceleration, true, s);
+        wake_carried(scene, input, s);
         const std::vector<double> load = loads_of(s);
-        for (const uint32_t i : rested(scene, acceleration, s)) s.asleep[i] = 1, s.rest_load[i] = load[i], stop(s, i);
+        for (const uint32_t i : rested(scene, input, s)) s.asleep[i] = 1, s.rest_load[i] = load[i], stop(s, i);
     }
     if (anything_sleeps(s))
         s.rest_conditions = rest_conditions(input, self_collision, FrameEnd::end, s);

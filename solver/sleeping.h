@@ -1,5 +1,5 @@
-// What rests is not simulated until something wakes it. Pieces and rigid bodies fall asleep and wake one by one, also
-// beside what moves; hit hard, they wake with all sleepers that they press on.
+// What rests is not simulated until something wakes it. Pieces and rigid bodies fall asleep one by one, where all that
+// they lie on sleeps, and wake with what lies on them; hit hard, with all sleepers that they press on.
 #pragma once
 
 #include <span>
@@ -54,8 +54,9 @@ struct Woken {
     bool passes_on;  // all sleepers that hang together with it through pieces and contacts wake, too
 };
 
-/// Wakes the pieces of these. They go on from where they lie, with the contact forces that they had.
-void wake(const Scene& scene, std::span<const Woken> woken, FrameState& io_state);
+/// Wakes the pieces of these, and what lies on them. They go on from where they lie, with the contact forces that they
+/// had.
+void wake(const Scene& scene, const FrameInput& input, std::span<const Woken> woken, FrameState& io_state);
 
 /// To be called at the end of a frame that began in `before`: counts how long things have been still, and puts pieces
 /// to sleep if a multiple of kSleepInterval lies in the frame. Returns how many pieces there are.

@@ -280,7 +280,7 @@ Status Solver::Impl::advance(const StepContext& whole, Stage stage, double h, do
             substep(awake.context(whole), stage, h, begin, end, measure, awake.work(), awake.state(), io_report);
         if (!ok || awake.work().woken.empty()) return ok;
         awake.leave(whole.workers, io_state);
-        wake(scene, awake.woken(), io_state);
+        wake(scene, whole.input, awake.woken(), io_state);
         SubstepPair begun = awake.pair(whole.workers);
         enter(whole, io_state);
         if (anything_sleeps(io_state))

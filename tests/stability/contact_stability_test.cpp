@@ -93,6 +93,26 @@ TEST(stack, ten_boxes_stand_for_ten_seconds) {
     EXPECT_LE(r.rise, 1e-3);
 }
 
+// Those below come to rest first: what sleeps carries what still rocks on it, and turns by none of it.
+TEST(stack, boxes_that_rock_come_to_rest_one_by_one_and_stand) {
+    for (const unsigned seed : {2u, 3u, 4u, 5u, 6u}) {
+        Ground g;
+        std::mt19937_64 rng(seed);
+        std::uniform_real_distribution<double> uniform(-1, 1);
+        for (int k = 0; k < 10; ++k) {
+            RigidBody b = box(Vec3(0, 0, 0.1 * k + 0.05), 4, 0.05);
+            b.shape.half_extents = Vec3(0.1, 0.1, 0.05);
+            b.velocity = 0.1 * Vec3(uniform(rng), uniform(rng), 0);
+            b.angular_velocity = Vec3(0.3 * uniform(rng), 0.3 * uniform(rng), uniform(rng));
+            g.scene.rigid_bodies.push_back(b);
+        }
+        const StackResult r = stand(g);
+        EXPECT_LE(r.drift, kPixel);
+        EXPECT_LE(r.jitter, kFlicker);
+        EXPECT_EQ(std::ranges::count(g.state.asleep, 1), 10);
+    }
+}
+
 // Every other one a body of irregular ellipsoids: three or four of them carry the box above.
 TEST(stack, ten_of_boxes_and_fragments_stand_for_ten_seconds) {
     Ground g;
