@@ -5,6 +5,7 @@
 //   group       qw qx qy qz: optimal rotation of each particle's group, warm start of the next one (double)
 //   rigid_body  x y z qw qx qy qz vx vy vz wx wy wz (double)
 //   broken_edge edge (int), time strain (double): broken in the frame that ended here
+//   contact     a b (int), px py pz force fx fy fz tx ty tz (double): what the next substep's contacts start from
 //   clock       frame (int), time (double)
 //   rest        still_time load (double), asleep (uchar): of particles, then rigid bodies
 //   rest_condition  low high (int): hashes of what acts on sleepers
@@ -26,7 +27,8 @@ namespace sunder {
 /// First comment of every state frame, in all versions of the format; and in this one.
 inline constexpr std::string_view kStateFileMark = "sunder state frame ";
 inline constexpr std::string_view kStateFileMagic = "sunder state frame 3";
-/// Before anything slept, and before sleepers knew what lay on them; both are read as if all were awake.
+/// Before anything slept, and before sleepers knew what lay on them and contacts their torques; both are read as if all
+/// were awake.
 inline constexpr std::string_view kStateFileMagic1 = "sunder state frame 1", kStateFileMagic2 = "sunder state frame 2";
 
 struct StateFile {

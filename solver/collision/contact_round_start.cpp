@@ -72,8 +72,8 @@ void ContactRound::take_up_movables(const ContactBodies& b, const WorkerPool& wo
 ContactRound::Gives ContactRound::how_it_gives(const ContactBodies& b, uint32_t n,
                                                std::span<const ActiveContact> contacts) const {
     if (contacts[islands_->contact[islands_->offset[n]]].has_hinges) return Gives::on_hinges;
-    const std::span pieces(&islands_->piece[islands_->piece_offset[n]],
-                           &islands_->piece[islands_->piece_offset[n + 1]]);
+    const uint32_t first = islands_->piece_offset[n], end = islands_->piece_offset[n + 1];
+    const auto pieces = std::span(islands_->piece).subspan(first, end - first);
     return std::ranges::all_of(pieces, [&](uint32_t p) { return b.pieces[p].rigid; }) ? Gives::nowhere : Gives::softly;
 }
 
