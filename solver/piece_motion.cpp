@@ -47,6 +47,8 @@ Vec3 piece_center(const SimulationMesh& rest, std::span<const uint32_t> particle
     return origin + center / mass;
 }
 
+bool moves_alone(const ContactPiece& p) { return p.rigid || p.inverse_mass == 0; }
+
 void move_alone(uint32_t i, Workspace& w) {
     RoundPush& push = w.round_push[i];
     w.moving[i].x += push.own;
@@ -144,9 +146,23 @@ void remember_pieces(const StepContext& context, double h, Workspace& w) {
     }
 }
 
-void divide_pushes(const StepContext& context, double h, bool last, Workspace& w) {
-    for (ContactPiece& p : w.pieces) p.own_share = last ? 1 : 0;
-    for (uint32_t i : w.islands.movable) {
+void turn_pieces(const StepContext& context, uint32_t island, Workspace& w) {
+    for (const uint32_t piece : w.islands.pieces_of(island)) {
+        ContactPiece& p = w.pieces[piece];
+        if (moves_alone(p)) continue;
+        Vec3 angular = Vec3::Zero();  // L of the displacements, kg m2
+        for (const uint32_t j : w.live.piece_particles(piece)) {
+            const Vec3 lever = w.start_position[j] - p.center, shift = w.moving[j].x - w.start_position[j];
+            const Vec3 own = turned_by(w.moving[j].d * w.start_rotation[j].conjugate());
+            angular += context.scene.rest.mass[j] * lever.cross(shift) + w.inertia[j] * own;
+        }
+        p.turned = p.inverse_inertia * angular;
+    }
+}
+
+void divide_pushes(const StepContext& context, double h, bool last, uint32_t island, Workspace& w) {
+    for (const uint32_t piece : w.islands.pieces_of(island)) w.pieces[piece].own_share = last ? 1 : 0;
+    for (const uint32_t i : w.islands.movables_of(island)) {
         double share = 1;
         ContactPiece& p = w.pieces[w.piece[i]];
         if (!p.rigid && context.settings.method != Method::gauss_seidel && (last || p.unbroken)) {
@@ -160,58 +176,17 @@ void divide_pushes(const StepContext& context, double h, bool last, Workspace& w
     }
 }
 
-namespace {
-
-constexpr size_t kGrain = 1024;  // fewest things that a thread is worth waking for
-
-bool moves_alone(const ContactPiece& p) { return p.rigid || p.inverse_mass == 0; }
-
-// Whatever touches, all particles of a piece are moved: of a few large pieces it takes as long as of many small ones.
-bool is_worth_sharing(const Workspace& w) {
-    size_t n_particles = 0;
-    for (const uint32_t piece : w.islands.piece)
-        if (piece < w.live.n_pieces()) n_particles += w.live.piece_particles(piece).size();
-    return n_particles >= 2 * kParticleGrain;
-}
-
-template <class Body>
-void for_touching_pieces(const StepContext& context, const Workspace& w, const Body& body) {
-    const auto at = [&](size_t k) { body(w.islands.piece[k]); };
-    if (is_worth_sharing(w))
-        context.workers.for_each(w.islands.piece.size(), at);
-    else
-        for (size_t k = 0; k < w.islands.piece.size(); ++k) at(k);
-}
-
-}  // namespace
-
-void turn_pieces(const StepContext& context, Workspace& w) {
-    for_touching_pieces(context, w, [&](uint32_t piece) {
-        ContactPiece& p = w.pieces[piece];
-        if (moves_alone(p)) return;
-        Vec3 angular = Vec3::Zero();  // L of the displacements, kg m2
-        for (const uint32_t j : w.live.piece_particles(piece)) {
-            const Vec3 lever = w.start_position[j] - p.center, shift = w.moving[j].x - w.start_position[j];
-            const Vec3 own = turned_by(w.moving[j].d * w.start_rotation[j].conjugate());
-            angular += context.scene.rest.mass[j] * lever.cross(shift) + w.inertia[j] * own;
-        }
-        p.turned = p.inverse_inertia * angular;
-    });
-}
-
-void move_pieces(const StepContext& context, bool as_wholes, Workspace& w) {
-    context.workers.for_range(w.islands.movable.size(), kGrain, [&](size_t begin, size_t end) {
-        for (size_t k = begin; k < end; ++k)
-            if (const uint32_t i = w.islands.movable[k]; moves_alone(w.pieces[w.piece[i]])) move_alone(i, w);
-    });
-    for_touching_pieces(context, w, [&](uint32_t piece) {
+void move_pieces(const StepContext& context, bool as_wholes, uint32_t island, Workspace& w) {
+    for (const uint32_t i : w.islands.movables_of(island))
+        if (moves_alone(w.pieces[w.piece[i]])) move_alone(i, w);
+    for (const uint32_t piece : w.islands.pieces_of(island)) {
         ContactPiece& p = w.pieces[piece];
         if (moves_alone(p))
             p.turned += w.piece_motion[piece].spin;
         else
             move_piece(context.scene.rest, w.live.piece_particles(piece), p, w.piece_motion[piece], as_wholes, w);
         w.piece_motion[piece] = PieceMotion();
-    });
+    }
 }
 
 void turn_rigid_things(const StepContext& context, double h, Workspace& w) {

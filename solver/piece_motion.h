@@ -13,7 +13,7 @@ constexpr double kWavePerWeight = 0.29;
 /// so far; of what is held, or bound and in a pair, that it is so. Call before contacts are prepared.
 void remember_pieces(const StepContext& context, double h, Workspace& io_work);
 
-/// Fills `own_share` of the pieces that are in a contact. A push on a bound particle in an implicit
+/// Fills `own_share` of the pieces of an island of contacts. A push on a bound particle in an implicit
 /// step moves the particle by (H^-1)_jj, which lies between 1/(m_j (1 + sum_g b_g)), were its neighbours held, and
 /// 1/m_j, were they absent. Before another sweep of shape matching the upper bound is taken for pieces with broken
 /// edges: the sweep finds the true motion, and a contact that took less would have pushed too hard (a fragment on a
@@ -23,17 +23,17 @@ void remember_pieces(const StepContext& context, double h, Workspace& io_work);
 /// they carry weighs, and a stack would throw itself off. After the last sweep nothing would mend the strain that this
 /// makes in stiff bodies, so there a particle moves by little more than the lower bound and its piece as a whole by the
 /// rest; contacts within a piece, which no motion of the whole can part, are left as the sweep found them.
-void divide_pushes(const StepContext& context, double h, bool last, Workspace& io_work);
+void divide_pushes(const StepContext& context, double h, bool last, uint32_t island, Workspace& io_work);
 
-/// Fills `turned` of pieces that touch something, before a round: the rotation of the whole that has their angular
+/// Fills `turned` of the pieces of an island, before a round: the rotation of the whole that has their angular
 /// momentum, of what they moved by since the start of the substep.
-void turn_pieces(const StepContext& context, Workspace& io_work);
+void turn_pieces(const StepContext& context, uint32_t island, Workspace& io_work);
 
-/// After a round over the contacts: hands what they added to the pieces on to their particles. `as_wholes`: to where
-/// inertia takes these, and to where they are only what moves all of a piece. A Newton step is to start from a shape
-/// that the material knows: under a load a particle alone would go by many times its spacing before the material, too,
-/// pulls, and no rotation fits what is left of its group.
-void move_pieces(const StepContext& context, bool as_wholes, Workspace& io_work);
+/// After a round over the contacts of an island: hands what they added to the pieces on to their particles.
+/// `as_wholes`: to where inertia takes these, and to where they are only what moves all of a piece. A Newton step is to
+/// start from a shape that the material knows: under a load a particle alone would go by many times its spacing before
+/// the material, too, pulls, and no rotation fits what is left of its group.
+void move_pieces(const StepContext& context, bool as_wholes, uint32_t island, Workspace& io_work);
 
 /// After the last round: lone fragments and rigid bodies turn freely with the angular momentum that they had and were
 /// given, and get their angular velocity.

@@ -71,20 +71,31 @@ void Substep::find_contacts() {
     warm_start(bodies(), state.contacts, h, resting_speed(), work.contacts);
 }
 
-// A round over the contacts, the first with what they start from; `last`: no shape matching follows.
+// A round over the contacts, the first with what they start from; `last`: no shape matching follows. All of an island
+// is done by one thread at a time.
 void Substep::push_apart(ContactRound::Which which) {
+    using Which = ContactRound::Which;
     Stopwatch watch(report.contact_s);
-    turn_pieces(context, work);
-    divide_pushes(context, h, which == ContactRound::Which::last, work);
-    work.round.begin(bodies(), work.islands, which, context.contact_margin, context.workers, work.contacts);
+    const bool last = which == Which::last;
+    // Sweeps, other than Newton steps, find what pushes did in where particles are.
+    const bool as_wholes = which == Which::first && context.settings.method == Method::projective;
     const double enough =
         std::max(kOfTheMargin * context.contact_margin, kOfTheFall * acceleration_of(context.input) * h * h);
-    work.round.relax(enough, context.workers);
-    work.round.end(bodies(), context.workers, work.round_push, work.piece_motion);
-    if (which == ContactRound::Which::last) work.round.hand_over(context.workers, work.contacts);
-    // Sweeps, other than Newton steps, find what pushes did in where particles are.
-    const bool as_wholes = which == ContactRound::Which::first && context.settings.method == Method::projective;
-    move_pieces(context, as_wholes, work);
+    ContactRound& round = work.round;
+    round.open(bodies(), work.islands, which, context.contact_margin, work.contacts);
+    work.islands.for_each(context.workers, [&](uint32_t island) {
+        turn_pieces(context, island, work);
+        divide_pushes(context, h, last, island, work);
+        round.take_up(island);
+    });
+    round.lay_out();
+    work.islands.for_each(context.workers, [&](uint32_t island) {
+        round.start(island);
+        round.relax(island, enough);
+        round.end(island, work.round_push, work.piece_motion);
+        if (last) round.hand_over(island, work.contacts);
+        move_pieces(context, as_wholes, island, work);
+    });
 }
 
 bool Substep::contacts_push() const {

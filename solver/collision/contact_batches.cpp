@@ -8,7 +8,6 @@ namespace {
 
 constexpr uint32_t kLanes = 8, kOpen = 64;
 static_assert(kOpen == 64, "open batches are the bits of a word, and rotate in it");
-constexpr size_t kGrain = 256;  // fewest contacts a thread is worth waking for
 
 // The batches of an island that have room, one a bit.
 class OpenBatches {
@@ -70,33 +69,32 @@ private:
 
 }  // namespace
 
-void ContactBatches::form(std::span<const BatchMember> members, std::span<const uint32_t> island_offset,
-                          size_t n_things, const WorkerPool& workers) {
-    const size_t n_islands = island_offset.size() - 1;
-    taken_.assign(n_things, 0);
-    count_.assign(n_islands, 0);
-    lane.assign(members.size(), BatchMember::kNone);
-    const auto form_island = [&](size_t n) {
-        OpenBatches open(taken_);
-        for (const BatchMember::Kind kind : {BatchMember::Kind::pushes, BatchMember::Kind::idle})
-            for (uint32_t k = island_offset[n]; k < island_offset[n + 1]; ++k)
-                if (members[k].kind == kind) lane[k] = open.put(members[k]);
-        count_[n] = open.finish();
-    };
-    const auto island_from = [&](size_t contact) {
-        return static_cast<size_t>(std::ranges::lower_bound(island_offset, contact) - island_offset.begin());
-    };
-    workers.for_range(members.size(), kGrain, [&](size_t first, size_t end) {
-        for (size_t n = island_from(first), beyond = std::min(island_from(end), n_islands); n < beyond; ++n)
-            form_island(n);
-    });
+void ContactBatches::open(size_t n_members, size_t n_islands, size_t n_things) {
+    taken_.resize(n_things, 0);  // nothing is open between rounds
+    count_.resize(n_islands);
+    lane.resize(n_members);
+}
 
+void ContactBatches::form(uint32_t island, std::span<const BatchMember> members, uint32_t first) {
+    OpenBatches open(taken_);
+    std::fill_n(lane.begin() + first, members.size(), BatchMember::kNone);
+    for (const BatchMember::Kind kind : {BatchMember::Kind::pushes, BatchMember::Kind::idle})
+        for (uint32_t k = 0; k < members.size(); ++k)
+            if (members[k].kind == kind) lane[first + k] = open.put(members[k]);
+    count_[island] = open.finish();
+}
+
+void ContactBatches::lay_out() {
     offset.assign(1, 0);
     for (uint32_t n : count_) offset.push_back(offset.back() + n);
-    member.assign(size_t{kLanes} * offset.back(), BatchMember::kNone);
-    for (size_t n = 0; n < n_islands; ++n)
-        for (uint32_t k = island_offset[n]; k < island_offset[n + 1]; ++k)
-            if (lane[k] != BatchMember::kNone) member[lane[k] += kLanes * offset[n]] = k;
+    member.resize(size_t{kLanes} * offset.back());
+}
+
+void ContactBatches::place(uint32_t island, uint32_t first, uint32_t end) {
+    const uint32_t begin = kLanes * offset[island];
+    std::fill(member.begin() + begin, member.begin() + kLanes * offset[island + 1], BatchMember::kNone);
+    for (uint32_t k = first; k < end; ++k)
+        if (lane[k] != BatchMember::kNone) member[lane[k] += begin] = k;
 }
 
 }  // namespace sunder

@@ -6,8 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "solver/parallel.h"
-
 namespace sunder {
 
 /// What a contact asks of the other seven: that they touch none of the same things.
@@ -25,11 +23,18 @@ struct ContactBatches {
 
     size_t size() const { return member.size() / 8; }
 
-    /// `island_offset`: of islands in `members` (n_islands + 1); no two islands touch the same of the `n_things`. Each
-    /// contact goes into the first batch that has room for it of the 64 that were begun last, those that push before
-    /// those that are idle, so that batches of idle ones can be passed over.
-    void form(std::span<const BatchMember> members, std::span<const uint32_t> island_offset, size_t n_things,
-              const WorkerPool& workers);
+    /// For as many members, islands and things that may be touched; then `form` for each island, in any order and from
+    /// any threads, then `lay_out`, then `place` for each.
+    void open(size_t n_members, size_t n_islands, size_t n_things);
+
+    /// Batches of an island, whose contacts are `members` from `first` on; no two islands touch the same. Each contact
+    /// goes into the first batch that has room for it of the 64 that were begun last, those that push before those that
+    /// are idle, so that batches of idle ones can be passed over.
+    void form(uint32_t island, std::span<const BatchMember> members, uint32_t first);
+
+    void lay_out();
+
+    void place(uint32_t island, uint32_t first, uint32_t end);
 
 private:
     std::vector<uint64_t> taken_;  // in which open batches a thing is touched (n_things)

@@ -1,6 +1,7 @@
 #include "solver/collision/contact_islands.h"
 
 #include <algorithm>
+#include <functional>
 #include <numeric>
 
 namespace sunder {
@@ -83,6 +84,10 @@ void find_islands(const ContactBodies& b, std::span<ActiveContact> io_contacts, 
         io_contacts[k].has_hinges = hinged[root(io_contacts[k].contact.a)];
     }
     list_what_they_touch(b, io_contacts, o_islands);
+    o_islands.by_size.resize(o_islands.size());
+    std::iota(o_islands.by_size.begin(), o_islands.by_size.end(), 0u);
+    std::ranges::stable_sort(o_islands.by_size, std::greater(),
+                             [&](uint32_t n) { return o_islands.offset[n + 1] - o_islands.offset[n]; });
 }
 
 }  // namespace sunder

@@ -1,10 +1,12 @@
 // Contacts that hang together through what they push.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
 #include "solver/collision/contact_response.h"
+#include "solver/parallel.h"
 
 namespace sunder {
 
@@ -18,8 +20,25 @@ struct ContactIslands {
     std::vector<uint32_t> movable;         // likewise
     std::vector<uint32_t> movable_offset;  // (n_islands + 1)
     std::vector<uint32_t> piece_slot, movable_slot;  // where in `piece` and `movable` one is  (n_pieces, n_movables)
+    std::vector<uint32_t> by_size;  // islands, those with most contacts first               (n_islands)
 
     size_t size() const { return offset.size() - 1; }
+    std::span<const uint32_t> pieces_of(uint32_t island) const {
+        return std::span(piece).subspan(piece_offset[island], piece_offset[island + 1] - piece_offset[island]);
+    }
+    std::span<const uint32_t> movables_of(uint32_t island) const {
+        return std::span(movable).subspan(movable_offset[island], movable_offset[island + 1] - movable_offset[island]);
+    }
+
+    /// Calls body(island) for each, the largest first, by whichever thread is free.
+    template <class Body>
+    void for_each(const WorkerPool& workers, const Body& body) const {
+        constexpr size_t kGrain = 16;  // fewest contacts that a thread is worth waking for
+        if (contact.size() < 2 * kGrain)
+            std::ranges::for_each(by_size, body);
+        else
+            workers.for_each(by_size.size(), [&](size_t k) { body(by_size[k]); });
+    }
 };
 
 /// Islands are numbered by their first contact. Tells the contacts which of them have hinges.

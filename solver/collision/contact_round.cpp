@@ -30,7 +30,8 @@ Vec3 ContactRound::motion(size_t place) const {
     return length_ * (lane_of(c.motion, lane) + moved(c, 0, lane) - moved(c, 1, lane));
 }
 
-void ContactRound::relax_island(size_t island, double enough) {
+void ContactRound::relax(uint32_t island, double enough) {
+    enough /= length_;
     const Range rows{batches_.offset[island], batches_.offset[island + 1]};
     const Range movables{islands_->movable_offset[island], islands_->movable_offset[island + 1]};
     const Range pieces{islands_->piece_offset[island], islands_->piece_offset[island + 1]};
@@ -39,6 +40,10 @@ void ContactRound::relax_island(size_t island, double enough) {
                  *const movable_direction = &movable_direction_[kMovedNumbers * movables.begin];
     float *const piece_before = &piece_before_[kPieceMovedNumbers * pieces.begin],
                  *const piece_direction = &piece_direction_[kPieceMovedNumbers * pieces.begin];
+    std::fill_n(movable_before, kMovedNumbers * n_movables, 0.0f);
+    std::fill_n(movable_direction, kMovedNumbers * n_movables, 0.0f);
+    std::fill_n(piece_before, kPieceMovedNumbers * n_pieces, 0.0f);
+    std::fill_n(piece_direction, kPieceMovedNumbers * n_pieces, 0.0f);
     const ContactKernels& kernel = contact_kernels();
     const int passes = kPasses[static_cast<int>(gives_[island])][static_cast<int>(which_)];
     const std::span<const uint32_t> all = std::span(all_).subspan(rows.begin, rows.end - rows.begin);
@@ -63,12 +68,6 @@ void ContactRound::relax_island(size_t island, double enough) {
         following = {pass > 0 && !grows ? result.size / last : 0.0, !grows};
         last = std::max(result.size, kTiny);
     }
-}
-
-void ContactRound::relax(double enough, const WorkerPool& workers) {
-    movable_before_.assign(kMovedNumbers * islands_->movable.size(), 0), movable_direction_ = movable_before_;
-    piece_before_.assign(kPieceMovedNumbers * islands_->piece.size(), 0), piece_direction_ = piece_before_;
-    for_islands(workers, kGrain, [&](uint32_t n) { relax_island(n, enough / length_); });
 }
 
 // Of an island: what its contacts give to its movables.
@@ -97,24 +96,23 @@ void ContactRound::end_contacts(uint32_t n) {
     }
 }
 
-void ContactRound::end_island(const ContactBodies& b, uint32_t n, std::span<RoundPush> io_push,
-                              std::span<PieceMotion> io_motion) {
+void ContactRound::end(uint32_t n, std::span<RoundPush> io_push, std::span<PieceMotion> io_motion) {
     end_contacts(n);
     // What passes have it move; of pieces in `turn` and `spin` first the angular impulses by arms and by levers.
     const double unit = units_[n].impulse();
     for (uint32_t k = islands_->movable_offset[n]; k < islands_->movable_offset[n + 1]; ++k) {
         const uint32_t i = islands_->movable[k];
-        if (!(b.inverse_mass[i] > 0)) continue;
+        if (!(b_.inverse_mass[i] > 0)) continue;
         const Vec3 impulse = unit * given_[k].impulse, couple = unit * given_[k].couple;
         const PushDivision& division = division_[k];
-        PieceMotion& motion = io_motion[b.piece[i]];
+        PieceMotion& motion = io_motion[b_.piece[i]];
         motion.shift += division.whole * impulse;
         motion.turn += couple;
         motion.spin += division.lever.cross(impulse);
-        io_push[i] = {division.own * impulse, b.inverse_mass[i] * impulse, couple};
+        io_push[i] = {division.own * impulse, b_.inverse_mass[i] * impulse, couple};
     }
     for (uint32_t k = islands_->piece_offset[n]; k < islands_->piece_offset[n + 1]; ++k) {
-        const ContactPiece& piece = b.pieces[islands_->piece[k]];
+        const ContactPiece& piece = b_.pieces[islands_->piece[k]];
         PieceMotion& motion = io_motion[islands_->piece[k]];
         const Vec3 by_arm = piece.inverse_inertia * motion.turn, by_lever = piece.inverse_inertia * motion.spin;
         motion.turn = by_arm + (piece.rigid ? 0.0 : 1 - piece.own_share) * by_lever;
@@ -122,16 +120,11 @@ void ContactRound::end_island(const ContactBodies& b, uint32_t n, std::span<Roun
     }
 }
 
-void ContactRound::end(const ContactBodies& b, const WorkerPool& workers, std::span<RoundPush> io_push,
-                       std::span<PieceMotion> io_motion) {
-    given_.resize(movables_.size());
-    for_islands(workers, kHandOverGrain, [&](uint32_t n) { end_island(b, n, io_push, io_motion); });
-}
-
-void ContactRound::hand_over(const WorkerPool& workers, std::span<ActiveContact> io_contacts) const {
-    for_places(workers, [&](size_t place, uint32_t island) {
+void ContactRound::hand_over(uint32_t island, std::span<ActiveContact> io_contacts) const {
+    const double unit = units_[island].impulse();
+    const Range places = places_of(island);
+    for (uint32_t place = places.begin; place < places.end; ++place) {
         const RoundContact& from = taken_[place];
-        const double unit = units_[island].impulse();
         ActiveContact& c = io_contacts[islands_->contact[place]];
         c.impulse = {unit * from.normal_impulse, unit * vector(from.friction_impulse),
                      unit * length_ * vector(from.rolling_impulse)};
@@ -139,7 +132,7 @@ void ContactRound::hand_over(const WorkerPool& workers, std::span<ActiveContact>
         c.inverse_mass_normal = lane == BatchMember::kNone
                                     ? 0.0
                                     : contacts_[lane / kLanes].inverse_mass[lane % kLanes] / units_[island].mass;
-    });
+    }
 }
 
 }  // namespace sunder

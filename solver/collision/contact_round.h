@@ -4,14 +4,12 @@
 // opposite.
 #pragma once
 
-#include <algorithm>
 #include <span>
 #include <vector>
 
 #include "solver/collision/contact_batches.h"
 #include "solver/collision/contact_islands.h"
 #include "solver/collision/contact_kernels.h"
-#include "solver/parallel.h"
 
 namespace sunder {
 
@@ -37,28 +35,37 @@ public:
         last      // they were, and no shape matching follows: contacts within a piece, which no motion of the whole can
                   // part, are left alone, and the others start from no less than `before`
     };
-    /// Takes up where things are, and, to begin with, contacts. `length`: a typical small one, such as the contact
-    /// margin, the same in all rounds of a substep, m.
-    void begin(const ContactBodies& bodies, const ContactIslands& islands, Which which, double length,
-               const WorkerPool& workers, std::span<const ActiveContact> contacts);
+    /// Makes room. `length`: a typical small one, such as the contact margin, the same in all rounds of a substep, m.
+    /// After it come `take_up` for every island, `lay_out`, and for every island `start`, `relax`, `end` and, in the
+    /// last round, `hand_over`. Islands have nothing in common: each may be taken through these by any thread, and
+    /// stays in its caches where it is the same one.
+    void open(const ContactBodies& bodies, const ContactIslands& islands, Which which, double length,
+              std::span<const ActiveContact> contacts);
+
+    /// Where things of the island are, and in the first round its contacts.
+    void take_up(uint32_t island);
+
+    /// Where batches of islands lie in memory.
+    void lay_out();
+
+    /// Moves things by what contacts are to start from and did not give before.
+    void start(uint32_t island);
 
     /// Displacement of a's touching point less that of b's since the start of the substep, m; of the contact at `place`
     /// of the islands' list.
     Vec3 motion(size_t place) const;
 
-    /// Solves every island to where no pass changes a gap by more than `enough` (m), within so many passes as pay: 106
-    /// in all where everything is rigid, 26 where something hangs on hinges; accelerated like nonlinear conjugate
-    /// gradients (Silcowitz-Hansen, Niebuhr, Erleben 2010), so that tall stacks and heavy on light stand. Threads share
-    /// out islands.
-    void relax(double enough, const WorkerPool& workers);
+    /// Solves the island to where no pass changes a gap by more than `enough` (m), within so many passes as pay: 106 in
+    /// all where everything is rigid, 26 where something hangs on hinges; accelerated like nonlinear conjugate
+    /// gradients (Silcowitz-Hansen, Niebuhr, Erleben 2010), so that tall stacks and heavy on light stand.
+    void relax(uint32_t island, double enough);
 
-    /// What the round's impulses moved; `io_push` and `io_motion` must be zero, and stay so where the islands touch
+    /// What the island's impulses moved; `io_push` and `io_motion` must be zero, and stay so where the islands touch
     /// nothing.
-    void end(const ContactBodies& bodies, const WorkerPool& workers, std::span<RoundPush> io_push,
-             std::span<PieceMotion> io_motion);
+    void end(uint32_t island, std::span<RoundPush> io_push, std::span<PieceMotion> io_motion);
 
     /// After the last round: writes impulses back.
-    void hand_over(const WorkerPool& workers, std::span<ActiveContact> io_contacts) const;
+    void hand_over(uint32_t island, std::span<ActiveContact> io_contacts) const;
 
 private:
     struct Range {
@@ -85,56 +92,31 @@ private:
 
     static Vec3 vector(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
 
-    // Calls body(island) for each, the largest first, by whichever thread is free.
-    template <class Body>
-    void for_islands(const WorkerPool& workers, size_t grain, const Body& body) const {
-        if (islands_->contact.size() < 2 * grain)
-            std::ranges::for_each(by_size_, body);
-        else
-            workers.for_each(by_size_.size(), [&](size_t k) { body(by_size_[k]); });
-    }
-    // Calls body(place, island) for all contacts, shared out.
-    template <class Body>
-    void for_places(const WorkerPool& workers, const Body& body) const {
-        const std::vector<uint32_t>& offset = islands_->offset;
-        workers.for_range(islands_->contact.size(), kRowGrain, [&](size_t first, size_t end) {
-            auto island = static_cast<uint32_t>(std::ranges::upper_bound(offset, first) - offset.begin() - 1);
-            for (size_t place = first; place < end; ++place) {
-                while (offset[island + 1] <= place) ++island;
-                body(place, island);
-            }
-        });
-    }
+    Range places_of(uint32_t island) const { return {islands_->offset[island], islands_->offset[island + 1]}; }
     // contact_round_start.cpp
-    void order_islands();
-    Units units_of(const ContactBodies& bodies, uint32_t island) const;
-    void take_up_movables(const ContactBodies& bodies, const WorkerPool& workers);
-    Gives how_it_gives(const ContactBodies& bodies, uint32_t island, std::span<const ActiveContact> contacts) const;
-    void take_up_contacts(const ContactBodies& bodies, const WorkerPool& workers,
-                          std::span<const ActiveContact> contacts);
-    void note_what_was_given(const WorkerPool& workers);
-    void start_from_before(const WorkerPool& workers, std::span<const ActiveContact> contacts);
-    void give(const WorkerPool& workers);
+    Units units_of(uint32_t island) const;
+    void take_up_movables(uint32_t island);
+    void take_up_contacts(uint32_t island);
+    Gives how_it_gives(uint32_t island) const;
+    void note_what_was_given(uint32_t island);
+    void start_from_before(uint32_t island);
     bool goes_with_its_piece(uint32_t movable, uint32_t piece, const float (&arm)[3]) const;
-    BatchMember member_of(const ContactBodies& bodies, size_t place) const;
-    void form_batches(const ContactBodies& bodies, const WorkerPool& workers);
+    BatchMember member_of(size_t place) const;
+    void form_batches(uint32_t island);
+    void place_batches(uint32_t island);
+    void give(uint32_t island);
     ContactArrays arrays();
     // contact_round.cpp
     Vec3 moved(const ContactBatch& batch, int side, uint32_t lane) const;
     void end_contacts(uint32_t island);
-    void end_island(const ContactBodies& bodies, uint32_t island, std::span<RoundPush> io_push,
-                    std::span<PieceMotion> io_motion);
-    void relax_island(size_t island, double enough);
 
-    // Fewest contacts that threads are worth waking for: to solve, to set up, and to hand over what was solved.
-    static constexpr size_t kGrain = 16, kRowGrain = 256, kHandOverGrain = 1024;
-
+    ContactBodies b_;
+    std::span<const ActiveContact> from_;
     const ContactIslands* islands_ = nullptr;
     Which which_ = Which::first;
-    double length_ = 1;              // units of all islands, m
-    std::vector<Units> units_;       // (n_islands)
-    std::vector<Gives> gives_;       // (n_islands)
-    std::vector<uint32_t> by_size_;  // islands, those with most contacts first
+    double length_ = 1;         // units of all islands, m
+    std::vector<Units> units_;  // (n_islands)
+    std::vector<Gives> gives_;  // (n_islands)
     ContactBatches batches_;
     std::vector<RoundContact> taken_;      // as the islands' contacts, with the impulses that the last round left them;
                                            // then what stands for none, one an island

@@ -31,13 +31,26 @@ struct Islands {
             offset.push_back(static_cast<uint32_t>(members.size()));
         }
     }
-    size_t n_things() const { return kThings * (offset.size() - 1); }
+    // The islands one after the other, from the last to the first or from the first to the last.
+    ContactBatches batches(bool backwards = false) const {
+        const auto n = static_cast<uint32_t>(offset.size() - 1);
+        ContactBatches batches;
+        batches.open(members.size(), n, kThings * n);
+        const auto for_islands = [&](const auto& body) {
+            for (uint32_t k = 0; k < n; ++k) body(backwards ? n - 1 - k : k);
+        };
+        for_islands([&](uint32_t k) {
+            batches.form(k, std::span(members).subspan(offset[k], offset[k + 1] - offset[k]), offset[k]);
+        });
+        batches.lay_out();
+        for_islands([&](uint32_t k) { batches.place(k, offset[k], offset[k + 1]); });
+        return batches;
+    }
 };
 
 TEST(contact_batches, hold_every_contact_once_and_no_two_that_touch_the_same) {
     const Islands in({300, 0, 1, 150});
-    ContactBatches batches;
-    batches.form(in.members, in.offset, in.n_things(), WorkerPool(1));
+    const ContactBatches batches = in.batches();
     ASSERT_EQ(batches.offset.size(), in.offset.size());
     std::set<uint32_t> seen;
     for (size_t n = 0; n + 1 < batches.offset.size(); ++n)
@@ -63,8 +76,7 @@ TEST(contact_batches, hold_every_contact_once_and_no_two_that_touch_the_same) {
 TEST(contact_batches, idle_contacts_are_kept_apart_from_those_that_push) {
     Islands in({400});
     for (BatchMember& m : in.members) m.touches = {kNone, kNone, kNone, kNone};
-    ContactBatches batches;
-    batches.form(in.members, in.offset, in.n_things(), WorkerPool(1));
+    const ContactBatches batches = in.batches();
     size_t mixed = 0;
     for (size_t batch = 0; batch < batches.size(); ++batch) {
         std::set<BatchMember::Kind> kinds;
@@ -76,14 +88,13 @@ TEST(contact_batches, idle_contacts_are_kept_apart_from_those_that_push) {
     EXPECT_EQ(batches.size(), (size_t{400} - 58 + 7) / 8);  // full but for the last; every seventh is left out
 }
 
-TEST(contact_batches, are_the_same_for_any_number_of_threads) {
+// Threads take islands in any order.
+TEST(contact_batches, are_the_same_in_any_order_of_islands) {
     const Islands in({900, 5, 700, 800});
-    ContactBatches one, many;
-    one.form(in.members, in.offset, in.n_things(), WorkerPool(1));
-    many.form(in.members, in.offset, in.n_things(), WorkerPool(3));
-    EXPECT_EQ(one.member, many.member);
-    EXPECT_EQ(one.lane, many.lane);
-    EXPECT_EQ(one.offset, many.offset);
+    const ContactBatches forwards = in.batches(), backwards = in.batches(true);
+    EXPECT_EQ(forwards.member, backwards.member);
+    EXPECT_EQ(forwards.lane, backwards.lane);
+    EXPECT_EQ(forwards.offset, backwards.offset);
 }
 
 }  // namespace

@@ -62,10 +62,22 @@ struct Touching {
     }
     void solve() {
         ContactRound round;
-        round.begin(bodies(), islands, ContactRound::Which::first, length, WorkerPool(1), contacts);
-        round.relax(1e-4 * length, WorkerPool(1));
-        round.end(bodies(), WorkerPool(1), given, motion);
-        round.hand_over(WorkerPool(1), contacts);
+        begin(round, ContactRound::Which::first);
+        for (uint32_t n = 0; n < islands.size(); ++n) round.relax(n, 1e-4 * length);
+        end(round);
+        hand_over(round);
+    }
+    void begin(ContactRound& round, ContactRound::Which which) {
+        round.open(bodies(), islands, which, length, contacts);
+        for (uint32_t n = 0; n < islands.size(); ++n) round.take_up(n);
+        round.lay_out();
+        for (uint32_t n = 0; n < islands.size(); ++n) round.start(n);
+    }
+    void end(ContactRound& round) {
+        for (uint32_t n = 0; n < islands.size(); ++n) round.end(n, given, motion);
+    }
+    void hand_over(const ContactRound& round) {
+        for (uint32_t n = 0; n < islands.size(); ++n) round.hand_over(n, contacts);
     }
     ContactBodies bodies() { return {inverse_mass, piece, start, rotation, moving, pieces}; }
 
@@ -91,9 +103,9 @@ TEST(contact_round, the_response_to_pushes_is_symmetric_and_what_they_are_divide
             Touching t(share);
             ContactRound round;
             t.contacts[t.islands.contact[k]].impulse.normal = 1;
-            round.begin(t.bodies(), t.islands, ContactRound::Which::first, t.length, WorkerPool(1), t.contacts);
+            t.begin(round, ContactRound::Which::first);
             for (int j = 0; j < 4; ++j) W(j, k) = t.contacts[t.islands.contact[j]].contact.normal.dot(round.motion(j));
-            round.hand_over(WorkerPool(1), t.contacts);
+            t.hand_over(round);
             EXPECT_NEAR(W(k, k), t.contacts[t.islands.contact[k]].inverse_mass_normal, 1e-6 * W(k, k));
         }
         EXPECT_LE((W - W.transpose()).norm(), 1e-6 * W.norm()) << "share " << share << "\n" << W;
@@ -110,10 +122,10 @@ TEST(contact_round, the_last_starts_from_the_forces_of_before) {
             c.impulse.normal = impulse, c.before.normal = before;
             c.contact.gap = 1;  // nothing for passes to do but to take it off again
         }
-        round.begin(t.bodies(), t.islands, ContactRound::Which::first, t.length, WorkerPool(1), t.contacts);
-        round.end(t.bodies(), WorkerPool(1), t.given, t.motion);
+        t.begin(round, ContactRound::Which::first);
+        t.end(round);
         std::ranges::fill(t.given, RoundPush()), std::ranges::fill(t.motion, PieceMotion());
-        round.begin(t.bodies(), t.islands, ContactRound::Which::last, t.length, WorkerPool(1), t.contacts);
+        t.begin(round, ContactRound::Which::last);
     };
     for (const double before : {0.0, 0.5 * kHad}) {
         Touching t(0.3);
@@ -125,20 +137,20 @@ TEST(contact_round, the_last_starts_from_the_forces_of_before) {
     ContactRound round, same, left_alone;
     begin_last(t, round, kHad, kBefore);
     for (ActiveContact& c : plain.contacts) c.impulse.normal = kBefore - kHad;
-    same.begin(plain.bodies(), plain.islands, ContactRound::Which::first, plain.length, WorkerPool(1), plain.contacts);
+    plain.begin(same, ContactRound::Which::first);
     for (size_t k = 0; k < t.contacts.size(); ++k) {
         const Vec3 expected = same.motion(k);
         EXPECT_GT(expected.norm(), 0);
         EXPECT_LE((round.motion(k) - expected).norm(), 1e-6 * expected.norm()) << "contact " << k;
     }
-    round.end(t.bodies(), WorkerPool(1), t.given, t.motion);
-    round.hand_over(WorkerPool(1), t.contacts);
+    t.end(round);
+    t.hand_over(round);
     for (const ActiveContact& c : t.contacts) EXPECT_EQ(c.impulse.normal, kBefore);
 
     for (ActiveContact& c : within.contacts) c.separate_pieces = false;
     begin_last(within, left_alone, kHad, kBefore);
-    left_alone.end(within.bodies(), WorkerPool(1), within.given, within.motion);
-    left_alone.hand_over(WorkerPool(1), within.contacts);
+    within.end(left_alone);
+    within.hand_over(left_alone);
     for (const ActiveContact& c : within.contacts) EXPECT_EQ(c.impulse.normal, kHad);
     for (const RoundPush& push : within.given) EXPECT_TRUE(push.shift.isZero(0));
 }
