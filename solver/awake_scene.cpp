@@ -33,6 +33,13 @@ void pick(std::span<const uint32_t> which, const WorkerPool& workers, const Pick
                       [&](size_t first, size_t last) { (picks.take(which, first, last), ...); });
 }
 
+// Where a sleeper may be touched.
+Aabb ball_of(const StepContext& whole, const FrameState& state, size_t i) {
+    const size_t n = state.n_particles();
+    const Vec3& x = i < n ? state.position[i] : state.rigid_bodies[i - n].position;
+    return ball(x, reach_of(whole.scene, i) + whole.contact_margin);
+}
+
 }  // namespace
 
 void AwakeScene::enter(const StepContext& whole, const FrameState& state) {
@@ -42,15 +49,29 @@ void AwakeScene::enter(const StepContext& whole, const FrameState& state) {
 }
 
 void AwakeScene::cover(const StepContext& whole, double h, double end, FrameState& io_state) {
-    const std::vector<Aabb> boxes = reach(context(whole), state_, fixed_, h, end, 0);
-    for (size_t i = 0; i < boxes.size(); ++i) {
-        if (fixed_[i] || holds(covered_[i], boxes[i])) continue;
+    std::vector<Aabb> boxes = reach(context(whole), state_, fixed_, h, end, 0);
+    std::vector<uint8_t> beyond(boxes.size());
+    for (size_t i = 0; i < boxes.size(); ++i) beyond[i] = !fixed_[i] && !holds(covered_[i], boxes[i]);
+    if (std::ranges::find(beyond, 1) == beyond.end()) return;
+    boxes = reach(context(whole), state_, fixed_, h, end, kSkin);
+    if (meets_more(whole, io_state, boxes, beyond)) {
         leave(whole.workers, io_state);
         const SubstepPair begun = pair(whole.workers);
         build(whole, io_state);
         go_on(begun, whole.workers);
         return;
     }
+    for (size_t i = 0; i < boxes.size(); ++i)
+        if (beyond[i]) covered_[i] = boxes[i];
+}
+
+// Whether one of those boxes that count may meet a sleeper that is not here.
+bool AwakeScene::meets_more(const StepContext& whole, const FrameState& state, std::span<const Aabb> boxes,
+                            std::span<const uint8_t> counts) const {
+    const CellFilter filter(boxes, counts, whole.workers);
+    for (size_t i = 0; i < index_.size(); ++i)
+        if (index_[i] == kNone && filter.may_meet(ball_of(whole, state, i))) return true;
+    return false;
 }
 
 SubstepPair AwakeScene::pair(const WorkerPool& workers) const {
@@ -74,9 +95,7 @@ void AwakeScene::build(const StepContext& whole, const FrameState& state) {
     const CellFilter filter(boxes, here, whole.workers);
     whole.workers.for_range(n_movables, kParticleGrain, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; ++i) {
-            if (!asleep_[i]) continue;
-            const Vec3& x = i < n ? state.position[i] : state.rigid_bodies[i - n].position;
-            here[i] = filter.may_meet(ball(x, reach_of(whole.scene, i) + whole.contact_margin));
+            if (asleep_[i]) here[i] = filter.may_meet(ball_of(whole, state, i));
         }
     });
 

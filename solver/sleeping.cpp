@@ -120,6 +120,11 @@ void for_carried(const FrameInput& input, const FrameState& s, const Visit& visi
 // Nothing sleeps on what is awake: that would carry nothing, and go from under it.
 void wake_carried(const Scene& scene, const FrameInput& input, FrameState& io_state) {
     FrameState& s = io_state;
+    bool lies_on_what_is_awake = false;
+    for_carried(input, s, [&](uint32_t carrier, uint32_t carried) {
+        lies_on_what_is_awake |= s.asleep[carried] && !s.asleep[carrier];
+    });
+    if (!lies_on_what_is_awake) return;
     DisjointSets pieces = pieces_of(scene, s);
     std::vector<uint8_t> wakes(s.asleep.size(), 0);  // by root
     const auto is_awake = [&](uint32_t i) { return !s.asleep[i] || wakes[pieces.root(i)]; };
@@ -183,6 +188,16 @@ std::vector<uint32_t> rested(const Scene& scene, const FrameInput& input, const 
     for (uint32_t i = 0; i < still.size(); ++i)
         if (!s.asleep[i] && still[pieces.root(i)] >= kTimeToSleep - 1e-9) those.push_back(i);
     return those;
+}
+
+// Whether it hardly moved in a frame.
+bool is_still(const Scene& scene, const FrameInput& input, const FrameState& before, const FrameState& s, uint32_t i) {
+    const bool flows = i < s.n_particles() && s.plastic_deformation[i] != before.plastic_deformation[i];
+    const double most = input.duration * still_speed(size_of(scene, i), acceleration_of(input), flows);
+    if (!((position_of(s, i) - position_of(before, i)).norm() <= most)) return false;
+    // Twice the sine of half the angle: the angle, where that is small.
+    const double turn = 2 * (orientation_of(s, i) * orientation_of(before, i).conjugate()).vec().norm();
+    return turn * bounding_radius(scene, i) <= most;
 }
 
 void stop(FrameState& io_state, size_t i) {
@@ -253,6 +268,7 @@ void wake_changed(const Scene& scene, const FrameInput& input, bool self_collisi
 }
 
 void wake(const Scene& scene, const FrameInput& input, std::span<const Woken> woken, FrameState& io_state) {
+    if (woken.empty()) return wake_carried(scene, input, io_state);
     DisjointSets pieces = pieces_of(scene, io_state), heaps = heaps_of(scene, io_state);
     std::vector<uint8_t> piece_wakes(io_state.asleep.size(), 0), heap_wakes = piece_wakes;  // by root
     for (const Woken& w : woken) {
@@ -272,13 +288,7 @@ size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collis
     const double acceleration = acceleration_of(input);
     for (uint32_t i = 0; i < n_movables; ++i) {
         if (s.asleep[i]) continue;
-        const double way = (position_of(s, i) - position_of(before, i)).norm();
-        // Twice the sine of half the angle: the angle, where that is small.
-        const double turn = 2 * (orientation_of(s, i) * orientation_of(before, i).conjugate()).vec().norm();
-        const bool flows = i < s.n_particles() && s.plastic_deformation[i] != before.plastic_deformation[i];
-        const double most = input.duration * still_speed(size_of(scene, i), acceleration, flows);
-        const bool still = std::max(way, turn * bounding_radius(scene, i)) <= most;
-        s.still_time[i] = still ? s.still_time[i] + input.duration : 0;
+        s.still_time[i] = is_still(scene, input, before, s, i) ? s.still_time[i] + input.duration : 0;
     }
     for (const ContactMemory& c : s.contacts)
         if (c.b & Contact::kStatic && moves(input.colliders[c.b & ~Contact::kStatic])) s.still_time[c.a] = 0;
