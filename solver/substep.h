@@ -90,6 +90,8 @@ struct Substep {
 
     // substep_contacts.cpp
     void mark_held_pieces();
+    template <class Body>
+    void for_contacts(const Body& body);  // body(some of the contacts), in parts on all threads
     void take_up_pieces();
     void find_contacts();
     void push_apart(ContactRound::Which which);

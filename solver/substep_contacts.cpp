@@ -1,6 +1,7 @@
 // Contacts of a substep: found, pushed apart between Newton steps, settled at the end.
 #include <algorithm>
 
+#include "solver/collision/depenetration.h"
 #include "solver/piece_motion.h"
 #include "solver/sleeping.h"
 #include "solver/substep.h"
@@ -21,6 +22,14 @@ void Substep::mark_held_pieces() {
     });
 }
 
+template <class Body>
+void Substep::for_contacts(const Body& body) {
+    constexpr size_t kGrain = 256;  // fewest a thread is worth waking for
+    context.workers.for_range(work.contacts.size(), kGrain, [&](size_t first, size_t last) {
+        body(std::span(work.contacts).subspan(first, last - first));
+    });
+}
+
 // Pieces as contacts see them, from the start of the substep; anew when edges broke.
 void Substep::take_up_pieces() {
     for_all(n_movables(), [&](size_t i) { work.piece[i] = piece_of(i); });
@@ -30,8 +39,10 @@ void Substep::take_up_pieces() {
     remember_pieces(context, h, work);
     for (size_t i = 0; i < std::min(context.fixed.size(), n_particles()); ++i)
         if (context.fixed[i]) work.pieces[work.piece[i]].rigid = true;  // what rests on it rests as on a rigid body
-    prepare_contacts(bodies(), work.velocity, work.angular_velocity, h, context.settings.depenetration_speed,
-                     work.contacts);
+    for_contacts([&](std::span<ActiveContact> some) {
+        prepare_contacts(bodies(), work.velocity, work.angular_velocity, h, context.settings.depenetration_speed, some);
+    });
+    agree_on_recovery(bodies(), work.contacts);
     find_reach(bodies(), h, context.contact_margin, work.contacts);
     find_islands(bodies(), work.contacts, work.islands);
     work.is_touched.assign(work.pieces.size(), 0);
@@ -69,7 +80,8 @@ void Substep::find_contacts() {
     report.contacts = std::max(report.contacts, work.contacts.size());
     predict();
     take_up_pieces();
-    warm_start(bodies(), state.contacts, h, resting_speed(), work.contacts);
+    for_contacts(
+        [&](std::span<ActiveContact> some) { warm_start(bodies(), state.contacts, h, resting_speed(), some); });
 }
 
 // A round over the contacts, the first with what they start from; `last`: no shape matching follows. All of an island
@@ -105,8 +117,11 @@ bool Substep::contacts_push() const {
 }
 
 void Substep::settle_contacts() {
-    settle_velocities(bodies(), h, resting_speed(), work.contacts, work.angular_velocity, work.velocity,
-                      work.piece_change);
+    std::ranges::fill(work.piece_change, PieceVelocity());
+    work.islands.for_each(context.workers, [&](uint32_t island) {
+        settle_velocities(bodies(), h, resting_speed(), work.contacts, work.islands.contacts_of(island),
+                          work.angular_velocity, work.velocity, work.piece_change);
+    });
     change_velocities(context, work);
     remember(bodies(), work.contacts, h, acceleration_of(context.input), state.contacts);
 }

@@ -23,6 +23,9 @@ struct ContactIslands {
     std::vector<uint32_t> by_size;  // islands, those with most contacts first               (n_islands)
 
     size_t size() const { return offset.size() - 1; }
+    std::span<const uint32_t> contacts_of(uint32_t island) const {
+        return std::span(contact).subspan(offset[island], offset[island + 1] - offset[island]);
+    }
     std::span<const uint32_t> pieces_of(uint32_t island) const {
         return std::span(piece).subspan(piece_offset[island], piece_offset[island + 1] - piece_offset[island]);
     }

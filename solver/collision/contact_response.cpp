@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solver/collision/depenetration.h"
 
 namespace sunder {
 namespace {
@@ -58,7 +57,6 @@ void prepare_contacts(const ContactBodies& b, std::span<const Vec3> velocity, st
         const double overlap = c.allowed_gap - c.contact.gap;
         c.recovery = c.separate_pieces && overlap > 0 ? std::min(0.2 * overlap, recovery_speed * h) : 0.0;
     }
-    agree_on_recovery(b, io_contacts);
 }
 
 void find_reach(const ContactBodies& b, double h, double margin, std::span<ActiveContact> io_contacts) {
@@ -76,18 +74,21 @@ void find_reach(const ContactBodies& b, double h, double margin, std::span<Activ
 
 void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, double h, double resting,
                 std::span<ActiveContact> io_contacts) {
-    size_t first = 0;
+    const auto pair_of = [](const auto& c) { return std::pair(c.a, c.b); };
+    if (io_contacts.empty()) return;
+    auto first = static_cast<size_t>(
+        std::ranges::lower_bound(memory, pair_of(io_contacts.front().contact), {}, pair_of) - memory.begin());
     for (ActiveContact& c : io_contacts) {
         const bool movable =
             b.inverse_mass[c.contact.a] > 0 || (has_movable_b(c.contact) && b.inverse_mass[c.contact.b] > 0);
         if (!movable || !c.in_reach) continue;
-        const auto key = std::pair(c.contact.a, c.contact.b);
-        while (first < memory.size() && std::pair(memory[first].a, memory[first].b) < key) ++first;
+        const auto key = pair_of(c.contact);
+        while (first < memory.size() && pair_of(memory[first]) < key) ++first;
         // Of the points that this pair had, the nearest, if it moved by less than a tenth of its arm.
         const Vec3 point = b.start_rotation[c.contact.a].conjugate() * c.arm_a;
         const ContactMemory* nearest = nullptr;
         double least = 0.1 * point.norm();
-        for (size_t k = first; k < memory.size() && std::pair(memory[k].a, memory[k].b) == key; ++k)
+        for (size_t k = first; k < memory.size() && pair_of(memory[k]) == key; ++k)
             if (const double d = (memory[k].point - point).norm(); d <= least) least = d, nearest = &memory[k];
         if (!nearest) continue;
         const Vec3& n = c.contact.normal;
@@ -115,11 +116,10 @@ void remember(const ContactBodies& b, std::span<const ActiveContact> contacts, d
 }
 
 void settle_velocities(const ContactBodies& b, double h, double threshold, std::span<const ActiveContact> contacts,
-                       std::span<const Vec3> angular_velocity, std::span<Vec3> io_velocity,
-                       std::span<PieceVelocity> o_change) {
-    std::fill(o_change.begin(), o_change.end(), PieceVelocity());
+                       std::span<const uint32_t> which, std::span<const Vec3> angular_velocity,
+                       std::span<Vec3> io_velocity, std::span<PieceVelocity> io_change) {
     const auto velocity_at = [&](uint32_t i, const Vec3& arm) -> Vec3 {
-        const PieceVelocity& whole = o_change[b.piece[i]];
+        const PieceVelocity& whole = io_change[b.piece[i]];
         return io_velocity[i] + whole.velocity + whole.turn.cross(lever_of(b, i)) +
                (angular_velocity[i] + whole.spin).cross(arm);
     };
@@ -127,13 +127,14 @@ void settle_velocities(const ContactBodies& b, double h, double threshold, std::
         const PushDivision d = divide_push(b, i);
         const Mat3& J = b.pieces[b.piece[i]].inverse_inertia;
         const Vec3 by_arm = J * arm.cross(impulse), by_lever = J * d.lever.cross(impulse);
-        PieceVelocity& change = o_change[b.piece[i]];
+        PieceVelocity& change = io_change[b.piece[i]];
         io_velocity[i] += d.own * impulse;
         change.velocity += d.whole * impulse;
         change.turn += by_arm + d.orbit_share * by_lever;
         change.spin += by_arm + by_lever;
     };
-    for (const ActiveContact& c : contacts) {
+    for (const uint32_t k : which) {
+        const ActiveContact& c = contacts[k];
         if (c.impulse.normal <= 0 || !(c.inverse_mass_normal > 0)) continue;
         const Vec3& n = c.contact.normal;
         const uint32_t i = c.contact.a, j = c.contact.b;

@@ -102,20 +102,20 @@ Vec3 turned(const ContactBodies& bodies, uint32_t movable);
 inline bool has_movable_b(const Contact& c) { return !(c.b & Contact::kStatic); }
 
 /// Fills arms and speeds, and decides what gap is wanted: none below `allowed_gap`, but old
-/// overlap is worked off by a fifth a substep and no faster than `recovery_speed`, and only between separate pieces.
-/// Call once a substep after detection.
+/// overlap is worked off by a fifth a substep and no faster than `recovery_speed`, and only between separate pieces, as
+/// each contact alone would have it (`agree_on_recovery` comes next). Call once a substep after detection.
 void prepare_contacts(const ContactBodies& bodies, std::span<const Vec3> velocity,
                       std::span<const Vec3> angular_velocity, double h, double recovery_speed,
                       std::span<ActiveContact> io_contacts);
 
 /// Fills `in_reach`: false of contacts that stay apart unless something hits them that is faster than all that the two
 /// touch. Hulls lie in their ellipsoids, so that two in five of what detection finds overlap as ellipsoids and are
-/// nowhere near as hulls. `margin`: of contacts, m. After `prepare_contacts`.
+/// nowhere near as hulls. `margin`: of contacts, m. After `agree_on_recovery`.
 void find_reach(const ContactBodies& bodies, double h, double margin, std::span<ActiveContact> io_contacts);
 
 /// Lasting contacts start from a share of the forces they had; where nothing hangs on hinges and they approach or part
 /// no faster than `resting` (m/s) from most of it. All of it is where their last round starts from (ContactRound), for
-/// the last rounds of two substeps solve the same problem. `memory` ascending by (a, b).
+/// the last rounds of two substeps solve the same problem. `memory` and contacts ascending by (a, b).
 void warm_start(const ContactBodies& bodies, std::span<const ContactMemory> memory, double h, double resting,
                 std::span<ActiveContact> io_contacts);
 
@@ -133,10 +133,11 @@ struct PieceVelocity {
 };
 
 /// Velocities of touching points along the normal: approach ends, or turns around where the contact closed faster than
-/// `threshold` m/s and restitution says so; what recovery added is taken out again. Changes particles' velocities by
-/// their own share; `o_change` (as pieces) is to be given to all of a piece.
+/// `threshold` m/s and restitution says so; what recovery added is taken out again. Of the contacts of an island, one
+/// after the other (`which`). Changes particles' velocities by their own share; `io_change` (as pieces; zero to begin
+/// with) is to be given to all of a piece.
 void settle_velocities(const ContactBodies& bodies, double h, double threshold, std::span<const ActiveContact> contacts,
-                       std::span<const Vec3> angular_velocity, std::span<Vec3> io_velocity,
-                       std::span<PieceVelocity> o_change);
+                       std::span<const uint32_t> which, std::span<const Vec3> angular_velocity,
+                       std::span<Vec3> io_velocity, std::span<PieceVelocity> io_change);
 
 }  // namespace sunder
