@@ -109,8 +109,10 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     if (search_end.ends)
         detection.ends = [&](std::span<const Contact> first) { return ended = search_end.ends(first); };
     find_contacts(detection, scratch_, contacts_);
-    out.clear();
-    if (ended) return false;
+    if (ended) {
+        out.clear();
+        return false;
+    }
 
     const auto standing_out_of = [&](uint32_t i, const Vec3& direction) {
         if (i >= n) return 0.0;
@@ -147,7 +149,7 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
         return c;
     };
     list_neighbours(rest, workers);
-    out.resize(contacts_.size());
+    out.resize(contacts_.size());  // those that are there are written over
     workers.for_range(contacts_.size(), kGrain, [&](size_t begin, size_t end) {
         for (size_t k = begin; k < end; ++k) out[k] = describe(k);
     });
