@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "solver/collision/contact_islands.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder {
@@ -55,7 +56,6 @@ double fastest(const FrameState& s) {
     return v;
 }
 
-// Section 3.3 of the paper: fallen bodies must not keep turning.
 // A load that stays is remembered whole after some substeps, also where nothing has weight; of a hit no more than what
 // gravity could have made of what was there.
 TEST(contact_memory, a_load_lasts_and_a_hit_does_not) {
@@ -121,6 +121,38 @@ TEST(contact_memory, a_torque_against_rolling_lasts_where_something_turns_as_a_w
     }
 }
 
+// Rounds leave out what stays apart, and whatever the things it is between touch otherwise.
+TEST(contacts, are_out_of_reach_where_nothing_brings_them_together) {
+    const double h = 0.01, margin = 1e-3;  // s, m
+    const std::vector<double> inverse_mass(3, 1.0);
+    const std::vector<uint32_t> piece = {0, 1, 2};
+    const std::vector<Vec3> start(3, Vec3::Zero());
+    const std::vector<Quat> rotation(3, Quat::Identity());
+    const std::vector<MovingParticle> moving(3);
+    const std::vector<ContactPiece> pieces(3);
+    const ContactBodies bodies{inverse_mass, piece, start, rotation, moving, pieces};
+    std::vector<ActiveContact> contacts(2);
+    ActiveContact &first = contacts[0], &second = contacts[1];
+    first.contact.a = 0, first.contact.b = 1, second.contact.a = 1, second.contact.b = 2;
+    const auto are_in_reach = [&](double gap, double allowed, double speed_of_first) {
+        second.contact.gap = gap, second.wanted_gap = allowed, first.speed = speed_of_first;
+        find_reach(bodies, h, margin, contacts);
+        return second.in_reach;
+    };
+    EXPECT_TRUE(are_in_reach(2e-3, 0, 0));
+    EXPECT_FALSE(are_in_reach(3e-3, 0, 0));
+    EXPECT_FALSE(are_in_reach(-2e-3, -5e-3, 0)) << "it may come closer than it is";
+    ContactIslands islands;
+    find_islands(bodies, contacts, islands);
+    EXPECT_EQ(islands.contact, std::vector<uint32_t>{0});
+    EXPECT_EQ(islands.movable, (std::vector<uint32_t>{0, 1}));
+    EXPECT_TRUE(are_in_reach(8e-3, 0, 1)) << "what hits one of the two may throw it at the other";
+    EXPECT_FALSE(are_in_reach(8e-3, 0, 0.5));
+    find_islands(bodies, contacts, islands);
+    EXPECT_EQ(islands.contact, std::vector<uint32_t>{0});
+}
+
+// Section 3.3 of the paper: fallen bodies must not keep turning.
 TEST(contacts, a_fallen_body_comes_to_complete_rest) {
     Floor floor;
     floor.material.youngs_modulus = 5e5;
