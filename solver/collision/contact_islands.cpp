@@ -58,7 +58,7 @@ void find_islands(const ContactBodies& b, std::span<ActiveContact> io_contacts, 
         return p;
     };
     for (const ActiveContact& c : io_contacts)
-        if (c.in_reach && has_movable_b(c.contact)) {
+        if (has_movable_b(c.contact)) {
             const uint32_t p = root(c.contact.a), q = root(c.contact.b);
             parent[std::max(p, q)] = std::min(p, q);
         }
@@ -67,7 +67,6 @@ void find_islands(const ContactBodies& b, std::span<ActiveContact> io_contacts, 
     o_islands.offset.assign(1, 0);
     for (size_t k = 0; k < io_contacts.size(); ++k) {
         const Contact& c = io_contacts[k].contact;
-        if (!io_contacts[k].in_reach) continue;
         const uint32_t r = root(c.a);
         if (number[r] == kNone) {
             number[r] = static_cast<uint32_t>(o_islands.size());
@@ -79,9 +78,8 @@ void find_islands(const ContactBodies& b, std::span<ActiveContact> io_contacts, 
     }
     std::partial_sum(o_islands.offset.begin(), o_islands.offset.end(), o_islands.offset.begin());
     std::vector<uint32_t> next(o_islands.offset.begin(), o_islands.offset.end() - 1);
-    o_islands.contact.resize(o_islands.offset.back());
+    o_islands.contact.resize(io_contacts.size());
     for (uint32_t k = 0; k < io_contacts.size(); ++k) {
-        if (!io_contacts[k].in_reach) continue;
         o_islands.contact[next[island[k]]++] = k;
         io_contacts[k].has_hinges = hinged[root(io_contacts[k].contact.a)];
     }

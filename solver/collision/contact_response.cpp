@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solver/collision/depenetration.h"
+
 namespace sunder {
 namespace {
 
@@ -52,22 +54,8 @@ void prepare_contacts(const ContactBodies& b, std::span<const Vec3> velocity, st
             approach -= c.collider_motion / h;
         }
         c.approach_speed = -c.contact.normal.dot(approach);
-        c.speed = approach.norm();
         const double overlap = c.allowed_gap - c.contact.gap;
         c.recovery = c.separate_pieces && overlap > 0 ? std::min(0.2 * overlap, recovery_speed * h) : 0.0;
-    }
-}
-
-void find_reach(const ContactBodies& b, double h, double margin, std::span<ActiveContact> io_contacts) {
-    std::vector<double> fastest(b.piece.size(), 0.0);  // of a movable's contacts, m/s
-    for (const ActiveContact& c : io_contacts) {
-        fastest[c.contact.a] = std::max(fastest[c.contact.a], c.speed);
-        if (has_movable_b(c.contact)) fastest[c.contact.b] = std::max(fastest[c.contact.b], c.speed);
-    }
-    constexpr double kMarginsApart = 2.5;  // with 1, two in a thousand that push would be left out; with this, one
-    for (ActiveContact& c : io_contacts) {
-        const double speed = std::max(fastest[c.contact.a], has_movable_b(c.contact) ? fastest[c.contact.b] : 0.0);
-        c.in_reach = c.contact.gap - c.wanted_gap <= kMarginsApart * margin + h * speed;
     }
 }
 
@@ -80,7 +68,7 @@ void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, d
     for (ActiveContact& c : io_contacts) {
         const bool movable =
             b.inverse_mass[c.contact.a] > 0 || (has_movable_b(c.contact) && b.inverse_mass[c.contact.b] > 0);
-        if (!movable || !c.in_reach) continue;
+        if (!movable || c.wanted_gap <= -kLetPass) continue;
         const auto key = pair_of(c.contact);
         while (first < memory.size() && pair_of(memory[first]) < key) ++first;
         // Of the points that this pair had, the nearest, if it moved by less than a tenth of its arm.

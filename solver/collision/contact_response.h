@@ -53,13 +53,11 @@ struct ActiveContact {
     double friction = 0, restitution = 0;
     double rolling_arm = 0;          // resistance to rolling: torque = rolling_arm * normal force, m
     bool separate_pieces = true;     // overlap is worked off only between separate pieces
-    bool in_reach = true;            // may come to touch in the substep
     bool has_hinges = false;         // its island has a piece that is partly broken
     double wanted_gap = 0;           // at the end of the substep, m
     double recovery = 0;             // part of it that works off old overlap, m
     double inverse_mass_normal = 0;  // in the last round, 1/kg
     double approach_speed = 0;       // along the normal before the step, m/s
-    double speed = 0;                // of a's touching point against b's, m/s
     ContactImpulse before;           // with which the last substep ended, as far as that lasts
     ContactImpulse impulse;
 };
@@ -101,17 +99,12 @@ Vec3 turned(const ContactBodies& bodies, uint32_t movable);
 
 inline bool has_movable_b(const Contact& c) { return !(c.b & Contact::kStatic); }
 
-/// Fills arms and speeds, and decides what gap is wanted: none below `allowed_gap`, but old
+/// Fills arms and approach speed, and decides what gap is wanted: none below `allowed_gap`, but old
 /// overlap is worked off by a fifth a substep and no faster than `recovery_speed`, and only between separate pieces, as
 /// each contact alone would have it (`agree_on_recovery` comes next). Call once a substep after detection.
 void prepare_contacts(const ContactBodies& bodies, std::span<const Vec3> velocity,
                       std::span<const Vec3> angular_velocity, double h, double recovery_speed,
                       std::span<ActiveContact> io_contacts);
-
-/// Fills `in_reach`: false of contacts that stay apart unless something hits them that is faster than all that the two
-/// touch. Hulls lie in their ellipsoids, so that two in five of what detection finds overlap as ellipsoids and are
-/// nowhere near as hulls. `margin`: of contacts, m. After `agree_on_recovery`.
-void find_reach(const ContactBodies& bodies, double h, double margin, std::span<ActiveContact> io_contacts);
 
 /// Lasting contacts start from a share of the forces they had; where nothing hangs on hinges and they approach or part
 /// no faster than `resting` (m/s) from most of it. All of it is where their last round starts from (ContactRound), for

@@ -198,10 +198,10 @@ void ContactRound::give(uint32_t n) {
 
 void ContactRound::open(const ContactBodies& bodies, const ContactIslands& islands, Which which, double length,
                         std::span<const ActiveContact> contacts) {
-    assert(which == Which::first || exact_.size() == islands.contact.size());
+    assert(which == Which::first || exact_.size() == contacts.size());
     b_ = bodies, islands_ = &islands, which_ = which, from_ = contacts, length_ = rounded_unit(length);
     if (which == Which::between) return;
-    const size_t n_contacts = islands.contact.size(), n_islands = islands.size();
+    const size_t n_contacts = contacts.size(), n_islands = islands.size();
     const size_t n_movables = islands.movable.size() + n_islands, n_pieces = islands.piece.size() + n_islands;
     movables_.resize(n_movables), began_.resize(n_movables), pieces_.resize(n_pieces);
     division_.resize(islands.movable.size()), units_.resize(n_islands), gives_.resize(n_islands);

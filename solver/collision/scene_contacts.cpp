@@ -114,6 +114,25 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
         return false;
     }
 
+    const auto way_of_collider = [&](const Contact& c) -> Vec3 {
+        const MovingShape& collider = colliders_[c.b & ~Contact::kStatic];
+        return collider.end.apply(collider.begin.inverse_apply(c.point_b)) - c.point_b;
+    };
+    const auto reach_of = [&](size_t k) {
+        const Contact& c = contacts_[k];
+        const auto velocity_at = [&](uint32_t i, const Vec3& point) -> Vec3 {
+            return motion.velocity[i] + motion.angular_velocity[i].cross(point - motion.position[i]);
+        };
+        const Vec3 velocity = velocity_at(c.a, c.point_a);
+        if (c.b & Contact::kStatic) {
+            const bool is_plane = colliders_[c.b & ~Contact::kStatic].shape.kind == ShapeKind::plane;
+            const double hull = is_plane && c.a < n ? hulls_.reach()[c.a] : 0.0;
+            return ContactReach{(velocity - way_of_collider(c) / interval.h).norm(), hull};
+        }
+        const uint32_t neighbours = neighbours_of_[k];
+        const double at_rest = neighbours == SimulationMesh::kNone ? 0.0 : std::min(0.0, neighbours_[neighbours].gap);
+        return ContactReach{(velocity - velocity_at(c.b, c.point_b)).norm(), at_rest};
+    };
     const auto standing_out_of = [&](uint32_t i, const Vec3& direction) {
         if (i >= n) return 0.0;
         return standing_out(rest, i, motion.plastic_deformation[i], motion.rotation[i].conjugate() * direction);
@@ -133,8 +152,7 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
             c.allowed_gap = -standing_out_of(contact.a, -contact.normal);
             // The corner that reaches farther need not be where it touches, unless that is everywhere.
             if (scene.colliders[at].shape.kind != ShapeKind::plane) c.allowed_gap = std::min(c.allowed_gap, 0.0);
-            c.collider_motion =
-                colliders_[at].end.apply(colliders_[at].begin.inverse_apply(contact.point_b)) - contact.point_b;
+            c.collider_motion = way_of_collider(contact);
         } else {
             b = surface_of(scene, input, contact.b);
             c.rolling_arm = std::max(c.rolling_arm, rolling_arm(contact.b));
@@ -149,9 +167,14 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
         return c;
     };
     list_neighbours(rest, workers);
-    out.resize(contacts_.size());  // those that are there are written over
+    reach_.resize(contacts_.size());
     workers.for_range(contacts_.size(), kGrain, [&](size_t begin, size_t end) {
-        for (size_t k = begin; k < end; ++k) out[k] = describe(k);
+        for (size_t k = begin; k < end; ++k) reach_[k] = reach_of(k);
+    });
+    const std::vector<uint32_t> those = in_reach(contacts_, reach_, motion.position.size(), interval.h, margin);
+    out.resize(those.size());  // those that are there are written over
+    workers.for_range(those.size(), kGrain, [&](size_t begin, size_t end) {
+        for (size_t k = begin; k < end; ++k) out[k] = describe(those[k]);
     });
     return true;
 }

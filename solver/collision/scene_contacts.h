@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "solver/collision/contact_reach.h"
 #include "solver/collision/contact_response.h"
 #include "solver/collision/detection.h"
 #include "solver/collision/hull_support.h"
@@ -35,8 +36,8 @@ struct SearchEnd {
 /// How far beyond touching contacts reach, m: a small share of a typical particle.
 double contact_margin(const Scene& scene);
 
-/// Finds and describes contacts; keeps scratch and the broad phase's memory between substeps (neither changes the
-/// result).
+/// Finds contacts, and describes those that may push; keeps scratch and the broad phase's memory between substeps
+/// (neither changes the result).
 class SceneContacts {
 public:
     /// False, and `out` empty, where the search ended early.
@@ -70,6 +71,7 @@ private:
     std::vector<PlacedShape> rigid_bodies_;
     std::vector<MovingShape> colliders_;
     std::vector<Contact> contacts_;
+    std::vector<ContactReach> reach_;  // (as contacts_)
 };
 
 }  // namespace sunder

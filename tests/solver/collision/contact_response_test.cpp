@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "solver/collision/contact_islands.h"
+#include "solver/collision/contact_reach.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder {
@@ -121,35 +121,23 @@ TEST(contact_memory, a_torque_against_rolling_lasts_where_something_turns_as_a_w
     }
 }
 
-// Rounds leave out what stays apart, and whatever the things it is between touch otherwise.
+// What stays apart, and whatever the things it is between touch otherwise, is left out.
 TEST(contacts, are_out_of_reach_where_nothing_brings_them_together) {
     const double h = 0.01, margin = 1e-3;  // s, m
-    const std::vector<double> inverse_mass(3, 1.0);
-    const std::vector<uint32_t> piece = {0, 1, 2};
-    const std::vector<Vec3> start(3, Vec3::Zero());
-    const std::vector<Quat> rotation(3, Quat::Identity());
-    const std::vector<MovingParticle> moving(3);
-    const std::vector<ContactPiece> pieces(3);
-    const ContactBodies bodies{inverse_mass, piece, start, rotation, moving, pieces};
-    std::vector<ActiveContact> contacts(2);
-    ActiveContact &first = contacts[0], &second = contacts[1];
-    first.contact.a = 0, first.contact.b = 1, second.contact.a = 1, second.contact.b = 2;
-    const auto are_in_reach = [&](double gap, double allowed, double speed_of_first) {
-        second.contact.gap = gap, second.wanted_gap = allowed, first.speed = speed_of_first;
-        find_reach(bodies, h, margin, contacts);
-        return second.in_reach;
+    std::vector<Contact> contacts(2);
+    std::vector<ContactReach> reach(2);
+    contacts[0].a = 0, contacts[0].b = 1, contacts[1].a = 1, contacts[1].b = 2;
+    const auto second_is_in_reach = [&](double gap, double allowed, double speed_of_first) {
+        contacts[1].gap = gap, reach[1].allowed = allowed, reach[0].speed = speed_of_first;
+        const std::vector<uint32_t> those = in_reach(contacts, reach, 3, h, margin);
+        EXPECT_EQ(those.front(), 0u);
+        return those.size() == 2;
     };
-    EXPECT_TRUE(are_in_reach(2e-3, 0, 0));
-    EXPECT_FALSE(are_in_reach(3e-3, 0, 0));
-    EXPECT_FALSE(are_in_reach(-2e-3, -5e-3, 0)) << "it may come closer than it is";
-    ContactIslands islands;
-    find_islands(bodies, contacts, islands);
-    EXPECT_EQ(islands.contact, std::vector<uint32_t>{0});
-    EXPECT_EQ(islands.movable, (std::vector<uint32_t>{0, 1}));
-    EXPECT_TRUE(are_in_reach(8e-3, 0, 1)) << "what hits one of the two may throw it at the other";
-    EXPECT_FALSE(are_in_reach(8e-3, 0, 0.5));
-    find_islands(bodies, contacts, islands);
-    EXPECT_EQ(islands.contact, std::vector<uint32_t>{0});
+    EXPECT_TRUE(second_is_in_reach(2e-3, 0, 0));
+    EXPECT_FALSE(second_is_in_reach(3e-3, 0, 0));
+    EXPECT_FALSE(second_is_in_reach(-2e-3, -5e-3, 0)) << "it may come closer than it is";
+    EXPECT_TRUE(second_is_in_reach(8e-3, 0, 1)) << "what hits one of the two may throw it at the other";
+    EXPECT_FALSE(second_is_in_reach(8e-3, 0, 0.5));
 }
 
 // Section 3.3 of the paper: fallen bodies must not keep turning.
