@@ -11,7 +11,7 @@ namespace sunder {
 
 /// A contact as far as is known before hulls are asked.
 struct ContactReach {
-    double speed = 0;    // of a's touching point against b's, m/s
+    double speed = 0;    // of any point of a against b that may come to touch, m/s
     double allowed = 0;  // it pushes at no wider gap, m
 };
 

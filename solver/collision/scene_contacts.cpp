@@ -66,6 +66,44 @@ void SceneContacts::list_neighbours(const SimulationMesh& rest, const WorkerPool
     for (size_t m = 0; m < unknown_.size(); ++m) neighbours_[unknown_[m]].gap = gap_of_unknown_[m];
 }
 
+// Of a collider at the touching point, over the substep, m.
+Vec3 SceneContacts::collider_motion(const Contact& c) const {
+    const MovingShape& collider = colliders_[c.b & ~Contact::kStatic];
+    return collider.end.apply(collider.begin.inverse_apply(c.point_b)) - c.point_b;
+}
+
+// Of two rigid things all points move against each other as the touching ones do, and as the two turn.
+void SceneContacts::measure_reach(const SimulationMesh& rest, const MovableMotion& motion, double h,
+                                  const WorkerPool& workers) {
+    const size_t n = rest.n_particles();
+    const auto size_of = [&](uint32_t i) {
+        return i < n ? rest.radii[i].maxCoeff() : bounding_radius(rigid_bodies_[i - n].shape);
+    };
+    const auto velocity_at = [&](uint32_t i, const Vec3& point) -> Vec3 {
+        return motion.velocity[i] + motion.angular_velocity[i].cross(point - motion.position[i]);
+    };
+    const auto reach_of = [&](size_t k) {
+        const Contact& c = contacts_[k];
+        Vec3 velocity = velocity_at(c.a, c.point_a), spin = motion.angular_velocity[c.a];
+        double size = size_of(c.a), allowed = 0;
+        if (c.b & Contact::kStatic) {
+            const bool is_plane = colliders_[c.b & ~Contact::kStatic].shape.kind == ShapeKind::plane;
+            velocity -= collider_motion(c) / h;
+            if (is_plane && c.a < n) allowed = hulls_.reach()[c.a];
+        } else {
+            velocity -= velocity_at(c.b, c.point_b), spin -= motion.angular_velocity[c.b];
+            size = std::min(size, size_of(c.b));
+            if (const uint32_t at = neighbours_of_[k]; at != SimulationMesh::kNone)
+                allowed = std::min(0.0, neighbours_[at].gap);
+        }
+        return ContactReach{velocity.norm() + 2 * size * spin.norm(), allowed};
+    };
+    reach_.resize(contacts_.size());
+    workers.for_range(contacts_.size(), kGrain, [&](size_t begin, size_t end) {
+        for (size_t k = begin; k < end; ++k) reach_[k] = reach_of(k);
+    });
+}
+
 bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_collision, const LiveTopology& live,
                          std::span<const uint8_t> held, const MovableMotion& motion, const Interval& interval,
                          double margin, const SearchEnd& search_end, const WorkerPool& workers,
@@ -114,25 +152,6 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
         return false;
     }
 
-    const auto way_of_collider = [&](const Contact& c) -> Vec3 {
-        const MovingShape& collider = colliders_[c.b & ~Contact::kStatic];
-        return collider.end.apply(collider.begin.inverse_apply(c.point_b)) - c.point_b;
-    };
-    const auto reach_of = [&](size_t k) {
-        const Contact& c = contacts_[k];
-        const auto velocity_at = [&](uint32_t i, const Vec3& point) -> Vec3 {
-            return motion.velocity[i] + motion.angular_velocity[i].cross(point - motion.position[i]);
-        };
-        const Vec3 velocity = velocity_at(c.a, c.point_a);
-        if (c.b & Contact::kStatic) {
-            const bool is_plane = colliders_[c.b & ~Contact::kStatic].shape.kind == ShapeKind::plane;
-            const double hull = is_plane && c.a < n ? hulls_.reach()[c.a] : 0.0;
-            return ContactReach{(velocity - way_of_collider(c) / interval.h).norm(), hull};
-        }
-        const uint32_t neighbours = neighbours_of_[k];
-        const double at_rest = neighbours == SimulationMesh::kNone ? 0.0 : std::min(0.0, neighbours_[neighbours].gap);
-        return ContactReach{(velocity - velocity_at(c.b, c.point_b)).norm(), at_rest};
-    };
     const auto standing_out_of = [&](uint32_t i, const Vec3& direction) {
         if (i >= n) return 0.0;
         return standing_out(rest, i, motion.plastic_deformation[i], motion.rotation[i].conjugate() * direction);
@@ -152,7 +171,7 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
             c.allowed_gap = -standing_out_of(contact.a, -contact.normal);
             // The corner that reaches farther need not be where it touches, unless that is everywhere.
             if (scene.colliders[at].shape.kind != ShapeKind::plane) c.allowed_gap = std::min(c.allowed_gap, 0.0);
-            c.collider_motion = way_of_collider(contact);
+            c.collider_motion = collider_motion(contact);
         } else {
             b = surface_of(scene, input, contact.b);
             c.rolling_arm = std::max(c.rolling_arm, rolling_arm(contact.b));
@@ -167,10 +186,7 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
         return c;
     };
     list_neighbours(rest, workers);
-    reach_.resize(contacts_.size());
-    workers.for_range(contacts_.size(), kGrain, [&](size_t begin, size_t end) {
-        for (size_t k = begin; k < end; ++k) reach_[k] = reach_of(k);
-    });
+    measure_reach(rest, motion, interval.h, workers);
     const std::vector<uint32_t> those = in_reach(contacts_, reach_, motion.position.size(), interval.h, margin);
     out.resize(those.size());  // those that are there are written over
     workers.for_range(those.size(), kGrain, [&](size_t begin, size_t end) {

@@ -59,6 +59,8 @@ private:
         double gap;     // at rest, m
     };
     void list_neighbours(const SimulationMesh& rest, const WorkerPool& workers);
+    Vec3 collider_motion(const Contact& contact) const;
+    void measure_reach(const SimulationMesh& rest, const MovableMotion& motion, double h, const WorkerPool& workers);
 
     ContactScratch scratch_;
     HullReach hulls_;
