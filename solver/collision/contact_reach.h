@@ -11,7 +11,7 @@ namespace sunder {
 
 /// A contact as far as is known before hulls are asked.
 struct ContactReach {
-    double speed = 0;    // of any point of a against b that may come to touch, m/s
+    double speed = 0;    // at which a and b may come closer, m/s
     double allowed = 0;  // it pushes at no wider gap, m
 };
 

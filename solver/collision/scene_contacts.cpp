@@ -72,31 +72,32 @@ Vec3 SceneContacts::collider_motion(const Contact& c) const {
     return collider.end.apply(collider.begin.inverse_apply(c.point_b)) - c.point_b;
 }
 
-// Of two rigid things all points move against each other as the touching ones do, and as the two turn.
+// Seen from b, a's centre moves, and its surface comes closer than that by no more than what a turns its longest radius
+// to where its shortest was.
 void SceneContacts::measure_reach(const SimulationMesh& rest, const MovableMotion& motion, double h,
                                   const WorkerPool& workers) {
     const size_t n = rest.n_particles();
-    const auto size_of = [&](uint32_t i) {
-        return i < n ? rest.radii[i].maxCoeff() : bounding_radius(rigid_bodies_[i - n].shape);
+    const auto uneven = [&](uint32_t i) {
+        if (i < n) return rest.radii[i].maxCoeff() - rest.radii[i].minCoeff();
+        const Shape& shape = rigid_bodies_[i - n].shape;
+        return shape.kind == ShapeKind::box ? bounding_radius(shape) - shape.half_extents.minCoeff() : 0.0;
     };
-    const auto velocity_at = [&](uint32_t i, const Vec3& point) -> Vec3 {
-        return motion.velocity[i] + motion.angular_velocity[i].cross(point - motion.position[i]);
+    const auto speed_of = [&](uint32_t a, uint32_t b) {
+        const Vec3 way = motion.velocity[a] - motion.velocity[b] -
+                         motion.angular_velocity[b].cross(motion.position[a] - motion.position[b]);
+        return way.norm() + uneven(a) * (motion.angular_velocity[a] - motion.angular_velocity[b]).norm();
     };
     const auto reach_of = [&](size_t k) {
         const Contact& c = contacts_[k];
-        Vec3 velocity = velocity_at(c.a, c.point_a), spin = motion.angular_velocity[c.a];
-        double size = size_of(c.a), allowed = 0;
         if (c.b & Contact::kStatic) {
             const bool is_plane = colliders_[c.b & ~Contact::kStatic].shape.kind == ShapeKind::plane;
-            velocity -= collider_motion(c) / h;
-            if (is_plane && c.a < n) allowed = hulls_.reach()[c.a];
-        } else {
-            velocity -= velocity_at(c.b, c.point_b), spin -= motion.angular_velocity[c.b];
-            size = std::min(size, size_of(c.b));
-            if (const uint32_t at = neighbours_of_[k]; at != SimulationMesh::kNone)
-                allowed = std::min(0.0, neighbours_[at].gap);
+            const double speed = (motion.velocity[c.a] - collider_motion(c) / h).norm();
+            return ContactReach{speed + uneven(c.a) * motion.angular_velocity[c.a].norm(),
+                                is_plane && c.a < n ? hulls_.reach()[c.a] : 0.0};
         }
-        return ContactReach{velocity.norm() + 2 * size * spin.norm(), allowed};
+        const uint32_t at = neighbours_of_[k];
+        return ContactReach{uneven(c.a) < uneven(c.b) ? speed_of(c.a, c.b) : speed_of(c.b, c.a),
+                            at == SimulationMesh::kNone ? 0.0 : std::min(0.0, neighbours_[at].gap)};
     };
     reach_.resize(contacts_.size());
     workers.for_range(contacts_.size(), kGrain, [&](size_t begin, size_t end) {
