@@ -110,8 +110,8 @@ private:
     Vec3 moved(const ContactBatch& batch, int side, uint32_t lane) const;
     void end_contacts(uint32_t island);
 
-    ContactBodies b_;
-    std::span<const ActiveContact> from_;
+    ContactBodies b_;                      // of the round that was opened last
+    std::span<const ActiveContact> from_;  // likewise
     const ContactIslands* islands_ = nullptr;
     Which which_ = Which::first;
     double length_ = 1;         // units of all islands, m
