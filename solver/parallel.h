@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstddef>
 #include <memory>
+#include <vector>
 
 #include "solver/data/first_failure.h"
 
@@ -31,23 +32,47 @@ public:
             &body);
     }
 
-    /// Calls body(i, slot) for i in [0, n), each once, by whichever thread is free; its slot, below threads(), is no
-    /// other thread's while the call lasts.
-    template <class Body>
-    void for_each_in_slots(size_t n, const Body& body) const {
-        std::atomic<size_t> next{0};
+    /// Calls body(i, slot) for i in [0, n), each once; its slot, below threads(), is no other thread's while the call
+    /// lasts. A slot begins with a share of its own, [first(slot), first(slot + 1)), where `first` ascends from 0 to n:
+    /// so a thread finds in its caches what it wrote of the same things before. When it is done with that, it takes
+    /// over what others have not begun.
+    template <class First, class Body>
+    void for_shares(size_t n, const First& first, const Body& body) const {
+        struct alignas(64) Share {
+            std::atomic<size_t> next;
+        };
+        const size_t n_shares = static_cast<size_t>(threads());
+        std::vector<Share> shares(n_shares);
+        for (size_t s = 0; s < n_shares; ++s) shares[s].next.store(first(s), std::memory_order_relaxed);
+        std::atomic<size_t> lowest{n};  // that failed; all before it are begun
         FirstFailure failure;
-        for_range(std::min<size_t>(n, static_cast<size_t>(threads())), 1, [&](size_t slot, size_t) {
-            for (size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < n;) {
+        const auto work_on = [&](Share& share, size_t last, size_t slot) {
+            for (size_t i; (i = share.next.fetch_add(1, std::memory_order_relaxed)) < last;) {
+                size_t failed = lowest.load(std::memory_order_relaxed);
+                if (i > failed) return;
                 try {
                     body(i, slot);
-                } catch (...) {  // all lower ones have been begun
+                } catch (...) {
                     failure.take(i);
-                    next.store(n, std::memory_order_relaxed);
+                    while (i < failed && !lowest.compare_exchange_weak(failed, i, std::memory_order_relaxed)) {
+                    }
                 }
             }
+        };
+        for_range(std::min(n, n_shares), 1, [&](size_t begin, size_t end) {
+            for (size_t slot = begin; slot < end; ++slot)
+                for (size_t k = slot; k < slot + n_shares; ++k)
+                    work_on(shares[k % n_shares], first(k % n_shares + 1), slot);
         });
         failure.rethrow();
+    }
+
+    /// The same with even shares.
+    template <class Body>
+    void for_each_in_slots(size_t n, const Body& body) const {
+        const size_t n_shares = static_cast<size_t>(threads());
+        for_shares(
+            n, [&](size_t share) { return n * share / n_shares; }, body);
     }
 
     /// The same without slots.

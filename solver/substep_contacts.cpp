@@ -43,7 +43,7 @@ void Substep::take_up_pieces() {
         prepare_contacts(bodies(), work.velocity, work.angular_velocity, h, context.settings.depenetration_speed, some);
     });
     agree_on_recovery(bodies(), work.contacts);
-    find_islands(bodies(), work.contacts, work.islands);
+    find_islands(bodies(), work.contacts, static_cast<size_t>(context.workers.threads()), work.islands);
     work.is_touched.assign(work.pieces.size(), 0);
     for (const uint32_t piece : work.islands.piece) work.is_touched[piece] = 1;
 }

@@ -45,7 +45,14 @@ void for_units(const LaneLayout& layout, size_t least_shared, const WorkerPool& 
         else
             body(u, size_t{0}, UnitBlocks(units[u].n_blocks(), &workers));
     }
-    workers.for_each_in_slots(apart.size(), [&](size_t i, size_t slot) {
+    const size_t n_shares = static_cast<size_t>(workers.threads());
+    const auto first = [&](size_t share) {  // by blocks, which ascend as particles do
+        const auto begins_before = [&](uint32_t u) {
+            return units[u].begin_block * n_shares < layout.n_blocks() * share;
+        };
+        return static_cast<size_t>(std::ranges::partition_point(apart, begins_before) - apart.begin());
+    };
+    workers.for_shares(apart.size(), first, [&](size_t i, size_t slot) {
         body(apart[i], slot, UnitBlocks(units[apart[i]].n_blocks(), nullptr));
     });
 }

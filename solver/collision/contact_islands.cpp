@@ -47,9 +47,30 @@ void list_what_they_touch(const ContactBodies& b, std::span<const ActiveContact>
     }
 }
 
+// By the contact in the middle of an island: contacts ascend by what they touch, and so do threads in what they work on
+// elsewhere.
+void share_out(const ContactBodies& b, std::span<const ActiveContact> contacts, size_t n_shares, ContactIslands& io) {
+    std::vector<uint32_t> share_of(io.size());
+    io.share.assign(n_shares + 1, 0);
+    for (uint32_t n = 0; n < io.size(); ++n) {
+        const uint32_t middle = io.contact[(io.offset[n] + io.offset[n + 1]) / 2];
+        share_of[n] = static_cast<uint32_t>(contacts[middle].contact.a * n_shares / b.piece.size());
+        ++io.share[share_of[n] + 1];
+    }
+    std::partial_sum(io.share.begin(), io.share.end(), io.share.begin());
+    io.by_share.resize(io.size());
+    std::iota(io.by_share.begin(), io.by_share.end(), 0u);
+    const auto size = [&](uint32_t n) { return io.offset[n + 1] - io.offset[n]; };
+    const auto comes_first = [&](uint32_t m, uint32_t n) {
+        return share_of[m] < share_of[n] || (share_of[m] == share_of[n] && size(m) > size(n));
+    };
+    std::ranges::stable_sort(io.by_share, comes_first);
+}
+
 }  // namespace
 
-void find_islands(const ContactBodies& b, std::span<ActiveContact> io_contacts, ContactIslands& o_islands) {
+void find_islands(const ContactBodies& b, std::span<ActiveContact> io_contacts, size_t n_shares,
+                  ContactIslands& o_islands) {
     std::vector<uint32_t> parent(b.pieces.size());
     std::iota(parent.begin(), parent.end(), 0u);
     const auto root = [&](uint32_t i) {
@@ -84,10 +105,7 @@ void find_islands(const ContactBodies& b, std::span<ActiveContact> io_contacts, 
         io_contacts[k].has_hinges = hinged[root(io_contacts[k].contact.a)];
     }
     list_what_they_touch(b, io_contacts, o_islands);
-    o_islands.by_size.resize(o_islands.size());
-    std::iota(o_islands.by_size.begin(), o_islands.by_size.end(), 0u);
-    std::ranges::stable_sort(o_islands.by_size, std::greater(),
-                             [&](uint32_t n) { return o_islands.offset[n + 1] - o_islands.offset[n]; });
+    share_out(b, io_contacts, n_shares, o_islands);
 }
 
 }  // namespace sunder

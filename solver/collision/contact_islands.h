@@ -20,7 +20,10 @@ struct ContactIslands {
     std::vector<uint32_t> movable;         // likewise
     std::vector<uint32_t> movable_offset;  // (n_islands + 1)
     std::vector<uint32_t> piece_slot, movable_slot;  // where in `piece` and `movable` one is  (n_pieces, n_movables)
-    std::vector<uint32_t> by_size;  // islands, those with most contacts first               (n_islands)
+    // Islands, share after share of what threads begin with, in each those with most contacts first: an island is in
+    // the share that its things have of all.
+    std::vector<uint32_t> by_share;  // (n_islands)
+    std::vector<uint32_t> share;     // offsets in by_share                                   (n_shares + 1)
 
     size_t size() const { return offset.size() - 1; }
     std::span<const uint32_t> contacts_of(uint32_t island) const {
@@ -33,18 +36,20 @@ struct ContactIslands {
         return std::span(movable).subspan(movable_offset[island], movable_offset[island + 1] - movable_offset[island]);
     }
 
-    /// Calls body(island) for each, the largest first, by whichever thread is free.
+    /// Calls body(island) for each. `workers`: as many threads as shares.
     template <class Body>
     void for_each(const WorkerPool& workers, const Body& body) const {
         constexpr size_t kGrain = 16;  // fewest contacts that a thread is worth waking for
         if (contact.size() < 2 * kGrain)
-            std::ranges::for_each(by_size, body);
+            std::ranges::for_each(by_share, body);
         else
-            workers.for_each(by_size.size(), [&](size_t k) { body(by_size[k]); });
+            workers.for_shares(
+                by_share.size(), [&](size_t s) { return share[s]; }, [&](size_t k, size_t) { body(by_share[k]); });
     }
 };
 
-/// Islands are numbered by their first contact. Tells the contacts which of them have hinges.
-void find_islands(const ContactBodies& bodies, std::span<ActiveContact> io_contacts, ContactIslands& o_islands);
+/// Islands are numbered by their first contact. Tells the contacts which of them have hinges. `n_shares`: of threads.
+void find_islands(const ContactBodies& bodies, std::span<ActiveContact> io_contacts, size_t n_shares,
+                  ContactIslands& o_islands);
 
 }  // namespace sunder

@@ -60,6 +60,42 @@ TEST(WorkerPool, keeps_slots_apart) {
     }
 }
 
+// Shares of any size, some of nobody: whoever is done takes over what others have not begun.
+TEST(WorkerPool, does_every_item_of_uneven_shares_once) {
+    for (int threads : kThreads) {
+        const WorkerPool workers(threads);
+        const size_t n = 500, n_shares = static_cast<size_t>(threads);
+        const auto all_in = [&](size_t owner) { return [&, owner](size_t share) { return share > owner ? n : 0; }; };
+        const auto ever_less = [&](size_t share) { return share == n_shares ? n : n - n / (share + 1); };
+        std::vector<int> done(n, 0);
+        const auto count = [&](size_t i, size_t slot) {
+            EXPECT_LT(slot, n_shares);
+            ++done[i];
+        };
+        for (int job = 0; job < 50; ++job) {
+            workers.for_shares(n, all_in(0), count);
+            workers.for_shares(n, all_in(n_shares - 1), count);
+            workers.for_shares(n, ever_less, count);
+        }
+        EXPECT_EQ(done, std::vector<int>(n, 150)) << threads << " threads";
+    }
+}
+
+// With nobody else there, or everybody at once, a thread begins where its share begins.
+TEST(WorkerPool, begins_with_the_share_of_its_slot) {
+    for (int threads : kThreads) {
+        const WorkerPool workers(threads);
+        const size_t n_shares = static_cast<size_t>(threads), each = 20;
+        std::vector<std::vector<size_t>> order(n_shares);  // by slot
+        workers.for_each_in_slots(n_shares * each, [&](size_t i, size_t slot) { order[slot].push_back(i / each); });
+        for (size_t slot = 0; slot < n_shares; ++slot)  // its own, then those behind it, around
+            for (size_t k = 0; k + 1 < order[slot].size(); ++k) {
+                const auto turn = [&](size_t share) { return (share + n_shares - slot) % n_shares; };
+                EXPECT_LE(turn(order[slot][k]), turn(order[slot][k + 1])) << threads << " threads, slot " << slot;
+            }
+    }
+}
+
 // Number of the item that a job failed at; -1: it did not.
 template <class Job>
 int failed_at(const Job& job) {

@@ -51,7 +51,7 @@ struct Touching {
         }
         measure_in(scale);
         for (const Vec3& x : start) moving.push_back({x, Quat::Identity(), x, Quat::Identity()});
-        find_islands(bodies(), contacts, islands);
+        find_islands(bodies(), contacts, 1, islands);
     }
     // Overlap, slip against the floor and something to roll on, so that all impulses have work to do.
     void press() {
