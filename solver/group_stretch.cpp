@@ -17,16 +17,13 @@ GroupStretcher::GroupStretcher(const LiveTopology& live, const GroupShapes& shap
                live.begins().data(),           live.ends().data(),
                live.members().data(),          kOrientationWeight,
                kStretchMomentWeight,           optimal_rotation_svd},
-      kernels_(&kStretchKernelsPortable) {
+      kernels_(&SUNDER_BEST_KERNELS(kStretchKernels)) {
     constexpr size_t kNumber = sizeof(double);
     static_assert(sizeof(GroupGoal) == 4 * kNumber);
     static_assert(sizeof(GroupShape) == StretchRecords::kShapeNumbers * kNumber);
     static_assert(offsetof(GroupShape, stretch) + offsetof(StretchBasis, V) == StretchRecords::kV * kNumber &&
                   offsetof(GroupShape, stretch) + offsetof(StretchBasis, Lam) == StretchRecords::kLam * kNumber &&
                   offsetof(GroupShape, isotropy) == StretchRecords::kIsotropy * kNumber);
-#ifdef SUNDER_HAS_AVX2
-    if (instruction_set() == InstructionSet::avx2) kernels_ = &kStretchKernelsAvx2;
-#endif
 }
 
 std::array<double, 4> GroupStretcher::largest_strains(const GroupStretches& stretches) const {

@@ -12,11 +12,7 @@ constexpr size_t kSharedUnit = 64;  // blocks; the fewest that all threads work 
 
 }  // namespace
 
-JacobiSweep::JacobiSweep() : kernels_(&kSweepKernelsPortable) {
-#ifdef SUNDER_HAS_AVX2
-    if (instruction_set() == InstructionSet::avx2) kernels_ = &kSweepKernelsAvx2;
-#endif
-}
+JacobiSweep::JacobiSweep() : kernels_(&SUNDER_BEST_KERNELS(kSweepKernels)) {}
 
 void JacobiSweep::take_up(const SweepInput& in, const WorkerPool& workers) {
     if (!layout_.update(in.live, workers)) return;

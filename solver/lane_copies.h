@@ -1,4 +1,4 @@
-// Kernels that copy into lanes and out of them: rest shapes, and the particles of method jacobi. For sweep_kernels.inl
+// Kernels that copy into lanes and out of them: rest shapes, and the particles of method jacobi. For sweep_kernels.cpp
 // alone.
 #pragma once
 

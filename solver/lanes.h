@@ -1,12 +1,21 @@
-// Numbers side by side, for kernels: eight floats or four doubles. Included only by files that are compiled once for
-// each instruction set (SUNDER_AVX2 or not); all in an anonymous namespace, so that no linker mixes them up. The
-// operations are the same, in the same order and rounded alike: every instruction set gives the same bits.
+// Numbers side by side, for kernels: eight floats, and four or eight doubles. Included only by files that are compiled
+// once for each instruction set; all in an anonymous namespace, so that no linker mixes them up. The operations are the
+// same, in the same order and rounded alike: every instruction set gives the same bits.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
 #define SUNDER_INLINE inline __attribute__((always_inline))
+
+#ifdef __AVX512F__
+#include <immintrin.h>
+#endif
+
+// The name of a table of kernels for the set that is being compiled.
+#define SUNDER_KERNELS_OF(name, set) name##set
+#define SUNDER_KERNELS_OF_SET(name, set) SUNDER_KERNELS_OF(name, set)
+#define SUNDER_KERNELS(name) SUNDER_KERNELS_OF_SET(name, SUNDER_KERNEL_SET)
 
 namespace sunder {
 namespace {
@@ -118,6 +127,26 @@ SUNDER_INLINE Double4 seconds(Double4 a, Double4 b) {
 
 #endif
 
+// As many doubles as one register holds, four at least.
+#ifdef __AVX512F__
+
+using Double8 = double __attribute__((vector_size(64)));
+using Doubles = Double8;
+
+SUNDER_INLINE Double8 join(Double4 low, Double4 high) {
+    return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+SUNDER_INLINE bool any(Mask<Double8> mask) { return _mm512_movepi64_mask(reinterpret_cast<__m512i>(mask)) != 0; }
+SUNDER_INLINE Double8 root(Double8 a) { return _mm512_maskz_sqrt_pd(0xff, a); }
+SUNDER_INLINE Double4 low(Double8 a) { return __builtin_shufflevector(a, a, 0, 1, 2, 3); }
+SUNDER_INLINE Double4 high(Double8 a) { return __builtin_shufflevector(a, a, 4, 5, 6, 7); }
+
+#else
+
+using Doubles = Double4;
+
+#endif
+
 template <class V, class Number>
 SUNDER_INLINE V load(const Number* from) {
     V v;
@@ -207,6 +236,37 @@ SUNDER_INLINE double sum(Double4 a) {
     const Double2 h = low(a) + high(a);
     return h[0] + h[1];
 }
+
+#ifdef __AVX512F__
+template <size_t stride>
+SUNDER_INLINE void gather4(const double* records, const uint32_t* lanes, size_t offset, Double8 (&out)[4]) {
+    Double8 in[4];
+    for (int i = 0; i < 4; ++i)
+        in[i] = join(load<Double4>(records + stride * lanes[i] + offset),
+                     load<Double4>(records + stride * lanes[i + 4] + offset));
+    const Double8 ab0 = __builtin_shufflevector(in[0], in[1], 0, 8, 2, 10, 4, 12, 6, 14);  // numbers 0 and 2 of a and b
+    const Double8 ab1 = __builtin_shufflevector(in[0], in[1], 1, 9, 3, 11, 5, 13, 7, 15);
+    const Double8 cd0 = __builtin_shufflevector(in[2], in[3], 0, 8, 2, 10, 4, 12, 6, 14);
+    const Double8 cd1 = __builtin_shufflevector(in[2], in[3], 1, 9, 3, 11, 5, 13, 7, 15);
+    out[0] = __builtin_shufflevector(ab0, cd0, 0, 1, 8, 9, 4, 5, 12, 13);
+    out[1] = __builtin_shufflevector(ab1, cd1, 0, 1, 8, 9, 4, 5, 12, 13);
+    out[2] = __builtin_shufflevector(ab0, cd0, 2, 3, 10, 11, 6, 7, 14, 15);
+    out[3] = __builtin_shufflevector(ab1, cd1, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+template <size_t stride>
+SUNDER_INLINE void scatter4(double* record, size_t offset, const Double8 (&in)[4]) {
+    const Double4 first[4] = {low(in[0]), low(in[1]), low(in[2]), low(in[3])};
+    const Double4 last[4] = {high(in[0]), high(in[1]), high(in[2]), high(in[3])};
+    scatter4<stride>(record, offset, first);
+    scatter4<stride>(record + 4 * stride, offset, last);
+}
+
+SUNDER_INLINE double sum(Double8 a) { return sum(low(a) + high(a)); }
+
+SUNDER_INLINE void put_numbers(Double8 a, double* to) { store(to, a); }
+SUNDER_INLINE void put_numbers(Double8 a, float* to) { store(to, __builtin_convertvector(a, Float8)); }
+#endif
 
 // Four lanes, rounded to what `to` holds.
 SUNDER_INLINE void put_numbers(Double4 a, double* to) { store(to, a); }

@@ -77,7 +77,6 @@ struct CgKernels {
     NewtonKernels<float> single;
     NewtonKernels<double> full;
 };
-extern const CgKernels kNewtonKernelsPortable;
-extern const CgKernels kNewtonKernelsAvx2;  // only where SUNDER_HAS_AVX2 is defined
+extern const CgKernels kNewtonKernelsPortable, kNewtonKernelsAvx2, kNewtonKernelsAvx512;
 
 }  // namespace sunder

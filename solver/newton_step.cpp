@@ -18,12 +18,8 @@ constexpr size_t kKeptBlocks = 4096;     // scenes of more have rest shapes expa
 
 }  // namespace
 
-NewtonStep::NewtonStep() : sweep_kernels_(&kSweepKernelsPortable), cg_kernels_(&kNewtonKernelsPortable) {
-#ifdef SUNDER_HAS_AVX2
-    if (instruction_set() == InstructionSet::avx2)
-        sweep_kernels_ = &kSweepKernelsAvx2, cg_kernels_ = &kNewtonKernelsAvx2;
-#endif
-}
+NewtonStep::NewtonStep()
+    : sweep_kernels_(&SUNDER_BEST_KERNELS(kSweepKernels)), cg_kernels_(&SUNDER_BEST_KERNELS(kNewtonKernels)) {}
 
 size_t NewtonStep::n_stores(const WorkerPool& workers) const {
     return layout_.n_blocks() <= kKeptBlocks ? layout_.units().size() : static_cast<size_t>(workers.threads());

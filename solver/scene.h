@@ -17,13 +17,13 @@ constexpr double kNever = std::numeric_limits<double>::infinity();  // a yield o
 
 /// How a body resists, flows and breaks. Strains are principal logarithmic ones.
 struct Material {
-    double youngs_modulus = 2e5;  // Pa, > 0
-    double poisson_ratio = 0.0;   // 0 .. 0.45
-    double damping_time = 2e-3;   // s, 0 .. 1: Kelvin and Voigt's (Rayleigh's beta)
-    double yield = kNever;        // deviatoric strain at which plastic flow starts, > 0
-    double flow_rate = 30;        // 1/s, >= 0: share of the excess strain that flows per second
-    double hardening = 0;         // growth of yield per plastic strain, >= 0
-    double toughness = kNever;    // tensile strain at which a group breaks, > 0
+    double youngs_modulus = 2e5;            // Pa, > 0
+    double poisson_ratio = 0.0;             // 0 .. 0.45
+    double damping_time = 2e-3;             // s, 0 .. 1: Kelvin and Voigt's (Rayleigh's beta)
+    double yield = kNever;                  // deviatoric strain at which plastic flow starts, > 0
+    double flow_rate = 30;                  // 1/s, >= 0: share of the excess strain that flows per second
+    double hardening = 0;                   // growth of yield per plastic strain, >= 0
+    double toughness = kNever;              // tensile strain at which a group breaks, > 0
     double compressive_toughness = kNever;  // the same for compression; never by default
     double stiffness = 1.0;                 // k of method gauss_seidel, 0 .. 1 (the paper's)
     double friction = 0.5;                  // Coulomb, >= 0

@@ -34,7 +34,6 @@ struct StretchKernels {
     void (*find_bounds)(const GroupStretches&, double (&o_least)[4], double (&o_largest)[4]);
 };
 
-extern const StretchKernels kStretchKernelsPortable;
-extern const StretchKernels kStretchKernelsAvx2;  // only where SUNDER_HAS_AVX2 is defined
+extern const StretchKernels kStretchKernelsPortable, kStretchKernelsAvx2, kStretchKernelsAvx512;
 
 }  // namespace sunder

@@ -125,7 +125,6 @@ struct SweepKernels {
                                  size_t end);
 };
 
-extern const SweepKernels kSweepKernelsPortable;
-extern const SweepKernels kSweepKernelsAvx2;  // only where SUNDER_HAS_AVX2 is defined
+extern const SweepKernels kSweepKernelsPortable, kSweepKernelsAvx2, kSweepKernelsAvx512;
 
 }  // namespace sunder

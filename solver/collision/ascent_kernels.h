@@ -1,4 +1,4 @@
-// The best separating directions of pairs of ellipsoids, four pairs at a time (numerics in ascent_kernels.inl).
+// The best separating directions of pairs of ellipsoids, four pairs at a time (numerics in ascent_kernels.cpp).
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,6 @@ struct AscentKernels {
     void (*from_candidates)(FourEllipsoidPairs*, size_t n_blocks);
 };
 
-extern const AscentKernels kAscentKernelsPortable;
-extern const AscentKernels kAscentKernelsAvx2;  // only where SUNDER_HAS_AVX2 is defined
+extern const AscentKernels kAscentKernelsPortable, kAscentKernelsAvx2, kAscentKernelsAvx512;
 
 }  // namespace sunder

@@ -1,12 +1,10 @@
-// Visits to contacts, eight side by side (contact_kernels.inl), in single precision and in an island's own units:
+// Visits to contacts, eight side by side (contact_kernels.cpp), in single precision and in an island's own units:
 // lengths in a typical small one, masses in the lightest that is there, so that squares of numbers stay in range. What
 // passes over them move is kept by slot: one for each movable and piece that a round touches.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-
-#include "solver/instruction_set.h"
 
 namespace sunder {
 
@@ -112,14 +110,9 @@ struct ContactKernels {
 
 constexpr size_t kMovedNumbers = 4, kPieceMovedNumbers = 12;  // of a movable and of a piece, that `follow` follows
 
-extern const ContactKernels kContactKernelsPortable;
-extern const ContactKernels kContactKernelsAvx2;  // only where SUNDER_HAS_AVX2 is defined
+extern const ContactKernels kContactKernelsPortable, kContactKernelsAvx2, kContactKernelsAvx512;
 
-inline const ContactKernels& contact_kernels() {
-#ifdef SUNDER_HAS_AVX2
-    if (instruction_set() == InstructionSet::avx2) return kContactKernelsAvx2;
-#endif
-    return kContactKernelsPortable;
-}
+/// Those for this processor.
+const ContactKernels& contact_kernels();
 
 }  // namespace sunder

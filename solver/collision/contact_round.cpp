@@ -1,5 +1,7 @@
 #include "solver/collision/contact_round.h"
 
+#include "solver/instruction_set.h"
+
 namespace sunder {
 namespace {
 
@@ -16,6 +18,8 @@ constexpr double kTiny = 1e-300;
 Vec3 lane_of(const float (&v)[3][kLanes], uint32_t lane) { return {v[0][lane], v[1][lane], v[2][lane]}; }
 
 }  // namespace
+
+const ContactKernels& contact_kernels() { return SUNDER_BEST_KERNELS(kContactKernels); }
 
 Vec3 ContactRound::moved(const ContactBatch& c, int side, uint32_t lane) const {
     const RoundMovable& m = movables_[c.movable[side][lane] / kMovableStride];

@@ -59,12 +59,7 @@ Separation separation(const OrderedPair& p, const FourEllipsoidPairs& from, size
     return p.is_flipped ? flipped(s) : s;
 }
 
-const AscentKernels& kernels() {
-#ifdef SUNDER_HAS_AVX2
-    if (instruction_set() == InstructionSet::avx2) return kAscentKernelsAvx2;
-#endif
-    return kAscentKernelsPortable;
-}
+const AscentKernels& kernels() { return SUNDER_BEST_KERNELS(kAscentKernels); }
 
 constexpr size_t kBatch = 64;  // pairs
 

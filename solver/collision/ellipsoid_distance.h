@@ -23,7 +23,7 @@ inline Separation flipped(const Separation& s) { return {-s.normal, s.point_b, s
 
 /// Gap of two ellipsoids along their best separating direction; minus the least translation that parts them if they
 /// overlap. The gap is never above the true one by more than rounding, whatever the aspect ratio (numerics in
-/// ascent_kernels.inl). Swapping a and b gives the same bits, flipped. Always finite; with coinciding centres the
+/// ascent_kernels.cpp). Swapping a and b gives the same bits, flipped. Always finite; with coinciding centres the
 /// normal is a direction in which both are thin. Needs finite centres, unit axes, radii > 0.
 Separation ellipsoid_distance(const Ellipsoid& a, const Ellipsoid& b);
 

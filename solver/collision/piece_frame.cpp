@@ -39,12 +39,7 @@ std::array<double, kNumbers> sum_over(size_t n_blocks, const WorkerPool& workers
 
 }  // namespace
 
-const PieceFrameKernels& piece_frame_kernels() {
-#ifdef SUNDER_HAS_AVX2
-    if (instruction_set() == InstructionSet::avx2) return kPieceFrameKernelsAvx2;
-#endif
-    return kPieceFrameKernelsPortable;
-}
+const PieceFrameKernels& piece_frame_kernels() { return SUNDER_BEST_KERNELS(kPieceFrameKernels); }
 
 PieceFrame::PieceFrame(const PieceFrameKernels& kernels, const ParticleMotion& motion, std::span<const uint32_t> member,
                        const Quat& turn, const WorkerPool& workers)

@@ -1,4 +1,4 @@
-// How the particles of a piece move beyond it, four at a time (piece_frame_kernels.inl).
+// How the particles of a piece move beyond it, four at a time (piece_frame_kernels.cpp).
 #pragma once
 
 #include <cstddef>
@@ -36,7 +36,6 @@ struct PieceFrameKernels {
                      uint8_t* o_left);
 };
 
-extern const PieceFrameKernels kPieceFrameKernelsPortable;
-extern const PieceFrameKernels kPieceFrameKernelsAvx2;  // only where SUNDER_HAS_AVX2 is defined
+extern const PieceFrameKernels kPieceFrameKernelsPortable, kPieceFrameKernelsAvx2, kPieceFrameKernelsAvx512;
 
 }  // namespace sunder

@@ -1,4 +1,4 @@
-// The best separating direction of an ellipsoid and a box, a segment or a point (two ellipsoids: ascent_kernels.inl).
+// The best separating direction of an ellipsoid and a box, a segment or a point (two ellipsoids: ascent_kernels.cpp).
 //
 // For any unit n (from b to a) the slab between the two supporting planes is a lower bound of the gap,
 //

@@ -52,16 +52,17 @@ TEST(solver, every_instruction_set_gives_the_same_bits) {
     for (const Method method : {Method::projective, Method::jacobi}) {
         PulledBar bar;
         bar.settings.method = method;
-        FrameState best, portable;
-        for (FrameState* state : {&best, &portable}) {
-            if (state == &portable) setenv("SUNDER_INSTRUCTIONS", "portable", 1);
+        FrameState best;
+        for (const char* most : {"", "avx2", "portable"}) {
+            setenv("SUNDER_INSTRUCTIONS", most, 1);
             const auto solver = test::make_solver(bar.scene);
-            *state = solver->initial_state({bar.material});
-            for (int f = 0; f < 16; ++f) advance(*solver, bar.input(f), bar.settings, *state);
+            FrameState state = solver->initial_state({bar.material});
+            for (int f = 0; f < 16; ++f) advance(*solver, bar.input(f), bar.settings, state);
+            unsetenv("SUNDER_INSTRUCTIONS");
+            if (best.position.empty()) best = state;
+            EXPECT_TRUE(state == best) << most;
+            EXPECT_EQ(state_hash(state), state_hash(best)) << most;
         }
-        unsetenv("SUNDER_INSTRUCTIONS");
-        EXPECT_TRUE(best == portable);
-        EXPECT_EQ(state_hash(best), state_hash(portable));
     }
 }
 
@@ -82,7 +83,7 @@ TEST(solver, every_instruction_set_and_thread_count_gives_the_same_bits_in_a_hea
     SolverSettings settings;
     settings.substeps = 2;
     FrameState first;
-    for (const auto& [threads, instructions] : {std::pair(1, ""), {3, ""}, {1, "portable"}}) {
+    for (const auto& [threads, instructions] : {std::pair(1, ""), {3, ""}, {1, "avx2"}, {1, "portable"}}) {
         if (*instructions) setenv("SUNDER_INSTRUCTIONS", instructions, 1);
         const auto solver = test::make_solver(scene, threads);
         FrameState state = solver->initial_state(input.materials);

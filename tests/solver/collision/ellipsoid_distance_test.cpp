@@ -127,14 +127,16 @@ TEST(ellipsoid_distance, pairs_side_by_side_keep_their_bits) {
         for (uint32_t j = k - k % 5; j < k; ++j) pairs.push_back({k, j});
     }
     solids[7] = solids[6];
-    std::vector<Separation> together(pairs.size()), portable(pairs.size());
+    std::vector<Separation> together(pairs.size()), avx2(pairs.size()), portable(pairs.size());
     ellipsoid_distances(solids, {}, pairs, together);
+    setenv("SUNDER_INSTRUCTIONS", "avx2", 1);
+    ellipsoid_distances(solids, {}, pairs, avx2);
     setenv("SUNDER_INSTRUCTIONS", "portable", 1);
     ellipsoid_distances(solids, {}, pairs, portable);
     unsetenv("SUNDER_INSTRUCTIONS");
     for (size_t k = 0; k < pairs.size(); ++k) {
         const Separation alone = ellipsoid_distance(solids[pairs[k].first], solids[pairs[k].second]);
-        for (const Separation& s : {together[k], portable[k]}) {
+        for (const Separation& s : {together[k], avx2[k], portable[k]}) {
             EXPECT_EQ(s.gap, alone.gap) << k;
             EXPECT_EQ(s.normal, alone.normal) << k;
             EXPECT_EQ(s.point_a, alone.point_a) << k;

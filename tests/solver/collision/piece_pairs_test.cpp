@@ -102,7 +102,7 @@ TEST(piece_pairs, threads_and_instruction_sets_find_the_same_pairs_in_the_same_o
         int threads;
         const char* instructions;  // null: the best
         PiecePairs pairs;
-    } searches[] = {{1, nullptr, {}}, {2, nullptr, {}}, {5, nullptr, {}}, {1, "portable", {}}};
+    } searches[] = {{1, nullptr, {}}, {2, nullptr, {}}, {5, nullptr, {}}, {1, "avx2", {}}, {1, "portable", {}}};
     Crumbling f(9);
     PairFilter filter;
     filter.n_particles = static_cast<uint32_t>(f.particles.size());

@@ -1,6 +1,8 @@
 // What the particles of a piece do beyond its rigid motion, four side by side. The frame is that of piece_frame.h.
-#include "solver/collision/lane_vectors.h"
+// Compiled once for each instruction set (lanes.h).
 #include "solver/collision/piece_frame_kernels.h"
+
+#include "solver/collision/lane_vectors.h"
 
 namespace sunder {
 namespace {
@@ -121,6 +123,6 @@ void who_left(const PieceMembers& m, const FrameMotion& motion, const double* gr
 
 }  // namespace
 
-const PieceFrameKernels SUNDER_PIECE_FRAME_KERNELS = {rigid_motion, turn, boxes, who_left};
+const PieceFrameKernels SUNDER_KERNELS(kPieceFrameKernels) = {rigid_motion, turn, boxes, who_left};
 
 }  // namespace sunder

@@ -1,6 +1,7 @@
-// Included once for each instruction set, after which SUNDER_NEWTON_KERNELS names the table.
-#include "solver/lanes.h"
+// Compiled once for each instruction set (lanes.h).
 #include "solver/newton_kernels.h"
+
+#include "solver/lanes.h"
 
 namespace sunder {
 namespace {
@@ -194,7 +195,7 @@ void advance(const CgArrays<Real>& a, Real alpha, Real beta, size_t begin, size_
 
 }  // namespace
 
-const CgKernels SUNDER_NEWTON_KERNELS = {
+const CgKernels SUNDER_KERNELS(kNewtonKernels) = {
     {precondition<float>, fit_groups<float>, gather_product<float>, advance<float>},
     {precondition<double>, fit_groups<double>, gather_product<double>, advance<double>}};
 

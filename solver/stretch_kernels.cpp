@@ -1,7 +1,8 @@
-// Included once for each instruction set, after which SUNDER_STRETCH_KERNELS names the table. Sums have the order that
-// they have in the functions for one group, Eigen's: four groups give the bits of one.
-#include "solver/lane_matrices.h"
+// Sums have the order that they have in the functions for one group, Eigen's: four groups give the bits of one.
+// Compiled once for each instruction set (lanes.h).
 #include "solver/stretch_kernels.h"
+
+#include "solver/lane_matrices.h"
 
 namespace sunder {
 namespace {
@@ -198,6 +199,6 @@ void find_bounds(const GroupStretches& s, double (&o_least)[4], double (&o_large
 
 }  // namespace
 
-const StretchKernels SUNDER_STRETCH_KERNELS = {measure, find_bounds};
+const StretchKernels SUNDER_KERNELS(kStretchKernels) = {measure, find_bounds};
 
 }  // namespace sunder

@@ -6,7 +6,9 @@
 // d = center_a - center_b, and its maximum over the sphere is the gap itself; where the solids overlap it is minus the
 // least translation that parts them (Cameron & Culley 1986). Where f > 0 every local maximum is the global one, since f
 // is concave and positively homogeneous. Climbed by Riemannian Newton steps with backtracking, as in support_ascent.h.
+// Compiled once for each instruction set (lanes.h).
 #include "solver/collision/ascent_kernels.h"
+
 #include "solver/collision/lane_vectors.h"
 
 namespace sunder {
@@ -196,6 +198,6 @@ void from_candidates(FourEllipsoidPairs* blocks, size_t n_blocks) {
 
 }  // namespace
 
-const AscentKernels SUNDER_ASCENT_KERNELS = {from_centres, from_candidates};
+const AscentKernels SUNDER_KERNELS(kAscentKernels) = {from_centres, from_candidates};
 
 }  // namespace sunder

@@ -1,7 +1,8 @@
-// Included once for each instruction set, after which SUNDER_CONTACT_KERNELS names the table.
+// Compiled once for each instruction set (lanes.h).
 #define SUNDER_LANES Float8
 
 #include "solver/collision/contact_kernels.h"
+
 #include "solver/collision/lane_vectors.h"
 
 namespace sunder {
@@ -309,6 +310,6 @@ void follow_pieces(RoundPiece* p, float* before, float* direction, size_t n, Fol
 
 }  // namespace
 
-const ContactKernels SUNDER_CONTACT_KERNELS = {describe, start, give, pass, follow_movables, follow_pieces};
+const ContactKernels SUNDER_KERNELS(kContactKernels) = {describe, start, give, pass, follow_movables, follow_pieces};
 
 }  // namespace sunder

@@ -1,7 +1,8 @@
-// Included once for each instruction set, after which SUNDER_SWEEP_KERNELS names the table.
+// Compiled once for each instruction set (lanes.h).
+#include "solver/sweep_kernels.h"
+
 #include "solver/lane_copies.h"
 #include "solver/lane_matrices.h"
-#include "solver/sweep_kernels.h"
 
 namespace sunder {
 namespace {
@@ -18,8 +19,8 @@ struct Precision<float> {
 };
 template <>
 struct Precision<double> {  // as optimal_rotation
-    using Lanes = Double4;
-    static constexpr size_t kLanes = 4;
+    using Lanes = Doubles;
+    static constexpr size_t kLanes = sizeof(Doubles) / sizeof(double);
     static constexpr int kMaxIterations = 12;
     static constexpr double kConverged = 1e-14;
     static constexpr double kProperMaximum[3] = {1e-9, 1e-12, 1e-15};
@@ -84,19 +85,19 @@ SUNDER_INLINE void optimal_rotation(V (&A)[3][3], V (&q)[4], void (*exact)(const
 
 // What the conjugate gradients need of a group: K = tr(A) I - A + sum of inertias, A = R S R^T.
 template <class Real>
-SUNDER_INLINE void put_newton(const SweepGroups<double>& g, size_t lane, const Double4 (&R)[3][3],
-                              const Double4 (&RQ)[3][3], const Double4 (&RW)[3][3], Sym<Double4> K,
+SUNDER_INLINE void put_newton(const SweepGroups<double>& g, size_t lane, const Doubles (&R)[3][3],
+                              const Doubles (&RQ)[3][3], const Doubles (&RW)[3][3], Sym<Doubles> K,
                               CgGroups<Real>& to) {
-    const Double4 pressure = root(load<Double4>(g.volume_ratio + lane) * load<Double4>(g.spread + lane));
-    Double4 RS[3][3];
-    multiply(R, sym<Double4>(g.stiffness_moment, lane), RS);
+    const Doubles pressure = root(load<Doubles>(g.volume_ratio + lane) * load<Doubles>(g.spread + lane));
+    Doubles RS[3][3];
+    multiply(R, sym<Doubles>(g.stiffness_moment, lane), RS);
     const auto entry = [&](int r, int c) { return RS[r][0] * R[c][0] + RS[r][1] * R[c][1] + RS[r][2] * R[c][2]; };
-    const Double4 xx = entry(0, 0), yy = entry(1, 1), zz = entry(2, 2);
+    const Doubles xx = entry(0, 0), yy = entry(1, 1), zz = entry(2, 2);
     K.xx += yy + zz, K.yy += xx + zz, K.zz += xx + yy;
     K.xy -= entry(0, 1), K.xz -= entry(0, 2), K.yz -= entry(1, 2);
-    const Double4 c00 = K.yy * K.zz - K.yz * K.yz, c01 = K.xz * K.yz - K.xy * K.zz, c02 = K.xy * K.yz - K.xz * K.yy;
-    const Double4 det = K.xx * c00 + K.xy * c01 + K.xz * c02, zero = {};
-    const Double4 inverse = select<Double4>(zero < det, 1.0 / det, zero);
+    const Doubles c00 = K.yy * K.zz - K.yz * K.yz, c01 = K.xz * K.yz - K.xy * K.zz, c02 = K.xy * K.yz - K.xz * K.yy;
+    const Doubles det = K.xx * c00 + K.xy * c01 + K.xz * c02, zero = {};
+    const Doubles inverse = select<Doubles>(zero < det, 1.0 / det, zero);
     put_numbers(inverse * c00, to.K_inverse[0] + lane);
     put_numbers(inverse * (K.xx * K.zz - K.xz * K.xz), to.K_inverse[1] + lane);
     put_numbers(inverse * (K.xx * K.yy - K.xy * K.xy), to.K_inverse[2] + lane);
@@ -108,9 +109,9 @@ SUNDER_INLINE void put_newton(const SweepGroups<double>& g, size_t lane, const D
             put_numbers(RQ[r][c], to.RQ[r][c] + lane);
             put_numbers(pressure * RW[r][c], to.RW[r][c] + lane);
         }
-    const Double4 b = load<Double4>(g.b + lane);
-    for (int i = 0; i < 6; ++i) put_numbers(load<Double4>(g.N[i] + lane), to.N[i] + lane);
-    put_numbers(b * load<Double4>(g.inverse_mass + lane), to.center_scale + lane);
+    const Doubles b = load<Doubles>(g.b + lane);
+    for (int i = 0; i < 6; ++i) put_numbers(load<Doubles>(g.N[i] + lane), to.N[i] + lane);
+    put_numbers(b * load<Doubles>(g.inverse_mass + lane), to.center_scale + lane);
     put_numbers(b, to.b + lane);
 }
 
@@ -254,7 +255,7 @@ void average(const SweepArrays<float>& a, SweepParticle<float>* particles, Jacob
 // The rotation vector of a unit quaternion, 2 log q, of the representative with w >= 0. With t the tangent of a quarter
 // of the angle it is v 4 atan(t) / (t (1 + w)), t2 = t^2 = |v|^2 / (1 + w)^2 <= 1; atan by halving the angle once more
 // and a polynomial (Chebyshev points, error below 1e-16).
-SUNDER_INLINE void rotation_vector(const Double4 (&q)[4], Double4 (&out)[3]) {
+SUNDER_INLINE void rotation_vector(const Doubles (&q)[4], Doubles (&out)[3]) {
     constexpr double kArcTangent[] = {1.0,
                                       -0.3333333333333312,
                                       0.19999999999940837,
@@ -267,36 +268,36 @@ SUNDER_INLINE void rotation_vector(const Double4 (&q)[4], Double4 (&out)[3]) {
                                       -0.05035049795312439,
                                       0.03796390316111083,
                                       -0.017803896394812564};
-    const Double4 zero = {}, one = zero + 1.0, sign = select<Double4>(q[3] < zero, -one, one);
-    const Double4 w1 = one + sign * q[3];
-    const Double4 t2 = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2]) / (w1 * w1), root1 = one + root(one + t2);
-    const Double4 u = t2 / (root1 * root1);
-    Double4 series = zero + kArcTangent[11];
+    const Doubles zero = {}, one = zero + 1.0, sign = select<Doubles>(q[3] < zero, -one, one);
+    const Doubles w1 = one + sign * q[3];
+    const Doubles t2 = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2]) / (w1 * w1), root1 = one + root(one + t2);
+    const Doubles u = t2 / (root1 * root1);
+    Doubles series = zero + kArcTangent[11];
     for (int i = 10; i >= 0; --i) series = kArcTangent[i] + u * series;
-    const Double4 factor = sign * (8.0 * series / (root1 * w1));
+    const Doubles factor = sign * (8.0 * series / (root1 * w1));
     for (int i = 0; i < 3; ++i) out[i] = factor * q[i];
 }
 
 // a times the conjugate of b, both x, y, z, w.
-SUNDER_INLINE void times_conjugate(const Double4 (&a)[4], const Double4 (&b)[4], Double4 (&out)[4]) {
+SUNDER_INLINE void times_conjugate(const Doubles (&a)[4], const Doubles (&b)[4], Doubles (&out)[4]) {
     out[0] = a[0] * b[3] - a[3] * b[0] + (a[2] * b[1] - a[1] * b[2]);
     out[1] = a[1] * b[3] - a[3] * b[1] + (a[0] * b[2] - a[2] * b[0]);
     out[2] = a[2] * b[3] - a[3] * b[2] + (a[1] * b[0] - a[0] * b[1]);
     out[3] = a[3] * b[3] + (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
 }
 
-SUNDER_INLINE void multiply(const Sym<Double4>& m, const Double4 (&v)[3], Double4 (&out)[3]) {
+SUNDER_INLINE void multiply(const Sym<Doubles>& m, const Doubles (&v)[3], Doubles (&out)[3]) {
     out[0] = m.xx * v[0] + m.xy * v[1] + m.xz * v[2];
     out[1] = m.xy * v[0] + m.yy * v[1] + m.yz * v[2];
     out[2] = m.xz * v[0] + m.yz * v[1] + m.zz * v[2];
 }
 
 // m^-1 v; of m = 0 zero.
-SUNDER_INLINE void solve(const Sym<Double4>& m, const Double4 (&v)[3], Double4 (&out)[3]) {
-    const Sym<Double4> adjugate = {m.yy * m.zz - m.yz * m.yz, m.xx * m.zz - m.xz * m.xz, m.xx * m.yy - m.xy * m.xy,
+SUNDER_INLINE void solve(const Sym<Doubles>& m, const Doubles (&v)[3], Doubles (&out)[3]) {
+    const Sym<Doubles> adjugate = {m.yy * m.zz - m.yz * m.yz, m.xx * m.zz - m.xz * m.xz, m.xx * m.yy - m.xy * m.xy,
                                    m.xz * m.yz - m.xy * m.zz, m.xy * m.yz - m.xz * m.yy, m.xy * m.xz - m.xx * m.yz};
-    const Double4 determinant = m.xx * adjugate.xx + m.xy * adjugate.xy + m.xz * adjugate.xz, zero = {};
-    const Double4 inverse = 1.0 / select<Double4>(zero < determinant, determinant, zero + 1.0);
+    const Doubles determinant = m.xx * adjugate.xx + m.xy * adjugate.xy + m.xz * adjugate.xz, zero = {};
+    const Doubles inverse = 1.0 / select<Doubles>(zero < determinant, determinant, zero + 1.0);
     multiply(adjugate, v, out);
     for (int i = 0; i < 3; ++i) out[i] = inverse * out[i];
 }
@@ -309,13 +310,13 @@ SUNDER_INLINE void solve(const Sym<Double4>& m, const Double4 (&v)[3], Double4 (
 template <class Real>
 void gather_residual(const SweepArrays<double>& a, NewtonParticles* particles, CgParticles<Real>* cg, size_t begin,
                      size_t end) {
-    using V = Double4;
+    using V = Doubles;
     const V zero = {};
     for (size_t block = begin; block < end; ++block) {
         NewtonParticles& p = particles[block];
         CgParticles<Real>& to = cg[block];
         V magnitude = zero, size = zero;
-        for (size_t lane = 0; lane < 8; lane += 4) {
+        for (size_t lane = 0; lane < 8; lane += Precision<double>::kLanes) {
             V x[3], d[4], inertial[4], back[4], shift[3], turn[3];
             for (int i = 0; i < 3; ++i)
                 x[i] = load<V>(p.x[i] + lane), shift[i] = load<V>(p.x_inertial[i] + lane) - x[i];
@@ -378,16 +379,16 @@ void gather_residual(const SweepArrays<double>& a, NewtonParticles* particles, C
 
 }  // namespace
 
-const SweepKernels SUNDER_SWEEP_KERNELS = {expand<SweepRow<float>>,
-                                           expand<SweepRow<double>>,
-                                           expand<CgRow<float>>,
-                                           expand<CgRow<double>>,
-                                           take_in,
-                                           match<float, false>,
-                                           average,
-                                           give_back,
-                                           match<double, true>,
-                                           gather_residual<float>,
-                                           gather_residual<double>};
+const SweepKernels SUNDER_KERNELS(kSweepKernels) = {expand<SweepRow<float>>,
+                                                    expand<SweepRow<double>>,
+                                                    expand<CgRow<float>>,
+                                                    expand<CgRow<double>>,
+                                                    take_in,
+                                                    match<float, false>,
+                                                    average,
+                                                    give_back,
+                                                    match<double, true>,
+                                                    gather_residual<float>,
+                                                    gather_residual<double>};
 
 }  // namespace sunder

@@ -1,2 +1,0 @@
-#define SUNDER_CONTACT_KERNELS kContactKernelsAvx2
-#include "solver/collision/contact_kernels.inl"

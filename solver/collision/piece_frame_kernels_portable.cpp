@@ -1,2 +1,0 @@
-#define SUNDER_PIECE_FRAME_KERNELS kPieceFrameKernelsPortable
-#include "solver/collision/piece_frame_kernels.inl"

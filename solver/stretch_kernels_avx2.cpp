@@ -1,2 +1,0 @@
-#define SUNDER_STRETCH_KERNELS kStretchKernelsAvx2
-#include "solver/stretch_kernels.inl"

@@ -1,2 +1,0 @@
-#define SUNDER_STRETCH_KERNELS kStretchKernelsPortable
-#include "solver/stretch_kernels.inl"

@@ -1,2 +1,0 @@
-#define SUNDER_SWEEP_KERNELS kSweepKernelsAvx2
-#include "solver/sweep_kernels.inl"

@@ -1,2 +1,0 @@
-#define SUNDER_SWEEP_KERNELS kSweepKernelsPortable
-#include "solver/sweep_kernels.inl"
