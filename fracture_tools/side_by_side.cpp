@@ -74,7 +74,8 @@ void run_side_by_side(size_t n, const RangeRunner& run,
     if (n == 0) return;
     if (n == 1) return task(0, run);
     std::vector<SharedLoop> loops(std::min(n, kMostThreads));  // of the threads that have had a task
-    std::atomic<size_t> turn{0}, n_loops{0}, n_threads{0};
+    std::vector<std::atomic<bool>> begun(n);
+    std::atomic<size_t> n_loops{0}, n_threads{0};
     std::atomic<size_t> left{n};    // tasks
     std::atomic<uint32_t> news{0};  // grows when a loop opens and when the last task ends
     FirstFailure failure;
@@ -83,7 +84,7 @@ void run_side_by_side(size_t n, const RangeRunner& run,
         news.fetch_add(1);
         news.notify_all();
     };
-    run(kMostThreads, 1, [&](size_t, size_t) {  // once for each thread
+    run(kMostThreads, 1, [&](size_t place, size_t) {  // once for each thread
         n_threads.fetch_add(1, std::memory_order_relaxed);
         SharedLoop* loop = nullptr;
         const RangeRunner own = [&](size_t length, size_t grain, const SharedLoop::Body& body) {
@@ -99,7 +100,9 @@ void run_side_by_side(size_t n, const RangeRunner& run,
             }
             loop->finish();
         };
-        for (size_t i; (i = turn.fetch_add(1, std::memory_order_relaxed)) < n;) {
+        for (size_t k = 0; k < n; ++k) {
+            const size_t i = (n * place / kMostThreads + k) % n;
+            if (begun[i].exchange(true, std::memory_order_relaxed)) continue;
             if (!loop) loop = &loops[n_loops.fetch_add(1, std::memory_order_relaxed)];
             try {
                 task(i, own);

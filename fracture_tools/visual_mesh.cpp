@@ -341,7 +341,7 @@ Result<VisualMesh> VisualMeshBuilder::build(const BodyFrame& frame, const RangeR
 size_t VisualMeshBuilder::size() const { return impl_->topology ? impl_->topology->n_fans() : 0; }
 
 std::vector<Status> build_meshes(std::span<const MovingBody> bodies, const RangeRunner& run) {
-    std::vector<size_t> order(bodies.size());  // the largest first: threads end together
+    std::vector<size_t> order(bodies.size());  // the largest first: none of them is begun last
     std::iota(order.begin(), order.end(), size_t{0});
     std::stable_sort(order.begin(), order.end(),
                      [&](size_t a, size_t b) { return bodies[a].builder->size() > bodies[b].builder->size(); });
