@@ -77,13 +77,17 @@ Vec3 common_velocity(std::span<const Vec3> velocity) {
 template <class Find>
 void in_chunks(size_t n, const WorkerPool& workers, const Find& find, std::vector<std::vector<Contact>>& chunks,
                std::vector<Contact>& out) {
-    constexpr size_t kChunk = 256;
+    constexpr size_t kChunk = 256, kShared = 4 * kChunk;  // fewest that another thread is worth waking for
     const size_t n_chunks = (n + kChunk - 1) / kChunk;
     if (chunks.size() < n_chunks) chunks.resize(n_chunks);
-    workers.for_each(n_chunks, [&](size_t k) {
+    const auto find_chunk = [&](size_t k) {
         chunks[k].clear();
         find(k * kChunk, std::min(n, (k + 1) * kChunk), chunks[k]);
-    });
+    };
+    if (n < kShared)
+        for (size_t k = 0; k < n_chunks; ++k) find_chunk(k);
+    else
+        workers.for_each(n_chunks, find_chunk);
     for (size_t k = 0; k < n_chunks; ++k) out.insert(out.end(), chunks[k].begin(), chunks[k].end());
 }
 
