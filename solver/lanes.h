@@ -170,11 +170,12 @@ SUNDER_INLINE void transpose(Float4 a, Float4 b, Float4 c, Float4 d, Float4 (&ou
 }
 
 #ifdef __AVX2__
-SUNDER_INLINE void transpose(const Float8 (&in)[4], Float8 (&out)[4]) {  // 4x4 in each half
-    const Float8 ab01 = __builtin_shufflevector(in[0], in[1], 0, 8, 1, 9, 4, 12, 5, 13);
-    const Float8 ab23 = __builtin_shufflevector(in[0], in[1], 2, 10, 3, 11, 6, 14, 7, 15);
-    const Float8 cd01 = __builtin_shufflevector(in[2], in[3], 0, 8, 1, 9, 4, 12, 5, 13);
-    const Float8 cd23 = __builtin_shufflevector(in[2], in[3], 2, 10, 3, 11, 6, 14, 7, 15);
+template <class V>
+SUNDER_INLINE void transpose(const V (&in)[4], V (&out)[4]) {  // of eight numbers each: 4x4 in each half
+    const V ab01 = __builtin_shufflevector(in[0], in[1], 0, 8, 1, 9, 4, 12, 5, 13);
+    const V ab23 = __builtin_shufflevector(in[0], in[1], 2, 10, 3, 11, 6, 14, 7, 15);
+    const V cd01 = __builtin_shufflevector(in[2], in[3], 0, 8, 1, 9, 4, 12, 5, 13);
+    const V cd23 = __builtin_shufflevector(in[2], in[3], 2, 10, 3, 11, 6, 14, 7, 15);
     out[0] = __builtin_shufflevector(ab01, cd01, 0, 1, 8, 9, 4, 5, 12, 13);
     out[1] = __builtin_shufflevector(ab01, cd01, 2, 3, 10, 11, 6, 7, 14, 15);
     out[2] = __builtin_shufflevector(ab23, cd23, 0, 1, 8, 9, 4, 5, 12, 13);
@@ -190,19 +191,20 @@ SUNDER_INLINE void transpose(const Float8 (&in)[4], Float8 (&out)[4]) {
 #endif
 
 // Numbers [offset, offset + 4) of the records of eight lanes; `stride` numbers a record.
-template <size_t stride>
-SUNDER_INLINE void gather4(const float* records, const uint32_t* lanes, size_t offset, Float8 (&out)[4]) {
-    Float8 in[4];
+template <size_t stride, class Number, class Eight>
+SUNDER_INLINE void gather4(const Number* records, const uint32_t* lanes, size_t offset, Eight (&out)[4]) {
+    using Four = decltype(low(Eight()));
+    Eight in[4];
     for (int i = 0; i < 4; ++i)
-        in[i] = join(load<Float4>(records + stride * lanes[i] + offset),
-                     load<Float4>(records + stride * lanes[i + 4] + offset));
+        in[i] = join(load<Four>(records + stride * lanes[i] + offset),
+                     load<Four>(records + stride * lanes[i + 4] + offset));
     transpose(in, out);
 }
 
 // The reverse, for the eight records that start at `record`.
-template <size_t stride>
-SUNDER_INLINE void scatter4(float* record, size_t offset, const Float8 (&in)[4]) {
-    Float8 out[4];
+template <size_t stride, class Number, class Eight>
+SUNDER_INLINE void scatter4(Number* record, size_t offset, const Eight (&in)[4]) {
+    Eight out[4];
     transpose(in, out);
     for (int i = 0; i < 4; ++i) {
         store(record + stride * i + offset, low(out[i]));
@@ -210,6 +212,7 @@ SUNDER_INLINE void scatter4(float* record, size_t offset, const Float8 (&in)[4])
     }
 }
 
+// The same for four lanes.
 template <size_t stride>
 SUNDER_INLINE void gather4(const double* records, const uint32_t* lanes, size_t offset, Double4 (&out)[4]) {
     for (int half = 0; half < 2; ++half) {
@@ -238,30 +241,6 @@ SUNDER_INLINE double sum(Double4 a) {
 }
 
 #ifdef __AVX512F__
-template <size_t stride>
-SUNDER_INLINE void gather4(const double* records, const uint32_t* lanes, size_t offset, Double8 (&out)[4]) {
-    Double8 in[4];
-    for (int i = 0; i < 4; ++i)
-        in[i] = join(load<Double4>(records + stride * lanes[i] + offset),
-                     load<Double4>(records + stride * lanes[i + 4] + offset));
-    const Double8 ab0 = __builtin_shufflevector(in[0], in[1], 0, 8, 2, 10, 4, 12, 6, 14);  // numbers 0 and 2 of a and b
-    const Double8 ab1 = __builtin_shufflevector(in[0], in[1], 1, 9, 3, 11, 5, 13, 7, 15);
-    const Double8 cd0 = __builtin_shufflevector(in[2], in[3], 0, 8, 2, 10, 4, 12, 6, 14);
-    const Double8 cd1 = __builtin_shufflevector(in[2], in[3], 1, 9, 3, 11, 5, 13, 7, 15);
-    out[0] = __builtin_shufflevector(ab0, cd0, 0, 1, 8, 9, 4, 5, 12, 13);
-    out[1] = __builtin_shufflevector(ab1, cd1, 0, 1, 8, 9, 4, 5, 12, 13);
-    out[2] = __builtin_shufflevector(ab0, cd0, 2, 3, 10, 11, 6, 7, 14, 15);
-    out[3] = __builtin_shufflevector(ab1, cd1, 2, 3, 10, 11, 6, 7, 14, 15);
-}
-
-template <size_t stride>
-SUNDER_INLINE void scatter4(double* record, size_t offset, const Double8 (&in)[4]) {
-    const Double4 first[4] = {low(in[0]), low(in[1]), low(in[2]), low(in[3])};
-    const Double4 last[4] = {high(in[0]), high(in[1]), high(in[2]), high(in[3])};
-    scatter4<stride>(record, offset, first);
-    scatter4<stride>(record + 4 * stride, offset, last);
-}
-
 SUNDER_INLINE double sum(Double8 a) { return sum(low(a) + high(a)); }
 
 SUNDER_INLINE void put_numbers(Double8 a, double* to) { store(to, a); }

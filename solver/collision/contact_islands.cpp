@@ -1,7 +1,6 @@
 #include "solver/collision/contact_islands.h"
 
 #include <algorithm>
-#include <functional>
 #include <numeric>
 
 namespace sunder {

@@ -81,13 +81,16 @@ TEST(WorkerPool, does_every_item_of_uneven_shares_once) {
     }
 }
 
-// With nobody else there, or everybody at once, a thread begins where its share begins.
+// Whoever comes begins with its own share, if it is not done by then; items take long enough for others to come.
 TEST(WorkerPool, begins_with_the_share_of_its_slot) {
     for (int threads : kThreads) {
         const WorkerPool workers(threads);
         const size_t n_shares = static_cast<size_t>(threads), each = 20;
         std::vector<std::vector<size_t>> order(n_shares);  // by slot
-        workers.for_each_in_slots(n_shares * each, [&](size_t i, size_t slot) { order[slot].push_back(i / each); });
+        workers.for_each_in_slots(n_shares * each, [&](size_t i, size_t slot) {
+            order[slot].push_back(i / each);
+            std::this_thread::sleep_for(std::chrono::microseconds(200));
+        });
         for (size_t slot = 0; slot < n_shares; ++slot)  // its own, then those behind it, around
             for (size_t k = 0; k + 1 < order[slot].size(); ++k) {
                 const auto turn = [&](size_t share) { return (share + n_shares - slot) % n_shares; };

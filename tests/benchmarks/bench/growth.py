@@ -1,6 +1,6 @@
 """What a particle, a piece and a triangle cost as their number grows: runs the benchmarks, keeps a csv, draws it.
 
-    growth.py BUILD_FOLDER OUTPUT_STEM     measures (ten minutes), writes OUTPUT_STEM.csv, .svg and .png
+    growth.py BUILD_FOLDER OUTPUT_STEM     measures (five minutes), writes OUTPUT_STEM.csv, .svg and .png
     growth.py OUTPUT_STEM                  draws OUTPUT_STEM.csv again
 
 Columns of the csv: what (particles, pieces, triangles), count, seconds (a substep, or a cut; one thread), peak_mb.
