@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <memory>
 
 #include "fracture_tools/skin_weights.h"
@@ -15,7 +16,7 @@ public:
     using Memory = std::shared_ptr<const SkinInfluence[]>;
 
     explicit InfluencePool(uint32_t capacity)
-        : memory_(std::make_shared_for_overwrite<SkinInfluence[]>(capacity)), capacity_(capacity) {}
+        : memory_(std::make_shared_for_overwrite<SkinInfluence[]>(capacity + kCopied)), capacity_(capacity) {}
 
     uint32_t size() const { return size_; }
     Memory memory() const { return memory_; }
@@ -29,10 +30,18 @@ public:
         }
         return memory_.get() + size_;
     }
+    /// Adds n entries of another pool: so many at a time, for runs are short.
+    void add_copies(const SkinInfluence* from, uint32_t n) {
+        SkinInfluence* const to = room(n);
+        for (uint32_t i = 0; i < n; i += kCopied) std::memcpy(to + i, from + i, kCopied * sizeof(SkinInfluence));
+        size_ += n;
+    }
     /// Entries that have been written to `room`.
     void add(uint32_t n) { size_ += n; }
 
 private:
+    static constexpr uint32_t kCopied = 4;  // at a time; as much memory is behind the last entry
+
     std::shared_ptr<SkinInfluence[]> memory_;
     uint32_t size_ = 0, capacity_ = 0;
 };

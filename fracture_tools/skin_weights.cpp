@@ -41,21 +41,17 @@ inline __attribute__((always_inline)) uint32_t bits_of(const Parts& some) {
 #endif
 }
 
-}  // namespace
-
-SUNDER_VECTOR_CLONES size_t weigh(const ParticlePlace* place, std::span<const uint32_t> candidates, const Vec3& x,
-                                  WeighScratch& io_scratch, SkinInfluence* out) {
-    const size_t n = candidates.size();
-    if (io_scratch.parts.size() < n) io_scratch.number.resize(2 * n), io_scratch.parts.resize(2 * n);
-    double* const number = io_scratch.number.data();
-    int32_t* const part = io_scratch.parts.data();
-    const uint32_t* const particle = candidates.data();
-    const auto numbers = [&](size_t i) -> Lanes& { return reinterpret_cast<Lanes&>(number[i]); };
+// Of n blocks of candidates; `number` and `part` are working memory of as many.
+inline __attribute__((always_inline)) size_t weigh_blocks(const ParticlePlace* place, const uint32_t* particle,
+                                                          uint32_t n_blocks, const Vec3& x, Lanes* number, Parts* part,
+                                                          SkinInfluence* out) {
     const auto at = [&](size_t i) -> const Lanes& { return reinterpret_cast<const Lanes&>(place[particle[i]]); };
     const Lanes x0 = Lanes{} + x.x(), x1 = Lanes{} + x.y(), x2 = Lanes{} + x.z();
 
     Lanes closest = Lanes{} + std::numeric_limits<double>::infinity();
-    for (size_t i = 0; i < n; i += kWeighed) {
+#pragma GCC unroll 8
+    for (uint32_t k = 0; k < n_blocks; ++k) {
+        const uint32_t i = kWeighed * k;
         const Lanes a = at(i), b = at(i + 1), c = at(i + 2), d = at(i + 3);
         const Lanes ab_xz = __builtin_shuffle(a, b, Order{0, 4, 2, 6}),
                     ab_yr = __builtin_shuffle(a, b, Order{1, 5, 3, 7});
@@ -65,7 +61,7 @@ SUNDER_VECTOR_CLONES size_t weigh(const ParticlePlace* place, std::span<const ui
         const Lanes dy = __builtin_shuffle(ab_yr, cd_yr, Order{0, 1, 4, 5}) - x1;
         const Lanes dz = __builtin_shuffle(ab_xz, cd_xz, Order{2, 3, 6, 7}) - x2;
         const Lanes t = (dx * dx + dy * dy + dz * dz) * __builtin_shuffle(ab_yr, cd_yr, Order{2, 3, 6, 7});
-        numbers(i) = t;
+        number[k] = t;
         closest = t < closest ? t : closest;
     }
     // Far out (a spike, a long thin piece) the supports grow with the distance, so that the nearest always has a say.
@@ -73,18 +69,20 @@ SUNDER_VECTOR_CLONES size_t weigh(const ParticlePlace* place, std::span<const ui
     const double least = std::min(std::min(closest[0], closest[1]), std::min(closest[2], closest[3]));
     const double shrink = least > kFarOut ? 1 / (least / kFarOut) : 1;
     Lanes sums = {};
-    for (size_t i = 0; i < n; i += kWeighed) {
-        const Lanes left = 1 - numbers(i) * shrink, k = left > 0 ? left : Lanes{};
-        numbers(i) = k * k * k;
-        sums += numbers(i);
+#pragma GCC unroll 8
+    for (uint32_t k = 0; k < n_blocks; ++k) {
+        const Lanes left = 1 - number[k] * shrink, inside = left > 0 ? left : Lanes{};
+        number[k] = inside * inside * inside;
+        sums += number[k];
     }
     constexpr double kOne = 16777216;  // 2^24 parts
     constexpr float kPart = static_cast<float>(1 / kOne);
     const double scale = kOne / ((sums[0] + sums[1]) + (sums[2] + sums[3]));
     Parts left = {}, most = {}, most_at = {}, index = {0, 1, 2, 3};  // of each lane
-    for (size_t i = 0; i < n; i += kWeighed, index += static_cast<int32_t>(kWeighed)) {
-        const Parts parts = __builtin_convertvector(numbers(i) * scale + 0.5, Parts), more = parts > most;
-        reinterpret_cast<Parts&>(part[i]) = parts;
+#pragma GCC unroll 8
+    for (uint32_t k = 0; k < n_blocks; ++k, index += static_cast<int32_t>(kWeighed)) {
+        const Parts parts = __builtin_convertvector(number[k] * scale + 0.5, Parts), more = parts > most;
+        part[k] = parts;
         left -= parts;
         most = more ? parts : most, most_at = more ? index : most_at;
     }
@@ -102,11 +100,12 @@ SUNDER_VECTOR_CLONES size_t weigh(const ParticlePlace* place, std::span<const ui
 
     size_t kept = 0;
     index = Parts{0, 1, 2, 3};
-    for (size_t i = 0; i < n;
-         i += kWeighed, index += static_cast<int32_t>(kWeighed)) {  // without branches, which nothing would foretell
-        const Parts parts = reinterpret_cast<const Parts&>(part[i]) + (index == largest ? rest : Parts{});
+#pragma GCC unroll 8
+    for (uint32_t k = 0; k < n_blocks;
+         ++k, index += static_cast<int32_t>(kWeighed)) {  // without branches: none could be foretold
+        const Parts parts = part[k] + (index == largest ? rest : Parts{});
         const Parts weight = reinterpret_cast<Parts>(__builtin_convertvector(parts, Weights) * kPart);
-        const Parts which = reinterpret_cast<const Parts&>(particle[i]);
+        const Parts which = reinterpret_cast<const Parts&>(particle[kWeighed * k]);
         const Pairs pairs = __builtin_shufflevector(which, weight, 0, 4, 1, 5, 2, 6, 3, 7);
         const uint32_t some = bits_of(parts != 0);
         const Pairs packed = __builtin_shuffle(pairs, reinterpret_cast<const Pairs&>(kPacking.from[some]));
@@ -114,6 +113,41 @@ SUNDER_VECTOR_CLONES size_t weigh(const ParticlePlace* place, std::span<const ui
         kept += kPacking.count[some];
     }
     return kept;
+}
+
+// So few that what is in between stays in registers.
+template <uint32_t kBlocks>
+inline __attribute__((always_inline)) size_t weigh_few(const ParticlePlace* place, const uint32_t* particle,
+                                                       const Vec3& x, SkinInfluence* out) {
+    Lanes number[kBlocks];
+    Parts part[kBlocks];
+    return weigh_blocks(place, particle, kBlocks, x, number, part, out);
+}
+
+}  // namespace
+
+SUNDER_VECTOR_CLONES size_t weigh(const ParticlePlace* place, std::span<const uint32_t> candidates, const Vec3& x,
+                                  WeighScratch& io_scratch, SkinInfluence* out) {
+    const uint32_t* const particle = candidates.data();
+    const uint32_t n_blocks = static_cast<uint32_t>(candidates.size() / kWeighed);
+    switch (n_blocks) {
+        case 1:
+            return weigh_few<1>(place, particle, x, out);
+        case 2:
+            return weigh_few<2>(place, particle, x, out);
+        case 3:
+            return weigh_few<3>(place, particle, x, out);
+        case 4:
+            return weigh_few<4>(place, particle, x, out);
+        case 5:
+            return weigh_few<5>(place, particle, x, out);
+        default:
+            break;
+    }
+    if (io_scratch.parts.size() < candidates.size())
+        io_scratch.number.resize(candidates.size()), io_scratch.parts.resize(candidates.size());
+    return weigh_blocks(place, particle, n_blocks, x, reinterpret_cast<Lanes*>(io_scratch.number.data()),
+                        reinterpret_cast<Parts*>(io_scratch.parts.data()), out);
 }
 
 }  // namespace sunder

@@ -141,8 +141,7 @@ std::shared_ptr<const SkinChunk> Skin::bind_chunk(const SplitTopology& topology,
             } while (v < end && was_vertex[was].pool_vertex == pool_vertex_of[key[v]]);
             const SkinInfluence* const kept = old.influence.get();
             const uint32_t size = was_vertex[was - 1].end - begin;
-            std::copy(kept + begin, kept + begin + size, pool.room(size));
-            pool.add(size);
+            pool.add_copies(kept + begin, size);
         }
     };
     for (const uint32_t stale : io_scratch.stale) {
