@@ -1,12 +1,15 @@
 #include "solver/solver.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "solver/awake_scene.h"
 #include "solver/error_budget.h"
 #include "solver/first_of.h"
 #include "solver/sleeping.h"
+#include "solver/thread_trial.h"
 #include "solver/unit_schedule.h"
 
 namespace sunder {
@@ -141,9 +144,11 @@ Status SolverSettings::check(const std::string& where) const {
 struct Solver::Impl {
     Scene scene;
     std::shared_ptr<const WorkerPool> workers;
-    double margin;     // of contacts, m
-    Workspace work;    // of the whole scene
-    AwakeScene awake;  // what is simulated while something sleeps
+    WorkerPool alone{1};
+    std::optional<ThreadTrial> trial;  // of frames on the calling thread alone
+    double margin;                     // of contacts, m
+    Workspace work;                    // of the whole scene
+    AwakeScene awake;                  // what is simulated while something sleeps
 
     Impl(Scene s, std::shared_ptr<const WorkerPool> w)
         : scene(std::move(s)), workers(std::move(w)), margin(contact_margin(scene)) {}
@@ -152,7 +157,7 @@ struct Solver::Impl {
     Status advance(const StepContext& whole, Stage stage, double h, double begin, double end, bool measure,
                    FrameState& io_state, StepReport& io_report);
     Result<StepReport> run_frame(const FrameInput& input, const SolverSettings& settings, const FrameState& before,
-                                 FrameState& io_state, const Progress& progress);
+                                 const WorkerPool& threads, FrameState& io_state, const Progress& progress);
 };
 
 Solver::Solver() = default;
@@ -160,7 +165,9 @@ Solver::~Solver() = default;
 const Scene& Solver::scene() const { return impl_->scene; }
 
 Result<std::unique_ptr<Solver>> Solver::create(Scene scene, int threads) {
-    return create(std::move(scene), std::make_shared<const WorkerPool>(threads));
+    auto solver = create(std::move(scene), std::make_shared<const WorkerPool>(threads));
+    if (solver) (*solver)->impl_->trial.reset();
+    return solver;
 }
 
 Result<std::unique_ptr<Solver>> Solver::create(Scene scene, std::shared_ptr<const WorkerPool> workers) {
@@ -170,6 +177,7 @@ Result<std::unique_ptr<Solver>> Solver::create(Scene scene, std::shared_ptr<cons
     scene.rest.group_trace = rest_traces(scene.rest);
     std::unique_ptr<Solver> solver(new Solver());
     solver->impl_ = std::make_unique<Impl>(std::move(scene), std::move(workers));
+    if (solver->impl_->workers->threads() > 1) solver->impl_->trial.emplace();
     return solver;
 }
 
@@ -293,9 +301,10 @@ Status Solver::Impl::advance(const StepContext& whole, Stage stage, double h, do
 
 // Spoils the state on an error; `before` is what it was.
 Result<StepReport> Solver::Impl::run_frame(const FrameInput& input, const SolverSettings& settings,
-                                           const FrameState& before, FrameState& io_state, const Progress& progress) {
+                                           const FrameState& before, const WorkerPool& threads, FrameState& io_state,
+                                           const Progress& progress) {
     SolverSettings effort = settings;
-    const StepContext context{scene, input, effort, *workers, margin};
+    const StepContext context{scene, input, effort, threads, margin};
     if (settings.sleeping && !io_state.asleep.empty())
         wake_changed(scene, input, settings.self_collision, margin, io_state);
     else
@@ -324,7 +333,7 @@ Result<StepReport> Solver::Impl::run_frame(const FrameInput& input, const Solver
         if (Status ok = advance(context, stage, h, begin, end, k + 1 == effort.substeps, io_state, report); !ok)
             return ok.error();
     }
-    if (anything_sleeps(io_state)) awake.leave(*workers, io_state);
+    if (anything_sleeps(io_state)) awake.leave(threads, io_state);
     if (settings.sleeping) report.n_components = fall_asleep(scene, input, settings.self_collision, before, io_state);
     report.asleep = static_cast<size_t>(std::ranges::count(io_state.asleep, 1));
     return report;
@@ -338,7 +347,12 @@ Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings
 
     FrameState state = io_state;
     state.broken.clear();
-    Result<StepReport> report = impl_->run_frame(input, settings, io_state, state, progress);
+    using Clock = std::chrono::steady_clock;
+    std::optional<ThreadTrial>& trial = impl_->trial;
+    const WorkerPool& threads = trial && trial->alone() ? impl_->alone : *impl_->workers;
+    const Clock::time_point begin = Clock::now();
+    Result<StepReport> report = impl_->run_frame(input, settings, io_state, threads, state, progress);
+    if (report && trial) trial->took(std::chrono::duration<double>(Clock::now() - begin).count());
     if (report) io_state = std::move(state);
     return report;
 }

@@ -48,6 +48,19 @@ TEST(solver, thread_count_does_not_change_a_bit) {
     }
 }
 
+TEST(solver, frames_that_do_without_other_threads_have_the_same_bits) {
+    const PulledBar bar;
+    std::vector<uint64_t> hashes;
+    for (const int threads : {1, 3}) {
+        auto solver = Solver::create(bar.scene, std::make_shared<const WorkerPool>(threads));
+        ASSERT_TRUE(solver);
+        FrameState state = (*solver)->initial_state({bar.material});
+        for (int f = 0; f < 24; ++f) advance(**solver, bar.input(f), bar.settings, state);
+        hashes.push_back(state_hash(state));
+    }
+    EXPECT_EQ(hashes[0], hashes[1]);
+}
+
 TEST(solver, every_instruction_set_gives_the_same_bits) {
     for (const Method method : {Method::projective, Method::jacobi}) {
         PulledBar bar;
