@@ -5,7 +5,7 @@
 #include <numbers>
 #include <tuple>
 
-#include "fracture_tools/disjoint_sets.h"
+#include "solver/data/disjoint_sets.h"
 
 namespace sunder {
 namespace {

@@ -7,9 +7,9 @@
 #include <optional>
 #include <tuple>
 
-#include "fracture_tools/disjoint_sets.h"
 #include "fracture_tools/kmeans.h"
 #include "fracture_tools/surface_lookup.h"
+#include "solver/data/disjoint_sets.h"
 
 namespace sunder {
 namespace {

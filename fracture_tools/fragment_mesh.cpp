@@ -7,11 +7,11 @@
 
 #include "fracture_tools/corner_normals.h"
 #include "fracture_tools/counting_sort.h"
-#include "fracture_tools/disjoint_sets.h"
 #include "fracture_tools/fragment_faces.h"
 #include "fracture_tools/mesh_checks.h"
 #include "fracture_tools/parallel_chunks.h"
 #include "fracture_tools/prefracture.h"
+#include "solver/data/disjoint_sets.h"
 
 namespace sunder {
 namespace {

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <optional>
 
-#include "fracture_tools/disjoint_sets.h"
 #include "fracture_tools/mesh_checks.h"
 #include "fracture_tools/mesh_distance.h"
 #include "fracture_tools/mesh_repair.h"
+#include "solver/data/disjoint_sets.h"
 
 namespace sunder {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <tuple>
 
-#include "fracture_tools/disjoint_sets.h"
+#include "solver/data/disjoint_sets.h"
 
 namespace sunder {
 namespace {

@@ -4,10 +4,10 @@
 #include <map>
 #include <set>
 
-#include "fracture_tools/disjoint_sets.h"
 #include "fracture_tools/point_grid.h"
 #include "fracture_tools/repair_attributes.h"
 #include "fracture_tools/repair_surface.h"
+#include "solver/data/disjoint_sets.h"
 
 namespace sunder {
 namespace {

@@ -9,10 +9,10 @@
 #include <algorithm>
 #include <vector>
 
-#include "fracture_tools/disjoint_sets.h"
 #include "fracture_tools/mesh_checks.h"
 #include "fracture_tools/repair_attributes.h"
 #include "fracture_tools/repair_holes.h"
+#include "solver/data/disjoint_sets.h"
 
 namespace sunder {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "fracture_tools/disjoint_sets.h"
 #include "fracture_tools/repair_attributes.h"
+#include "solver/data/disjoint_sets.h"
 
 namespace sunder {
 namespace {

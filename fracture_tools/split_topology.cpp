@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "fracture_tools/counting_sort.h"
-#include "fracture_tools/disjoint_sets.h"
+#include "solver/data/disjoint_sets.h"
 
 namespace sunder {
 

@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "fracture_tools/counting_sort.h"
-#include "fracture_tools/disjoint_sets.h"
 #include "fracture_tools/four_floats.h"
 #include "fracture_tools/vector_clones.h"
+#include "solver/data/disjoint_sets.h"
 
 namespace sunder {
 namespace {

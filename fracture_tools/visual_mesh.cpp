@@ -7,7 +7,6 @@
 #include <numeric>
 #include <optional>
 
-#include "fracture_tools/disjoint_sets.h"
 #include "fracture_tools/fragment_faces.h"
 #include "fracture_tools/particle_transforms.h"
 #include "fracture_tools/side_by_side.h"
@@ -16,6 +15,7 @@
 #include "fracture_tools/split_topology.h"
 #include "fracture_tools/surface_normals.h"
 #include "fracture_tools/visual_attributes.h"
+#include "solver/data/disjoint_sets.h"
 
 namespace sunder {
 namespace {

@@ -1,6 +1,9 @@
 #include "solver/live_topology.h"
 
 #include <algorithm>
+#include <numeric>
+
+#include "solver/data/disjoint_sets.h"
 
 namespace sunder {
 
@@ -69,29 +72,25 @@ bool LiveTopology::joined(uint32_t i, uint32_t j) const {
     return std::binary_search(first, last, j);
 }
 
+// Numbered by their lowest particles.
 void LiveTopology::find_pieces() {
     ++version_;
     const uint32_t n = static_cast<uint32_t>(end_.size());
-    piece_.assign(n, SimulationMesh::kNone);
-    piece_particle_.resize(n);
+    piece_.resize(n), piece_particle_.resize(n);
+    std::iota(piece_.begin(), piece_.end(), 0u);
+    for (uint32_t i = 0; i < n; ++i)
+        for (uint32_t s = offset_[i]; s < end_[i]; ++s)
+            if (member_[s] > i) unite(piece_, i, member_[s]);
     piece_offset_.assign(1, 0);
-    uint32_t* const particle = piece_particle_.data();
-    uint32_t found = 0;
-    for (uint32_t seed = 0; seed < n; ++seed) {
-        if (piece_[seed] != SimulationMesh::kNone) continue;
-        const uint32_t piece = static_cast<uint32_t>(piece_offset_.size() - 1), first = found;
-        piece_[seed] = piece;
-        particle[found++] = seed;
-        for (uint32_t next = first; next < found; ++next) {
-            const uint32_t i = particle[next];
-            for (uint32_t s = offset_[i]; s < end_[i]; ++s) {
-                const uint32_t j = member_[s];
-                if (piece_[j] == SimulationMesh::kNone) piece_[j] = piece, particle[found++] = j;
-            }
-        }
-        if (found - first > 2) std::sort(particle + first, particle + found);  // two come in order
-        piece_offset_.push_back(found);
+    for (uint32_t i = 0; i < n; ++i) {
+        const bool is_lowest = piece_[i] == i;
+        piece_[i] = is_lowest ? static_cast<uint32_t>(n_pieces()) : piece_[piece_[i]];  // lower ones have their numbers
+        if (is_lowest) piece_offset_.push_back(0);
+        ++piece_offset_[piece_[i] + 1];
     }
+    std::partial_sum(piece_offset_.begin(), piece_offset_.end(), piece_offset_.begin());
+    std::vector<uint32_t> next(piece_offset_.begin(), piece_offset_.end() - 1);
+    for (uint32_t i = 0; i < n; ++i) piece_particle_[next[piece_[i]]++] = i;
 }
 
 }  // namespace sunder

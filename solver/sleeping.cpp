@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "solver/collision/contact.h"
 #include "solver/collision/shape_distance.h"
+#include "solver/data/disjoint_sets.h"
 #include "solver/rest_conditions.h"
 
 namespace sunder {
@@ -14,27 +14,13 @@ namespace {
 // Of sqrt(g size); what flows is meant to go on slowly.
 constexpr double kStill = 0.005, kStillWhileFlowing = 0.001, kWaking = 0.05, kHard = 0.2;
 
-class DisjointSets {
-public:
-    explicit DisjointSets(size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }
-    uint32_t root(uint32_t i) {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    void join(uint32_t i, uint32_t j) {
-        const uint32_t p = root(i), q = root(j);
-        parent_[std::max(p, q)] = std::min(p, q);
-    }
-
-private:
-    std::vector<uint32_t> parent_;
-};
+using DisjointSets = std::vector<uint32_t>;
 
 DisjointSets pieces_of(const Scene& scene, const FrameState& state) {
-    DisjointSets sets(state.asleep.size());
+    DisjointSets sets = disjoint_sets(state.asleep.size());
     const std::vector<Edge>& edges = scene.rest.edges;
     for (size_t e = 0; e < edges.size(); ++e)
-        if (state.edge_intact[e]) sets.join(edges[e].a, edges[e].b);
+        if (state.edge_intact[e]) unite(sets, edges[e].a, edges[e].b);
     return sets;
 }
 
@@ -42,7 +28,7 @@ DisjointSets pieces_of(const Scene& scene, const FrameState& state) {
 DisjointSets heaps_of(const Scene& scene, const FrameState& state) {
     DisjointSets sets = pieces_of(scene, state);
     for (const ContactMemory& c : state.contacts)
-        if (!(c.b & Contact::kStatic) && state.asleep[c.a] == state.asleep[c.b]) sets.join(c.a, c.b);
+        if (!(c.b & Contact::kStatic) && state.asleep[c.a] == state.asleep[c.b]) unite(sets, c.a, c.b);
     return sets;
 }
 
@@ -127,15 +113,15 @@ void wake_carried(const Scene& scene, const FrameInput& input, FrameState& io_st
     if (!lies_on_what_is_awake) return;
     DisjointSets pieces = pieces_of(scene, s);
     std::vector<uint8_t> wakes(s.asleep.size(), 0);  // by root
-    const auto is_awake = [&](uint32_t i) { return !s.asleep[i] || wakes[pieces.root(i)]; };
+    const auto is_awake = [&](uint32_t i) { return !s.asleep[i] || wakes[lowest(pieces, i)]; };
     for (bool any = true; any;) {
         any = false;
         for_carried(input, s, [&](uint32_t carrier, uint32_t carried) {
-            if (is_awake(carrier) && !is_awake(carried)) wakes[pieces.root(carried)] = 1, any = true;
+            if (is_awake(carrier) && !is_awake(carried)) wakes[lowest(pieces, carried)] = 1, any = true;
         });
     }
     for (uint32_t i = 0; i < s.asleep.size(); ++i)
-        if (s.asleep[i] && wakes[pieces.root(i)]) s.asleep[i] = 0, s.still_time[i] = kTimeToSleep - kSleepInterval;
+        if (s.asleep[i] && wakes[lowest(pieces, i)]) s.asleep[i] = 0, s.still_time[i] = kTimeToSleep - kSleepInterval;
 }
 
 // Sleeping pieces that lost some of what carries them, or, at looks, are pressed otherwise than when they fell asleep.
@@ -147,7 +133,7 @@ void wake_where_loads_changed(const Scene& scene, double acceleration, bool at_l
     std::vector<double> change(load.size(), 0.0), weight = change, rest_load = change;  // by root, N
     for (uint32_t i = 0; i < load.size(); ++i) {
         if (!s.asleep[i]) continue;
-        const uint32_t p = pieces.root(i);
+        const uint32_t p = lowest(pieces, i);
         const double loss = s.rest_load[i] - load[i];
         change[p] += at_look ? std::abs(loss) : loss;
         rest_load[p] += s.rest_load[i];
@@ -156,9 +142,9 @@ void wake_where_loads_changed(const Scene& scene, double acceleration, bool at_l
     const double share = at_look ? kWakingChange : kWakingLoss;
     std::vector<uint8_t> wakes(load.size(), 0);  // by root
     for (uint32_t p = 0; p < load.size(); ++p)
-        if (change[p] > share * std::max(weight[p], rest_load[p])) wakes[pieces.root(p)] = 1;
+        if (change[p] > share * std::max(weight[p], rest_load[p])) wakes[lowest(pieces, p)] = 1;
     for (uint32_t i = 0; i < load.size(); ++i)
-        if (s.asleep[i] && wakes[pieces.root(i)]) s.asleep[i] = 0, s.still_time[i] = kTimeToSleep - kSleepInterval;
+        if (s.asleep[i] && wakes[lowest(pieces, i)]) s.asleep[i] = 0, s.still_time[i] = kTimeToSleep - kSleepInterval;
 }
 
 // What is awake of pieces that have been still for long enough, that nothing fast touches, and that lie on nothing
@@ -168,25 +154,25 @@ std::vector<uint32_t> rested(const Scene& scene, const FrameInput& input, const 
     DisjointSets pieces = pieces_of(scene, s);
     std::vector<double> still(s.asleep.size(), kNever);  // by root: how long all of the piece has been, s
     for (uint32_t i = 0; i < still.size(); ++i) {
-        double& least = still[pieces.root(i)];
+        double& least = still[lowest(pieces, i)];
         least = std::min(least, s.still_time[i]);
     }
     for (const ContactMemory& c : s.contacts) {
         if (c.b & Contact::kStatic) continue;
         const double waking = waking_speed(std::min(size_of(scene, c.a), size_of(scene, c.b)), acceleration);
-        if (surface_speed(scene, s, c.b) > waking) still[pieces.root(c.a)] = 0;
-        if (surface_speed(scene, s, c.a) > waking) still[pieces.root(c.b)] = 0;
+        if (surface_speed(scene, s, c.b) > waking) still[lowest(pieces, c.a)] = 0;
+        if (surface_speed(scene, s, c.a) > waking) still[lowest(pieces, c.b)] = 0;
     }
-    const auto rests = [&](uint32_t i) { return s.asleep[i] || still[pieces.root(i)] >= kTimeToSleep - 1e-9; };
+    const auto rests = [&](uint32_t i) { return s.asleep[i] || still[lowest(pieces, i)] >= kTimeToSleep - 1e-9; };
     for (bool any = true; any;) {
         any = false;
         for_carried(input, s, [&](uint32_t carrier, uint32_t carried) {
-            if (!rests(carrier) && !s.asleep[carried] && rests(carried)) still[pieces.root(carried)] = 0, any = true;
+            if (!rests(carrier) && !s.asleep[carried] && rests(carried)) still[lowest(pieces, carried)] = 0, any = true;
         });
     }
     std::vector<uint32_t> those;
     for (uint32_t i = 0; i < still.size(); ++i)
-        if (!s.asleep[i] && still[pieces.root(i)] >= kTimeToSleep - 1e-9) those.push_back(i);
+        if (!s.asleep[i] && still[lowest(pieces, i)] >= kTimeToSleep - 1e-9) those.push_back(i);
     return those;
 }
 
@@ -272,11 +258,11 @@ void wake(const Scene& scene, const FrameInput& input, std::span<const Woken> wo
     DisjointSets pieces = pieces_of(scene, io_state), heaps = heaps_of(scene, io_state);
     std::vector<uint8_t> piece_wakes(io_state.asleep.size(), 0), heap_wakes = piece_wakes;  // by root
     for (const Woken& w : woken) {
-        piece_wakes[pieces.root(w.movable)] = 1;
-        if (w.passes_on) heap_wakes[heaps.root(w.movable)] = 1;
+        piece_wakes[lowest(pieces, w.movable)] = 1;
+        if (w.passes_on) heap_wakes[lowest(heaps, w.movable)] = 1;
     }
     for (uint32_t i = 0; i < io_state.asleep.size(); ++i)
-        if (io_state.asleep[i] && (piece_wakes[pieces.root(i)] || heap_wakes[heaps.root(i)]))
+        if (io_state.asleep[i] && (piece_wakes[lowest(pieces, i)] || heap_wakes[lowest(heaps, i)]))
             io_state.asleep[i] = 0, io_state.still_time[i] = 0;
     wake_carried(scene, input, io_state);
 }
@@ -284,18 +270,15 @@ void wake(const Scene& scene, const FrameInput& input, std::span<const Woken> wo
 size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collision, const FrameState& before,
                    FrameState& io_state) {
     FrameState& s = io_state;
-    const size_t n_movables = s.asleep.size();
     const double acceleration = acceleration_of(input);
-    for (uint32_t i = 0; i < n_movables; ++i) {
-        if (s.asleep[i]) continue;
-        s.still_time[i] = is_still(scene, input, before, s, i) ? s.still_time[i] + input.duration : 0;
-    }
+    for (uint32_t i = 0; i < s.asleep.size(); ++i)
+        if (!s.asleep[i]) s.still_time[i] = is_still(scene, input, before, s, i) ? s.still_time[i] + input.duration : 0;
     for (const ContactMemory& c : s.contacts)
         if (c.b & Contact::kStatic && moves(input.colliders[c.b & ~Contact::kStatic])) s.still_time[c.a] = 0;
 
     DisjointSets pieces = pieces_of(scene, s);
     size_t n_pieces = 0;
-    for (uint32_t i = 0; i < s.n_particles(); ++i) n_pieces += pieces.root(i) == i;
+    for (uint32_t i = 0; i < s.n_particles(); ++i) n_pieces += pieces[i] == i;
     const auto intervals = [](double time) { return std::floor((time + 1e-9) / kSleepInterval); };
     if (intervals(before.time) != intervals(s.time)) {
         wake_where_loads_changed(scene, acceleration, true, s);

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <set>
 
-#include "fracture_tools/disjoint_sets.h"
+#include "solver/data/disjoint_sets.h"
 
 namespace sunder {
 namespace {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "solver/data/disjoint_sets.h"
+
 namespace sunder {
 namespace {
 
@@ -70,18 +72,10 @@ void share_out(const ContactBodies& b, std::span<const ActiveContact> contacts, 
 
 void find_islands(const ContactBodies& b, std::span<ActiveContact> io_contacts, size_t n_shares,
                   ContactIslands& o_islands) {
-    std::vector<uint32_t> parent(b.pieces.size());
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](uint32_t i) {
-        uint32_t p = b.piece[i];
-        while (parent[p] != p) p = parent[p] = parent[parent[p]];
-        return p;
-    };
+    std::vector<uint32_t> sets = disjoint_sets(b.pieces.size());
     for (const ActiveContact& c : io_contacts)
-        if (has_movable_b(c.contact)) {
-            const uint32_t p = root(c.contact.a), q = root(c.contact.b);
-            parent[std::max(p, q)] = std::min(p, q);
-        }
+        if (has_movable_b(c.contact)) unite(sets, b.piece[c.contact.a], b.piece[c.contact.b]);
+    const auto root = [&](uint32_t i) { return lowest(sets, b.piece[i]); };
     std::vector<uint32_t> number(b.pieces.size(), kNone), island(io_contacts.size());
     std::vector<uint8_t> hinged(b.pieces.size(), 0);  // by root
     o_islands.offset.assign(1, 0);

@@ -225,7 +225,8 @@ void ContactRound::lay_out() {
     if (which_ == Which::between) return;
     batches_.lay_out();
     const auto n = static_cast<uint32_t>(batches_.size());
-    contacts_.resize(n), starts_.resize(n), idle_.resize(n), active_.resize(n), taken_of_lane_.resize(kLanes * n);
+    if (contacts_.size() < n)
+        contacts_.resize(n), starts_.resize(n), idle_.resize(n), active_.resize(n), taken_of_lane_.resize(kLanes * n);
     for (uint32_t k = static_cast<uint32_t>(all_.size()); k < n; ++k) all_.push_back(k);
 }
 

@@ -21,6 +21,7 @@ inline uint32_t lowest(std::vector<uint32_t>& io_sets, uint32_t i) {
 }
 
 inline void unite(std::vector<uint32_t>& io_sets, uint32_t i, uint32_t j) {
+    if (io_sets[i] == io_sets[j]) return;  // most often, where there are many ways from one to another
     i = lowest(io_sets, i), j = lowest(io_sets, j);
     if (i < j)
         io_sets[j] = i;
