@@ -121,7 +121,7 @@ double misfit(const Workspace& work, uint32_t g, const Placement& a, const Place
     double sum = 0;
     for (uint32_t s = work.live.begin(g); s < work.live.end(g); ++s) {
         const uint32_t j = work.live.member(s);
-        sum += work.shapes.member[s].mass *
+        sum += work.shapes.member_mass(work.live, s) *
                (back[1] * (b[j].x - center[1]) - back[0] * (a[j].x - center[0])).squaredNorm();
     }
     return sum;

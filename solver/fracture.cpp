@@ -40,8 +40,8 @@ FracturePlane plane_through(const LiveGroups& groups, uint32_t g, const Vec3& no
     double balance = 0;  // mass on the normal's side less mass on the other
     for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
         if (live.member(s) == g) continue;
-        balance +=
-            normal.dot(particles[live.member(s)].x - plane.point) > 0 ? shapes.member[s].mass : -shapes.member[s].mass;
+        const double mass = shapes.member_mass(live, s);
+        balance += normal.dot(particles[live.member(s)].x - plane.point) > 0 ? mass : -mass;
     }
     if (std::abs(balance) > 1e-9 * shapes.group[g].mass) plane.own_side = balance > 0 ? 1 : -1;
     return plane;

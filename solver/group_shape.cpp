@@ -73,6 +73,7 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
     std::swap(group, group_before_), std::swap(member, member_before_);
     const std::vector<Sym3> moment_before = std::move(particle_moment);
     group.resize(n), member.resize(live.n_slots()), particle_moment.resize(n);
+    particle_mass = rest.mass;
     edge_weight.assign(rest.n_edges(), 0);  // of broken ones it does not matter
     rest_trace = rest.group_trace.empty() ? rest_traces(rest) : rest.group_trace;
     revision.assign(n, uint64_t{++resets_} << 32);
@@ -97,7 +98,7 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
         if (before != FormerNumbers::kNone) {
             const auto slots = member_before_.begin() + former.live.begin(before);
             std::copy_n(slots, live.count(g), member.begin() + live.begin(g));
-            if (former.plastic[before] == plastic_key(plastic_deformation[g])) {
+            if (group_before_[before].F_P == plastic_deformation[g]) {
                 group[g] = group_before_[before];
                 return;
             }
@@ -109,6 +110,7 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
 void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,
                         std::span<const Mat3> plastic_deformation) {
     const size_t n = rest.n_particles();
+    particle_mass = rest.mass;
     particle_moment.resize(n);
     for (size_t i = 0; i < n; ++i) find_moment(rest, i);
     edge_weight.resize(rest.n_edges());
@@ -116,13 +118,21 @@ void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,
     rest_trace = rest.group_trace.empty() ? rest_traces(rest) : rest.group_trace;
     group.assign(n, GroupShape());
     revision.assign(n, uint64_t{++resets_} << 32);
-    member.assign(live.n_slots(), MemberShape{Vec3::Zero(), 0, 0, {}});
+    member.assign(live.n_slots(), MemberShape{Vec3::Zero(), 0});
     for (uint32_t g = 0; g < n; ++g) rebuild(rest, live, plastic_deformation[g], g);
+}
+
+// The ellipsoid's moments are carried by F_P as a whole, so that a stress-free group with plastic stretch has no
+// elastic strain (the paper's A_pq F_P^T leaves some, and flows back).
+Mat3 GroupShapes::member_moment(const LiveTopology& live, uint32_t g, uint32_t slot) const {
+    const Mat3& F_P = group[g].F_P;
+    return member[slot].weight * (F_P * to_matrix(particle_moment[live.member(slot)]) * F_P.transpose());
 }
 
 void GroupShapes::rebuild(const SimulationMesh& rest, const LiveTopology& live, const Mat3& F_P, uint32_t g) {
     ++revision[g];
     GroupShape& shape = group[g];
+    shape.F_P = F_P;
     const uint32_t begin = live.begin(g), end = live.end(g);
     const Vec3& origin =
         rest.rest_position[g];  // sums relative to the centre: no cancellation far from the world's origin
@@ -142,14 +152,9 @@ void GroupShapes::rebuild(const SimulationMesh& rest, const LiveTopology& live, 
         const uint32_t j = live.member(s);
         MemberShape& m = member[s];
         m.weight = weight(live.edge(s));
-        m.mass = m.weight * rest.mass[j];
         m.q = F_P * (rest.rest_position[j] - origin - center);
-        // The ellipsoid's moments are carried by F_P as a whole, so that a stress-free group with plastic stretch
-        // has no elastic strain (the paper's A_pq F_P^T leaves some, and flows back).
-        const Mat3 moment = m.weight * (F_P * to_matrix(particle_moment[j]) * F_P.transpose());
-        m.moment = to_sym(moment);
-        A_positions += m.mass * m.q * m.q.transpose();
-        A_moments += moment;
+        A_positions += m.weight * rest.mass[j] * m.q * m.q.transpose();
+        A_moments += member_moment(live, g, s);
     }
     shape.positions_trace = end - begin > 1 ? A_positions.trace() : 0;
     const Mat3 A_qq = A_positions + kStretchMomentWeight * A_moments;

@@ -19,11 +19,9 @@ using Sym3 = std::array<double, 6>;
 /// One member of one group. Its weight is that of the interface to the centre: w = A / (V_g V_j)^(1/3) times 4, within
 /// [0.02, 1]; 1 for the centre. A neighbour across a sliver, or across the corner of a lattice cell, hardly counts: the
 /// strain of the group is then that of its middle, not a mean over all that it touches.
-struct MemberShape {
+struct alignas(32) MemberShape {
     Vec3 q;         // F_P (xbar_j - cbar), m; mass-weighted sum over the group is zero
     double weight;  // w_gj, -
-    double mass;    // w_gj m_j, kg
-    Sym3 moment;    // w_gj F_P Rbar_j A_j Rbar_j^T F_P^T, kg m2
 };
 
 /// One group. `A_qq` below weighs the ellipsoid terms by kStretchMomentWeight.
@@ -40,6 +38,7 @@ struct GroupShape {
     double volume_rest = 0;            // tr(A_qq W)
     double most_isotropy = 1;          // largest s_i / a_i, or 1
     double most_pressure = 0;          // norm of what pressure adds to a goal, for a volume ratio of 1
+    Mat3 F_P = Mat3::Identity();       // that it was built with
 };
 
 /// Weight of the ellipsoids in the optimal stretch (Eq. 7). Orientations do not stretch, so at full weight they hide
@@ -53,9 +52,8 @@ constexpr double kOrientationWeight = 0.15;
 /// Particles as they were numbered before.
 struct FormerNumbers {
     static constexpr uint32_t kNone = SimulationMesh::kNone;
-    std::span<const uint32_t> of;       // those who are known from before, ascending; else kNone (n_particles)
-    const LiveTopology& live;           // before
-    std::span<const uint64_t> plastic;  // before (plastic_key)
+    std::span<const uint32_t> of;  // those who are known from before, ascending; else kNone (n_particles)
+    const LiveTopology& live;      // before
 };
 
 struct GroupShapes {
@@ -64,7 +62,15 @@ struct GroupShapes {
     std::vector<double> edge_weight;    // w_gj of the edge's two particles in each other's group (n_edges)
     std::vector<double> rest_trace;     // positions_trace of the whole one-ring before any flow (n_particles), kg m2
     std::vector<uint64_t> revision;     // of each group: another after every change (n_particles)
+    std::vector<double> particle_mass;  // m_j, kg (n_particles)
     std::vector<Sym3> particle_moment;  // Rbar_j A_j Rbar_j^T, A_j = m_j/5 diag(a2, b2, c2), kg m2 (n_particles)
+
+    /// w_gj m_j of the member in a slot, kg.
+    double member_mass(const LiveTopology& live, uint32_t slot) const {
+        return member[slot].weight * particle_mass[live.member(slot)];
+    }
+    /// w_gj F_P Rbar_j A_j Rbar_j^T F_P^T of a member of group g, kg m2.
+    Mat3 member_moment(const LiveTopology& live, uint32_t g, uint32_t slot) const;
 
     void reset(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation);
     /// The same for particles that were numbered anew, those with a former number having kept their rings; shapes whose

@@ -21,10 +21,10 @@ GroupMoments group_moments(const LiveTopology& live, const GroupShapes& shapes,
     for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
         const MovingParticle& p = particles[live.member(s)];
         const MemberShape& member = shapes.member[s];
-        const Vec3 mp = member.mass * (p.x - origin);
+        const Vec3 mp = shapes.member_mass(live, s) * (p.x - origin);
         m.center += mp;
         m.positions.noalias() += mp * member.q.transpose();  // sum m q = 0, so the centre of mass drops out
-        add_product(m.ellipsoids, p.d.toRotationMatrix(), member.moment);
+        add_product(m.ellipsoids, p.d.toRotationMatrix(), to_sym(shapes.member_moment(live, g, s)));
     }
     m.center = origin + m.center / shapes.group[g].mass;
     return m;

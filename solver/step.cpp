@@ -82,12 +82,8 @@ Status Substep::check(const FirstOf& unsound, const char* stage) const {
 
 namespace {
 
-void fit_arrays(const FrameState& state, size_t n, size_t n_movables, const WorkerPool& workers, Workspace& w) {
+void fit_arrays(const FrameState& state, size_t n, size_t n_movables, Workspace& w) {
     w.synced_edges = state.edge_intact;
-    w.synced_plastic.resize(n);
-    workers.for_range(n, kGroupGrain, [&](size_t first, size_t last) {
-        for (size_t g = first; g < last; ++g) w.synced_plastic[g] = plastic_key(state.plastic_deformation[g]);
-    });
     w.moving.resize(n_movables), w.start_position.resize(n_movables), w.start_rotation.resize(n_movables);
     w.velocity.resize(n_movables), w.angular_velocity.resize(n_movables);
     w.inverse_mass.resize(n_movables), w.piece.resize(n_movables);
@@ -130,12 +126,12 @@ void take_up_frame(const StepContext& context, const FrameState& state, Workspac
 
 bool is_in_line(const FrameState& state, size_t n_movables, const WorkerPool& workers, const Workspace& w) {
     const size_t n = state.n_particles();
-    if (w.synced_edges != state.edge_intact || w.synced_plastic.size() != n || w.moving.size() != n_movables)
+    if (w.synced_edges != state.edge_intact || w.shapes.group.size() != n || w.moving.size() != n_movables)
         return false;
     std::atomic<bool> same{true};
     workers.for_range(n, kGroupGrain, [&](size_t first, size_t last) {
         for (size_t g = first; g < last; ++g)
-            if (w.synced_plastic[g] != plastic_key(state.plastic_deformation[g])) same = false;
+            if (w.shapes.group[g].F_P != state.plastic_deformation[g]) same = false;
     });
     return same;
 }
@@ -149,8 +145,8 @@ void renumber(const StepContext& context, const FrameState& state, std::span<con
     w.live.reset(rest, state.edge_intact, context.workers);
     const std::vector<uint32_t> known = with_same_ring(former, before, w.live, context.workers);
     w.detection.renumber(known);
-    w.shapes.renumber(rest, w.live, state.plastic_deformation, {known, before, w.synced_plastic}, context.workers);
-    fit_arrays(state, n, n + context.scene.rigid_bodies.size(), context.workers, w);
+    w.shapes.renumber(rest, w.live, state.plastic_deformation, {known, before}, context.workers);
+    fit_arrays(state, n, n + context.scene.rigid_bodies.size(), w);
     take_up_frame(context, state, w);
 }
 
@@ -161,7 +157,7 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
         w.live.reset(rest, state.edge_intact, context.workers);
         w.detection.reset();
         w.shapes.reset(rest, w.live, state.plastic_deformation);
-        fit_arrays(state, n, n_movables, context.workers, w);
+        fit_arrays(state, n, n_movables, w);
     }
     take_up_frame(context, state, w);
 }

@@ -47,8 +47,7 @@ struct SubstepPair {
 struct Workspace {
     LiveTopology live;
     GroupShapes shapes;
-    std::vector<uint8_t> synced_edges;     // what `live` was built from
-    std::vector<uint64_t> synced_plastic;  // what `shapes` was built from (plastic_key)
+    std::vector<uint8_t> synced_edges;  // what `live` was built from
 
     std::vector<MovingParticle> moving;            // (n_movables)
     std::vector<Vec3> start_position;              // (n_movables)

@@ -9,7 +9,8 @@ namespace sunder {
 struct StretchRecords {
     const MovingRecord* moving;                 // (n_particles)
     const double* rotations;                    // optimal rotations to start from, x, y, z, w (n_particles x 4)
-    const double* members;                      // MemberShape: q, weight, mass, moment (n_slots x 11)
+    const double* members;                      // MemberShape: q, weight (n_slots x 4)
+    const double *masses, *moments;             // of GroupShapes (n_particles, n_particles x 6)
     const double* shapes;                       // GroupShape (n_particles x kShapeNumbers)
     const uint32_t *begin, *end, *member;       // of LiveTopology
     double orientation_weight, stretch_weight;  // of the ellipsoids' part of A_pq
@@ -17,7 +18,7 @@ struct StretchRecords {
     void (*exact_rotation)(const double* A, double* rotation);
 
     // Numbers of a GroupShape, and where its matrices are, column by column.
-    static constexpr size_t kShapeNumbers = 50, kV = 2, kLam = 11, kIsotropy = 20;
+    static constexpr size_t kShapeNumbers = 59, kV = 2, kLam = 11, kIsotropy = 20, kF_P = 50;
 };
 
 /// Of four groups, side by side.

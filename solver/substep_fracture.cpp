@@ -104,7 +104,6 @@ bool Substep::break_edges(Found found, double leading) {
         for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
             if (!work.flowed[g]) continue;
             work.flowed[g] = 0;
-            work.synced_plastic[g] = plastic_key(state.plastic_deformation[g]);
             work.shapes.rebuild(rest(), work.live, state.plastic_deformation[g], g);
             work.stiffness[g] =
                 group_stiffness(work.shapes.group[g], work.shapes.rest_trace[g], rest().volume[g], material(g));

@@ -92,8 +92,8 @@ struct alignas(64) NewtonParticles {
 
 /// Rest shapes as GroupShapes keeps them, and whose they are.
 struct ShapeRecords {
-    static constexpr size_t kNumbers = 11;        // of a member: q, weight, mass, moment
-    const double* members;                        // (n_slots x 11)
+    static constexpr size_t kNumbers = 4;         // of a member: q, weight
+    const double* members;                        // (n_slots x 4)
     const double* moments;                        // M_j of the particles' ellipsoids (n_particles x 6)
     const uint32_t *begin, *end, *twin, *member;  // of LiveTopology
     const uint32_t* particle;                     // of the unit's lanes

@@ -15,8 +15,7 @@ constexpr uint32_t kLanes = LaneLayout::kLanes;
 
 ShapeRecords shape_records(const SweepInput& in, const ShapeWatch& watch) {
     static_assert(sizeof(MemberShape) == ShapeRecords::kNumbers * sizeof(double));
-    static_assert(offsetof(MemberShape, weight) == 3 * sizeof(double) &&
-                  offsetof(MemberShape, moment) == 5 * sizeof(double));
+    static_assert(offsetof(MemberShape, weight) == 3 * sizeof(double));
     return {in.shapes.member.data()->q.data(),
             in.shapes.particle_moment.data()->data(),
             in.live.begins().data(),
