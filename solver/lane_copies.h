@@ -8,17 +8,16 @@
 namespace sunder {
 namespace {
 
-template <class Real>
 SUNDER_INLINE void put_moment(const double* const (&moments)[4], const Double4& weight, size_t lane,
-                              SweepRow<Real>& o_row) {
+                              SweepRow<float>& o_row) {
     Double4 first[4], last[4];
     gather_numbers(moments, 0, first);
     gather_numbers(moments, 2, last);
     for (int i = 0; i < 4; ++i) put_numbers(weight * first[i], o_row.moment[i] + lane);
     for (int i = 2; i < 4; ++i) put_numbers(weight * last[i], o_row.moment[2 + i] + lane);
 }
-template <class Real>
-SUNDER_INLINE void put_moment(const double* const (&)[4], const Double4&, size_t, CgRow<Real>&) {}
+template <class Row>
+SUNDER_INLINE void put_moment(const double* const (&)[4], const Double4&, size_t, Row&) {}
 
 template <class Row>
 void expand(const ShapeRecords& s, const uint32_t* row_begin, Row* rows, size_t begin, size_t end) {

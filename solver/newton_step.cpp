@@ -43,14 +43,15 @@ void NewtonStep::load(const SweepInput& in, std::span<const MovingParticle> part
             continue;
         }
         const MovingParticle& p = particles[j];
-        const Mat3 D = p.d.toRotationMatrix(), M = to_matrix(in.shapes.particle_moment[j]);
+        const Sym3& moment = in.shapes.particle_moment[j];
+        const Mat3 D = p.d.toRotationMatrix(), M = to_matrix(moment);
         const Sym3 H = to_sym(D * (M.trace() * Mat3::Identity() - M) * D.transpose());  // as it is turned now
         put_lane(p.x, lane, to.x), put_lane(p.d, lane, to.d);
         put_lane(p.x_inertial, lane, to.x_inertial), put_lane(p.d_inertial, lane, to.d_inertial);
         put_lane(H, lane, to.inertia);
         to.mass[lane] = in.rest.mass[j];
         to.free[lane] = in.held[j] ? 0 : 1;
-        std::copy(H.begin(), H.end(), o_scratch.inertia[l].H);
+        std::ranges::copy(H, o_scratch.inertia[l].H), std::ranges::copy(moment, o_scratch.inertia[l].M);
     }
 }
 

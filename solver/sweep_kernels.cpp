@@ -143,17 +143,24 @@ void match(const SweepArrays<Real>& a, size_t begin, size_t end) {
                 }
                 gather4<8>(particles, members, 4, d);
                 rotation_matrix(d, D);
-                multiply(D, sym<V>(row.moment, lane), DN);
-                for (int i = 0; i < 3; ++i)
-                    for (int k = 0; k < 3; ++k) E[i][k] += DN[i][k];
+                Sym<V> moment;
                 if constexpr (newton) {
-                    V h[4], more[4];
-                    gather4<8>(a.inertia->H, members, 0, h);
-                    gather4<8>(a.inertia->H, members, 4, more);
+                    constexpr size_t kRecord = sizeof(InertiaRecord) / sizeof(double);
+                    V h[4], both[4], m[4];
+                    gather4<kRecord>(a.inertia->H, members, 0, h);
+                    gather4<kRecord>(a.inertia->H, members, 4, both);
+                    gather4<kRecord>(a.inertia->H, members, 8, m);
                     const V w = orientation_weight * weight;
                     H.xx += w * h[0], H.yy += w * h[1], H.zz += w * h[2];
-                    H.xy += w * h[3], H.xz += w * more[0], H.yz += w * more[1];
+                    H.xy += w * h[3], H.xz += w * both[0], H.yz += w * both[1];
+                    moment = {weight * both[2], weight * both[3], weight * m[0],
+                              weight * m[1],    weight * m[2],    weight * m[3]};
+                } else {
+                    moment = sym<V>(row.moment, lane);
                 }
+                multiply(D, moment, DN);
+                for (int i = 0; i < 3; ++i)
+                    for (int k = 0; k < 3; ++k) E[i][k] += DN[i][k];
             }
             SweepGroups<Real>& g = a.groups[block];
             V AQ[3][3], AN[3][3], R[3][3], RQ[3][3], RW[3][3], rotation[4];

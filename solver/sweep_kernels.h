@@ -15,7 +15,12 @@ template <class Real>
 struct alignas(64) SweepRow {
     Real weight[8];  // w_gj, 0: padding
     Real q[3][8], q_other[3][8];
-    Real moment[6][8];  // w_gj M_j, Sym3, kg m2
+};
+template <>
+struct alignas(64) SweepRow<float> {
+    float weight[8];
+    float q[3][8], q_other[3][8];
+    float moment[6][8];  // w_gj M_j, Sym3, kg m2
 };
 
 /// Eight groups: GroupShape's, as Sym3 where they are symmetric, and what the step makes of their stiffness.
@@ -39,8 +44,9 @@ struct alignas(16) SweepGoal {
     Real center[3], G[9], rotation[4], b, bound, unused[2];
 };
 
+/// What groups gather of their members in a Newton step, besides SweepParticle.
 struct alignas(64) InertiaRecord {
-    double H[6], unused[2];  // Sym3, kg m2
+    double H[6], M[6], unused[4];  // inertia as it is turned, ellipsoid's moment at rest; Sym3, kg m2
 };
 
 /// Of a unit of LaneLayout.
