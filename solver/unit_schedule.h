@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <vector>
 
 #include "solver/lane_layout.h"
@@ -46,15 +47,22 @@ void for_units(const LaneLayout& layout, size_t least_shared, const WorkerPool& 
             body(u, size_t{0}, UnitBlocks(units[u].n_blocks(), &workers));
     }
     const size_t n_shares = static_cast<size_t>(workers.threads());
-    const auto first = [&](size_t share) {  // by blocks, which ascend as particles do
+    std::vector<size_t> first(n_shares + 1, apart.size());
+    for (size_t share = 0; share < n_shares; ++share) {  // by blocks, which ascend as particles do
         const auto begins_before = [&](uint32_t u) {
             return units[u].begin_block * n_shares < layout.n_blocks() * share;
         };
-        return static_cast<size_t>(std::ranges::partition_point(apart, begins_before) - apart.begin());
-    };
-    workers.for_shares(apart.size(), first, [&](size_t i, size_t slot) {
-        body(apart[i], slot, UnitBlocks(units[apart[i]].n_blocks(), nullptr));
-    });
+        first[share] = static_cast<size_t>(std::ranges::partition_point(apart, begins_before) - apart.begin());
+    }
+    // Largest first, so that threads end together.
+    if (n_shares > 1)
+        for (size_t share = 0; share < n_shares; ++share)
+            std::ranges::stable_sort(apart.begin() + static_cast<std::ptrdiff_t>(first[share]),
+                                     apart.begin() + static_cast<std::ptrdiff_t>(first[share + 1]), std::greater{},
+                                     [&](uint32_t u) { return units[u].n_blocks(); });
+    workers.for_shares(
+        apart.size(), [&](size_t share) { return first[share]; },
+        [&](size_t i, size_t slot) { body(apart[i], slot, UnitBlocks(units[apart[i]].n_blocks(), nullptr)); });
 }
 
 /// Calls body(begin_piece, end_piece) on ranges that cover all pieces, of about as many particles each and `grain` at
