@@ -6,7 +6,6 @@ namespace sunder {
 namespace {
 
 constexpr double kLongFrame = 0.004;  // s; threads always pay, and a trial would be seen
-constexpr double kFaster = 0.95;      // what that takes is no accident
 constexpr double kFarSlower = 1.25;
 constexpr int kSoon = 16, kLater = 48;  // frames between trials
 
@@ -29,7 +28,7 @@ void ThreadTrial::took(double seconds) {
             break;
         case Step::usual_again:
             frames_left_ = tried_ > kFarSlower * std::max(usual_, seconds) ? kLater : kSoon;
-            if (tried_ < kFaster * std::min(usual_, seconds)) alone_ = !alone_;
+            if (tried_ < std::min(usual_, seconds)) alone_ = !alone_;  // its caches were not yet those of the next
             step_ = Step::usual;
             break;
     }
