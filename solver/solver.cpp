@@ -166,7 +166,7 @@ const Scene& Solver::scene() const { return impl_->scene; }
 
 Result<std::unique_ptr<Solver>> Solver::create(Scene scene, int threads) {
     auto solver = create(std::move(scene), std::make_shared<const WorkerPool>(threads));
-    if (solver) (*solver)->impl_->trial.reset();
+    if (solver) (*solver)->impl_->trial.reset();  // so many were asked for
     return solver;
 }
 

@@ -13,7 +13,8 @@ namespace sunder {
 /// the FrameState, so any state may be given at any time. Not to be called from two threads at once.
 class Solver {
 public:
-    /// `threads` 0: all cores; all of them in each frame. Errors: empty scene, indices out of range, non-finite rest data (particle named).
+    /// `threads` 0: all cores; all of them in each frame. Errors: empty scene, indices out of range, non-finite rest
+    /// data (particle named).
     static Result<std::unique_ptr<Solver>> create(Scene scene, int threads = 1);
     /// The same with workers that others use as well, though never at the same time: those of two pools would look for
     /// work beside one another. Small scenes that are faster without them do without (thread_trial.h).
