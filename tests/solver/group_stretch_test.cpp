@@ -28,7 +28,8 @@ struct Bar {
         for (size_t e = 0; e < intact.size(); e += 4) intact[e] = 0;
         live.reset(rest, intact);
         std::vector<Mat3> plastic(rest.n_particles(), Mat3::Identity());
-        for (size_t i = 0; i < plastic.size(); i += 3) plastic[i].diagonal() = Vec3(1.3, 1 / 1.3, 1);
+        for (size_t i = 0; i < plastic.size(); i += 3)  // neither diagonal nor symmetric
+            plastic[i] = rotation_of(vector()) * Vec3(1.3, 1 / 1.3, 1).asDiagonal() * rotation_of(vector());
         shapes.reset(rest, live, plastic);
         for (const Vec3& x : rest.rest_position) {
             const Quat turn = rotation_of(size * vector());
