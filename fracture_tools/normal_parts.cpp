@@ -26,6 +26,11 @@ NormalParts::NormalParts(const SplitTopology& topology, uint32_t first_face, std
     }
     part_offset_.push_back(n_corners);
     std::partial_sum(vertex_part_.begin(), vertex_part_.end(), vertex_part_.begin());
+    corner_part_.resize(n_corners), part_listed_.resize(n_parts());
+    for (uint32_t part = 0; part < n_parts(); ++part) {
+        part_listed_[part] = part_offset_[part + 1] - part_offset_[part];
+        for (uint32_t i = part_offset_[part]; i < part_offset_[part + 1]; ++i) corner_part_[part_corner_[i]] = part;
+    }
     led_by_.resize(n_parts()), leads_.resize(n_parts());
     next_.resize(n_parts()), corner_leader_.resize(n_corners);
     leader_.reserve(n_parts()), vertex_.reserve(n_parts());  // what is not written to takes no memory
@@ -36,10 +41,7 @@ void NormalParts::join_around(uint32_t pool_vertex, const SplitTopology& topolog
     const uint32_t begin = vertex_part_[pool_vertex], end = vertex_part_[pool_vertex + 1];
     for (uint32_t part = begin; part < end; ++part) {
         led_by_[part] = next_[part] = kNone, leads_[part] = 0;
-        const auto is_listed = [&](uint32_t corner) { return topology.is_listed(first_face_ + corner / 3); };
-        if (!std::any_of(part_corner_.begin() + part_offset_[part], part_corner_.begin() + part_offset_[part + 1],
-                         is_listed))
-            continue;
+        if (part_listed_[part] == 0) continue;
         uint32_t before = part;
         while (before-- > begin)
             if (led_by_[before] != kNone && part_smooth_[before] == part_smooth_[part] &&
@@ -54,6 +56,10 @@ void NormalParts::join_around(uint32_t pool_vertex, const SplitTopology& topolog
 }
 
 void NormalParts::update(const SplitTopology& topology, const RangeRunner& run) {
+    if (!topology.are_all_listed())
+        for (const uint32_t f : topology.flipped_faces())
+            for (uint32_t c = 0; c < 3 && f >= first_face_; ++c)
+                part_listed_[corner_part_[3 * (f - first_face_) + c]] += topology.is_listed(f) ? 1 : -1;
     const auto changed = topology.changed_vertices();
     run(changed.size(), 128, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) join_around(changed[i], topology);

@@ -21,7 +21,7 @@ public:
     NormalParts(const SplitTopology& topology, uint32_t first_face, std::span<const uint32_t> smooth);
 
     /// Joins parts anew around the pool vertices that the topology's last update changed, and lists the normals of
-    /// visual vertices. A function of the topology alone.
+    /// visual vertices. A function of the topology alone; to be called once after each update that changed something.
     void update(const SplitTopology& topology, const RangeRunner& run);
 
     size_t n_normals() const { return leader_.size(); }
@@ -48,6 +48,8 @@ private:
     std::vector<uint32_t> part_smooth_;                // entry of `smooth` of its corners    (n_parts)
     std::vector<uint32_t> part_offset_, part_corner_;  // corners of a part                   (n_parts + 1)
     std::vector<uint32_t> vertex_part_;                // first part of a pool vertex         (n_vertices + 1)
+    std::vector<uint32_t> corner_part_;                // (n_corners)
+    std::vector<uint32_t> part_listed_;                // how many corners are of listed faces (n_parts)
     std::vector<uint32_t> led_by_;           // lowest that it hangs together with, kNone: not listed (n_parts)
     std::vector<uint32_t> next_;             // kNone: the last                     (n_parts)
     std::vector<uint8_t> leads_;             // 1: it leads itself                  (n_parts)

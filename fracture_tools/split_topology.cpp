@@ -68,8 +68,8 @@ Status SplitTopology::make_fans() {
         fan_offset_.push_back(static_cast<uint32_t>(fan_vertex_.size()));
     }
     for (uint32_t c = 0; c < n_corners; ++c) corner_fan_[c] = corner_fan_[lowest(parent, c)];
-    Groups of_fan = group_by(n_corners, static_cast<uint32_t>(n_fans()), [&](uint32_t c) { return corner_fan_[c]; });
-    corner_offset_ = std::move(of_fan.offset), fan_corner_ = std::move(of_fan.member);
+    fan_listed_.assign(n_fans(), 0);
+    for (const uint32_t fan : corner_fan_) ++fan_listed_[fan];
     return {};
 }
 
@@ -192,6 +192,8 @@ void SplitTopology::hide_faces(const RangeRunner& run) {
             for (const uint32_t side : {f, faces_.twin(f)}) {
                 face_hidden_[side] = !face_hidden_[side];
                 flipped_faces_.push_back(side);
+                if (are_all_listed()) continue;
+                for (uint32_t c = 0; c < 3; ++c) fan_listed_[corner_fan_[3 * side + c]] += face_hidden_[side] ? -1 : 1;
             }
             for (const uint32_t v : faces_.triangles[f])
                 if (!vertex_changed_[v]) vertex_changed_[v] = 1, changed_vertices_.push_back(v);
@@ -201,8 +203,7 @@ void SplitTopology::hide_faces(const RangeRunner& run) {
 void SplitTopology::find_seen_classes(uint32_t v) {
     std::fill(class_seen_.begin() + fan_offset_[v], class_seen_.begin() + fan_offset_[v + 1], 0);
     for (uint32_t fan = fan_offset_[v]; fan < fan_offset_[v + 1]; ++fan)
-        for (uint32_t k = corner_offset_[fan]; k < corner_offset_[fan + 1] && !class_seen_[fan_class_[fan]]; ++k)
-            class_seen_[fan_class_[fan]] = is_listed(fan_corner_[k] / 3);
+        class_seen_[fan_class_[fan]] |= fan_listed_[fan] > 0;
 }
 
 void SplitTopology::number_vertices(const RangeRunner& run) {

@@ -50,6 +50,7 @@ public:
     /// lists none of them. (n_faces)
     std::span<const uint8_t> face_hidden() const { return face_hidden_; }
     bool is_listed(uint32_t face) const { return listed_ == ListedFaces::all || !face_hidden_[face]; }
+    bool are_all_listed() const { return listed_ == ListedFaces::all; }
     /// Faces whose entry there the last update that changed something changed (at the first one: that are hidden).
     std::span<const uint32_t> flipped_faces() const { return flipped_faces_; }
 
@@ -119,12 +120,10 @@ private:
 
     FragmentFaces faces_;
     ListedFaces listed_ = ListedFaces::visible;
-    std::vector<uint32_t> corner_fan_;     // fan of each face corner                 (3 n_faces)
-    std::vector<uint32_t> fan_corner_;     // corners, fan after fan                  (3 n_faces)
-    std::vector<uint32_t> corner_offset_;  // corners of a fan in it                  (n_fans + 1)
-    std::vector<uint32_t> fan_vertex_;     // fans ascending by (pool vertex, fragment)   (n_fans)
-    std::vector<uint32_t> fan_fragment_;   // (n_fans)
-    std::vector<uint32_t> fan_offset_;     // fans of a pool vertex                   (n_vertices + 1)
+    std::vector<uint32_t> corner_fan_;    // fan of each face corner                 (3 n_faces)
+    std::vector<uint32_t> fan_vertex_;    // fans ascending by (pool vertex, fragment)   (n_fans)
+    std::vector<uint32_t> fan_fragment_;  // (n_fans)
+    std::vector<uint32_t> fan_offset_;    // fans of a pool vertex                   (n_vertices + 1)
     std::vector<Join> joins_;
     std::vector<uint32_t> join_offset_;       // joins at a pool vertex                  (n_vertices + 1)
     std::vector<uint32_t> interface_offset_;  // side-a faces of an interface            (n_interfaces + 1)
@@ -135,6 +134,7 @@ private:
     std::vector<uint32_t> changed_vertices_, flipped_faces_;
     std::vector<std::vector<uint32_t>> chunk_flips_;  // scratch of hide_faces
     std::vector<uint32_t> fan_class_;                 // lowest fan that a fan hangs together with     (n_fans)
+    std::vector<uint32_t> fan_listed_;                // how many of its corners are of listed faces     (n_fans)
     std::vector<uint8_t> class_seen_;                 // 1: a listed face has it                       (n_fans)
     std::vector<uint8_t> face_hidden_;                // (n_faces)
     std::vector<uint32_t> vertex_class_, chunk_vertex_, fan_visual_;
