@@ -126,7 +126,9 @@ void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,
 // elastic strain (the paper's A_pq F_P^T leaves some, and flows back).
 Mat3 GroupShapes::member_moment(const LiveTopology& live, uint32_t g, uint32_t slot) const {
     const Mat3& F_P = group[g].F_P;
-    return member[slot].weight * (F_P * to_matrix(particle_moment[live.member(slot)]) * F_P.transpose());
+    const Mat3 moment = to_matrix(particle_moment[live.member(slot)]);
+    if (F_P == Mat3::Identity()) return member[slot].weight * moment;
+    return member[slot].weight * (F_P * moment * F_P.transpose());
 }
 
 void GroupShapes::rebuild(const SimulationMesh& rest, const LiveTopology& live, const Mat3& F_P, uint32_t g) {

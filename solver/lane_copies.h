@@ -23,7 +23,7 @@ template <class Row>
 void expand(const ShapeRecords& s, const uint32_t* row_begin, Row* rows, size_t begin, size_t end) {
     constexpr size_t kNumbers = ShapeRecords::kNumbers;
     constexpr uint32_t kNone = 0xffffffffu;
-    static constexpr double kPadding[6] = {};
+    static constexpr double kPadding[6] = {};  // a member's four numbers, or a moment's six
     for (size_t block = begin; block < end; ++block) {
         uint32_t slot[8], last[8];
         for (size_t lane = 0; lane < 8; ++lane) {

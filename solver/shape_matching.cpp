@@ -3,13 +3,6 @@
 namespace sunder {
 namespace {
 
-// As GroupShapes::member_moment where nothing flowed.
-Sym3 weighed(double weight, const Sym3& moment) {
-    Sym3 m = moment;
-    for (double& number : m) number *= weight;
-    return m;
-}
-
 // A += D N for symmetric N, written out: this is the inner loop.
 inline void add_product(Mat3& A, const Mat3& D, const Sym3& N) {
     for (int r = 0; r < 3; ++r) {
@@ -24,7 +17,6 @@ inline void add_product(Mat3& A, const Mat3& D, const Sym3& N) {
 GroupMoments group_moments(const LiveTopology& live, const GroupShapes& shapes,
                            std::span<const MovingParticle> particles, uint32_t g) {
     GroupMoments m{Mat3::Zero(), Mat3::Zero(), Vec3::Zero()};
-    const bool flowed = shapes.group[g].F_P != Mat3::Identity();
     const Vec3 origin = particles[g].x;  // relative to the centre particle: exact far from the world's origin
     for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
         const MovingParticle& p = particles[live.member(s)];
@@ -32,9 +24,7 @@ GroupMoments group_moments(const LiveTopology& live, const GroupShapes& shapes,
         const Vec3 mp = shapes.member_mass(live, s) * (p.x - origin);
         m.center += mp;
         m.positions.noalias() += mp * member.q.transpose();  // sum m q = 0, so the centre of mass drops out
-        add_product(m.ellipsoids, p.d.toRotationMatrix(),
-                    flowed ? to_sym(shapes.member_moment(live, g, s))
-                           : weighed(member.weight, shapes.particle_moment[live.member(s)]));
+        add_product(m.ellipsoids, p.d.toRotationMatrix(), to_sym(shapes.member_moment(live, g, s)));
     }
     m.center = origin + m.center / shapes.group[g].mass;
     return m;

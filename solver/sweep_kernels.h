@@ -10,7 +10,8 @@
 namespace sunder {
 
 /// A row of LaneLayout: the member in the lane's group, and its q_other: q of the lane's particle in the member's
-/// group.
+/// group. In double precision the member's moment is gathered with its inertia (InertiaRecord); in single, where
+/// nothing else is gathered of it, it lies in the row.
 template <class Real>
 struct alignas(64) SweepRow {
     Real weight[8];  // w_gj, 0: padding

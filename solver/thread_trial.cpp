@@ -5,8 +5,8 @@
 namespace sunder {
 namespace {
 
-constexpr double kLongFrame = 0.004;  // s; threads always pay, and a trial would be seen
-constexpr double kFarSlower = 1.25;
+constexpr double kLongFrame = 0.004;    // s; threads always pay, and a trial would be seen
+constexpr double kFarSlower = 1.25;     // of the usual time: no need to ask again soon
 constexpr int kSoon = 16, kLater = 48;  // frames between trials
 
 }  // namespace

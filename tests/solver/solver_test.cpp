@@ -48,14 +48,17 @@ TEST(solver, thread_count_does_not_change_a_bit) {
     }
 }
 
+// Frames of far less than a trial's longest, so that there are trials on any machine.
 TEST(solver, frames_that_do_without_other_threads_have_the_same_bits) {
-    const PulledBar bar;
+    PulledBar bar;
+    bar.settings.substeps = 2;
     std::vector<uint64_t> hashes;
     for (const int threads : {1, 3}) {
         auto solver = Solver::create(bar.scene, std::make_shared<const WorkerPool>(threads));
         ASSERT_TRUE(solver);
         FrameState state = (*solver)->initial_state({bar.material});
-        for (int f = 0; f < 24; ++f) advance(**solver, bar.input(f), bar.settings, state);
+        for (int f = 0; f < 48; ++f) advance(**solver, bar.input(f), bar.settings, state);
+        EXPECT_GT(test::count_broken(state), 0u);
         hashes.push_back(state_hash(state));
     }
     EXPECT_EQ(hashes[0], hashes[1]);
