@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solver/data/frame_state.h"
+
 namespace sunder {
 
 namespace {
@@ -98,7 +100,7 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
         if (before != FormerNumbers::kNone) {
             const auto slots = member_before_.begin() + former.live.begin(before);
             std::copy_n(slots, live.count(g), member.begin() + live.begin(g));
-            if (group_before_[before].F_P == plastic_deformation[g]) {
+            if (group_before_[before].plastic_key == plastic_key(plastic_deformation[g])) {
                 group[g] = group_before_[before];
                 return;
             }
@@ -122,19 +124,10 @@ void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,
     for (uint32_t g = 0; g < n; ++g) rebuild(rest, live, plastic_deformation[g], g);
 }
 
-// The ellipsoid's moments are carried by F_P as a whole, so that a stress-free group with plastic stretch has no
-// elastic strain (the paper's A_pq F_P^T leaves some, and flows back).
-Mat3 GroupShapes::member_moment(const LiveTopology& live, uint32_t g, uint32_t slot) const {
-    const Mat3& F_P = group[g].F_P;
-    const Mat3 moment = to_matrix(particle_moment[live.member(slot)]);
-    if (F_P == Mat3::Identity()) return member[slot].weight * moment;
-    return member[slot].weight * (F_P * moment * F_P.transpose());
-}
-
 void GroupShapes::rebuild(const SimulationMesh& rest, const LiveTopology& live, const Mat3& F_P, uint32_t g) {
     ++revision[g];
     GroupShape& shape = group[g];
-    shape.F_P = F_P;
+    shape.plastic_key = plastic_key(F_P);
     const uint32_t begin = live.begin(g), end = live.end(g);
     const Vec3& origin =
         rest.rest_position[g];  // sums relative to the centre: no cancellation far from the world's origin
@@ -149,17 +142,21 @@ void GroupShapes::rebuild(const SimulationMesh& rest, const LiveTopology& live, 
     }
     center /= shape.mass;
 
-    Mat3 A_positions = Mat3::Zero(), A_moments = Mat3::Zero();
+    Sym3 positions = {}, moments = {};
     for (uint32_t s = begin; s < end; ++s) {
         const uint32_t j = live.member(s);
         MemberShape& m = member[s];
         m.weight = weight(live.edge(s));
         m.q = F_P * (rest.rest_position[j] - origin - center);
-        A_positions += m.weight * rest.mass[j] * m.q * m.q.transpose();
-        A_moments += member_moment(live, g, s);
+        const Vec3 mq = m.weight * rest.mass[j] * m.q;
+        const Sym3 of_position = {mq.x() * m.q.x(), mq.y() * m.q.y(), mq.z() * m.q.z(),
+                                  mq.x() * m.q.y(), mq.x() * m.q.z(), mq.y() * m.q.z()};
+        const Sym3 of_ellipsoid = member_moment(live, s);
+        for (size_t i = 0; i < 6; ++i) positions[i] += of_position[i], moments[i] += of_ellipsoid[i];
     }
+    const Mat3 A_positions = to_matrix(positions);
     shape.positions_trace = end - begin > 1 ? A_positions.trace() : 0;
-    const Mat3 A_qq = A_positions + kStretchMomentWeight * A_moments;
+    const Mat3 A_qq = A_positions + kStretchMomentWeight * to_matrix(moments);
     shape.stretch = stretch_basis(A_qq);
     balance_directions(A_positions, shape);
 

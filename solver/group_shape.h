@@ -38,7 +38,7 @@ struct GroupShape {
     double volume_rest = 0;            // tr(A_qq W)
     double most_isotropy = 1;          // largest s_i / a_i, or 1
     double most_pressure = 0;          // norm of what pressure adds to a goal, for a volume ratio of 1
-    Mat3 F_P = Mat3::Identity();       // that it was built with
+    uint64_t plastic_key = 0;          // of the F_P that it was built with (frame_state.h)
 };
 
 /// Weight of the ellipsoids in the optimal stretch (Eq. 7). Orientations do not stretch, so at full weight they hide
@@ -69,8 +69,12 @@ struct GroupShapes {
     double member_mass(const LiveTopology& live, uint32_t slot) const {
         return member[slot].weight * particle_mass[live.member(slot)];
     }
-    /// w_gj F_P Rbar_j A_j Rbar_j^T F_P^T of a member of group g, kg m2.
-    Mat3 member_moment(const LiveTopology& live, uint32_t g, uint32_t slot) const;
+    /// w_gj M_j of the member in a slot, M_j its ellipsoid's moment, kg m2.
+    Sym3 member_moment(const LiveTopology& live, uint32_t slot) const {
+        Sym3 moment = particle_moment[live.member(slot)];
+        for (double& number : moment) number *= member[slot].weight;
+        return moment;
+    }
 
     void reset(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation);
     /// The same for particles that were numbered anew, those with a former number having kept their rings; shapes whose

@@ -30,8 +30,7 @@ GroupStretcher::GroupStretcher(const LiveTopology& live, const GroupShapes& shap
     static_assert(sizeof(GroupShape) == StretchRecords::kShapeNumbers * kNumber);
     static_assert(offsetof(GroupShape, stretch) + offsetof(StretchBasis, V) == StretchRecords::kV * kNumber &&
                   offsetof(GroupShape, stretch) + offsetof(StretchBasis, Lam) == StretchRecords::kLam * kNumber &&
-                  offsetof(GroupShape, isotropy) == StretchRecords::kIsotropy * kNumber &&
-                  offsetof(GroupShape, F_P) == StretchRecords::kF_P * kNumber);
+                  offsetof(GroupShape, isotropy) == StretchRecords::kIsotropy * kNumber);
 }
 
 std::array<double, 4> GroupStretcher::largest_strains(const GroupStretches& stretches) const {

@@ -39,7 +39,7 @@ void JacobiSweep::apply(const JacobiIteration& iteration, const SweepInput& in, 
                 return j != LaneLayout::kNone && iteration.is_touched[in.live.piece(j)];
             });
             unit.store.take_up(in, layout_, u, *kernels_, blocks);
-            blocks([&](size_t begin, size_t end) { unit.store.load(in, io_particles, io_goals, begin, end); });
+            blocks([&](size_t begin, size_t end) { unit.store.load(in, io_goals, begin, end); });
         } else if (!unit.is_touched) {
             return;
         }

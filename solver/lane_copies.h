@@ -1,5 +1,4 @@
-// Kernels that copy into lanes and out of them: rest shapes, and the particles of method jacobi. For sweep_kernels.cpp
-// alone.
+// Kernels that copy into lanes and out of them: rest shapes and particles. For sweep_kernels.cpp alone.
 #pragma once
 
 #include "solver/lane_matrices.h"
@@ -95,6 +94,52 @@ void take_in(const JacobiRecords& s, SweepParticle<float>* particles, JacobiPart
         for (size_t i = 0; i < 4; ++i)
             p.free[lane + i] = records[i] != padding.x && !s.held[s.particle[first + i]] ? 1.0f : 0.0f;
         for (int i = 0; i < 3; ++i) store(p.x_moved[i] + lane, Float4{});
+    }
+}
+
+void take_in_for_newton(const NewtonRecords& s, NewtonParticles* newton, SweepParticle<double>* particles,
+                        EllipsoidRecord* ellipsoids, size_t begin, size_t end) {
+    using V = Double4;
+    static constexpr MovingRecord kNobody = {{}, 0, {0, 0, 0, 1}, {}, 0, {0, 0, 0, 1}};
+    static constexpr double kNoMoment[6] = {};
+    for (size_t first = 8 * begin; first < 8 * end; first += 4) {
+        NewtonParticles& p = newton[first / 8];
+        const size_t lane = first % 8;
+        const double *records[4], *moments[4];
+        for (size_t i = 0; i < 4; ++i) {
+            const uint32_t j = s.particle[first + i];
+            const bool is_nobody = j == 0xffffffffu;
+            records[i] = is_nobody ? kNobody.x : s.moving[j].x;
+            moments[i] = is_nobody ? kNoMoment : s.moments + 6 * j;
+            p.mass[lane + i] = is_nobody ? 0.0 : s.masses[j];
+            p.free[lane + i] = is_nobody || s.held[j] ? 0.0 : 1.0;
+        }
+        V x[4], d[4], x_inertial[4], d_inertial[4], low[4], high[4];
+        gather_numbers(records, 0, x);
+        gather_numbers(records, kPlaceOfTurn, d);
+        gather_numbers(records, kPlaceOfInertial, x_inertial);
+        gather_numbers(records, kPlaceOfInertialTurn, d_inertial);
+        for (int i = 0; i < 3; ++i) store(p.x[i] + lane, x[i]), store(p.x_inertial[i] + lane, x_inertial[i]);
+        for (int i = 0; i < 4; ++i) store(p.d[i] + lane, d[i]), store(p.d_inertial[i] + lane, d_inertial[i]);
+        gather_numbers(moments, 0, low);
+        gather_numbers(moments, 2, high);
+        const Sym<V> M = {low[0], low[1], low[2], low[3], high[2], high[3]};
+        V D[3][3], DM[3][3];
+        rotation_matrix(d, D);
+        multiply(D, M, DM);
+        const auto turned = [&](int r, int c) { return DM[r][0] * D[c][0] + DM[r][1] * D[c][1] + DM[r][2] * D[c][2]; };
+        const V trace = M.xx + M.yy + M.zz;
+        const V H[6] = {trace - turned(0, 0), trace - turned(1, 1), trace - turned(2, 2),
+                        -turned(0, 1),        -turned(0, 2),        -turned(1, 2)};
+        for (int i = 0; i < 6; ++i) store(p.inertia[i] + lane, H[i]);
+        const V place[4] = {x[0], x[1], x[2], load<V>(p.mass + lane)};
+        scatter4<sizeof(SweepParticle<double>) / sizeof(double)>(particles[first].x, 0, place);
+        const V numbers[4][4] = {{DM[0][0], DM[0][1], DM[0][2], DM[1][0]},
+                                 {DM[1][1], DM[1][2], DM[2][0], DM[2][1]},
+                                 {DM[2][2], H[0], H[1], H[2]},
+                                 {H[3], H[4], H[5], V{}}};
+        for (size_t i = 0; i < 4; ++i)
+            scatter4<sizeof(EllipsoidRecord) / sizeof(double)>(ellipsoids[first].DM, 4 * i, numbers[i]);
     }
 }
 

@@ -7,11 +7,21 @@
 
 namespace sunder {
 
-/// The rotation by |w| about w: exp(w/2) as a quaternion.
+/// The rotation by |w| about w: exp(w/2) as a quaternion. Up to half a radian, and nearly all that turns in a step
+/// turns less, by series that end below a rounding.
 inline Quat rotation_of(const Vec3& w) {
-    const double half = 0.5 * w.norm();
-    const double s = half > 1e-8 ? 0.5 * std::sin(half) / half : 0.5 - half * half / 12;
-    return Quat(std::cos(half), s * w.x(), s * w.y(), s * w.z());
+    const double u = 0.25 * w.squaredNorm();  // squared half of the angle
+    double sine_over_angle, cosine;           // of the half; the former halved
+    if (u < 1.0 / 16) {
+        sine_over_angle =
+            1.0 / 2 - u * (1.0 / 12 - u * (1.0 / 240 - u * (1.0 / 10080 - u * (1.0 / 725760 - u / 79833600))));
+        cosine = 1 - u * (1.0 / 2 -
+                          u * (1.0 / 24 - u * (1.0 / 720 - u * (1.0 / 40320 - u * (1.0 / 3628800 - u / 479001600)))));
+    } else {
+        const double half = std::sqrt(u);
+        sine_over_angle = 0.5 * std::sin(half) / half, cosine = std::cos(half);
+    }
+    return Quat(cosine, sine_over_angle * w.x(), sine_over_angle * w.y(), sine_over_angle * w.z());
 }
 
 /// 2 log(q), of the representative with w >= 0: the shortest rotation vector, rad.

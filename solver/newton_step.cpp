@@ -27,34 +27,6 @@ size_t NewtonStep::n_stores(const WorkerPool& workers) const {
 
 size_t NewtonStep::store_of(size_t unit, size_t slot) const { return layout_.n_blocks() <= kKeptBlocks ? unit : slot; }
 
-void NewtonStep::load(const SweepInput& in, std::span<const MovingParticle> particles, size_t first_lane, size_t begin,
-                      size_t end, Scratch& o_scratch) const {
-    for (size_t l = begin * kLanes; l < end * kLanes; ++l) {
-        const uint32_t j = layout_.particle(first_lane + l);
-        NewtonParticles& to = o_scratch.particles[l / kLanes];
-        const size_t lane = l % kLanes;
-        if (j == LaneLayout::kNone) {
-            const Vec3 zero = Vec3::Zero();
-            put_lane(zero, lane, to.x), put_lane(zero, lane, to.x_inertial);
-            put_lane(Quat::Identity(), lane, to.d), put_lane(Quat::Identity(), lane, to.d_inertial);
-            put_lane(Sym3{}, lane, to.inertia);
-            to.mass[lane] = to.free[lane] = 0;
-            o_scratch.inertia[l] = InertiaRecord();
-            continue;
-        }
-        const MovingParticle& p = particles[j];
-        const Sym3& moment = in.shapes.particle_moment[j];
-        const Mat3 D = p.d.toRotationMatrix(), M = to_matrix(moment);
-        const Sym3 H = to_sym(D * (M.trace() * Mat3::Identity() - M) * D.transpose());  // as it is turned now
-        put_lane(p.x, lane, to.x), put_lane(p.d, lane, to.d);
-        put_lane(p.x_inertial, lane, to.x_inertial), put_lane(p.d_inertial, lane, to.d_inertial);
-        put_lane(H, lane, to.inertia);
-        to.mass[lane] = in.rest.mass[j];
-        to.free[lane] = in.held[j] ? 0 : 1;
-        std::ranges::copy(H, o_scratch.inertia[l].H), std::ranges::copy(moment, o_scratch.inertia[l].M);
-    }
-}
-
 // Squared, of the whole scene, for a unit of size 1.
 double NewtonStep::mean_residual() const {
     double magnitude = 0, size = 0;
@@ -73,17 +45,20 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
         const LaneLayout::Unit& unit = layout_.units()[u];
         SweepStore<double>& store = stores_[store_of(u, slot)];
         Scratch& scratch = scratch_[slot];
-        scratch.particles.resize(unit.n_blocks()), scratch.inertia.resize(kLanes * unit.n_blocks());
+        scratch.particles.resize(unit.n_blocks()), scratch.ellipsoids.resize(kLanes * unit.n_blocks());
         store.take_up(in, layout_, u, *sweep_kernels_, blocks);
         SweepArrays<double> arrays = store.arrays();
-        arrays.inertia = scratch.inertia.data();
+        arrays.ellipsoids = scratch.ellipsoids.data();
         if constexpr (std::is_same_v<Real, float>)
             arrays.newton = gradients.groups(unit);
         else
             arrays.newton_full = gradients.groups(unit);
+        const NewtonRecords records{moving_records(particles), in.shapes.particle_moment.data()->data(),
+                                    in.rest.mass.data(), in.held.data(), store.lane_particles()};
         blocks([&](size_t begin, size_t end) {
-            store.load(in, particles, io_goals, begin, end);
-            load(in, particles, size_t{kLanes} * unit.begin_block, begin, end, scratch);
+            store.load(in, io_goals, begin, end);
+            sweep_kernels_->take_in_for_newton(records, scratch.particles.data(), store.particles(),
+                                               scratch.ellipsoids.data(), begin, end);
         });
         blocks([&](size_t begin, size_t end) {
             sweep_kernels_->match_for_newton(arrays, begin, end);

@@ -49,8 +49,8 @@ private:
     };
     // Particles as a thread works on a unit.
     struct Scratch {
-        std::vector<NewtonParticles> particles;  // by block
-        std::vector<InertiaRecord> inertia;      // by lane
+        std::vector<NewtonParticles> particles;   // by block
+        std::vector<EllipsoidRecord> ellipsoids;  // by lane
     };
 
     size_t n_stores(const WorkerPool& workers) const;
@@ -73,8 +73,6 @@ private:
     void apply_in(Precision<Real>& precision, const NewtonKernels<Real>& kernels, bool first_iteration,
                   const SweepInput& input, const WorkerPool& workers, std::span<GroupGoal> io_goals,
                   std::span<MovingParticle> io_particles, std::span<double> io_cosine);
-    void load(const SweepInput& input, std::span<const MovingParticle> particles, size_t first_lane, size_t begin_block,
-              size_t end_block, Scratch& o_scratch) const;
     double mean_residual() const;
 
     const SweepKernels* sweep_kernels_;

@@ -89,6 +89,7 @@ void move_piece(const SimulationMesh& rest, std::span<const uint32_t> particles,
     if (!in.any) return;
     const double part = std::min(1.0, kMostTurn / std::max(motion.spin.norm(), kTiny));
     const Quat spin = rotation_of(part * motion.spin);
+    const Mat3 turn = spin.toRotationMatrix();
     const Vec3 center = piece_center(rest, particles, w.moving, &MovingParticle::x);
     const Vec3 shift = as_whole ? in.shift : Vec3(motion.shift + in.own);
     const Vec3 inertial_center = piece_center(rest, particles, w.moving, &MovingParticle::x_inertial);
@@ -98,11 +99,11 @@ void move_piece(const SimulationMesh& rest, std::span<const uint32_t> particles,
         const Vec3 lever = w.start_position[j] - piece.center;
         const Vec3 strain =
             as_whole ? Vec3(Vec3::Zero()) : Vec3(push.own - in.own + (motion.turn - motion.spin).cross(lever));
-        p.x = center + shift + spin * (p.x - center) + part * strain;
-        p.d = (spin * p.d).normalized();
-        p.x_inertial = inertial_center + in.shift + spin * (p.x_inertial - inertial_center) +
+        p.x = center + shift + turn * (p.x - center) + part * strain;
+        p.d = spin * p.d;  // of unit length but for a rounding a round, of which a substep has few
+        p.x_inertial = inertial_center + in.shift + turn * (p.x_inertial - inertial_center) +
                        part * (push.shift - in.shift - in.orbit.cross(lever));
-        p.d_inertial = (spin * p.d_inertial).normalized();
+        p.d_inertial = spin * p.d_inertial;
         w.push[j].shift += in.shift + part * (push.shift - in.shift);
         w.push[j].torque += part * push.torque;
         push = RoundPush();

@@ -3,12 +3,12 @@
 namespace sunder {
 namespace {
 
-// A += D N for symmetric N, written out: this is the inner loop.
-inline void add_product(Mat3& A, const Mat3& D, const Sym3& N) {
+// A += D M for symmetric M, written out: this is the inner loop.
+inline void add_product(Mat3& A, const Mat3& D, const Sym3& M) {
     for (int r = 0; r < 3; ++r) {
-        A(r, 0) += D(r, 0) * N[0] + D(r, 1) * N[3] + D(r, 2) * N[4];
-        A(r, 1) += D(r, 0) * N[3] + D(r, 1) * N[1] + D(r, 2) * N[5];
-        A(r, 2) += D(r, 0) * N[4] + D(r, 1) * N[5] + D(r, 2) * N[2];
+        A(r, 0) += D(r, 0) * M[0] + D(r, 1) * M[3] + D(r, 2) * M[4];
+        A(r, 1) += D(r, 0) * M[3] + D(r, 1) * M[1] + D(r, 2) * M[5];
+        A(r, 2) += D(r, 0) * M[4] + D(r, 1) * M[5] + D(r, 2) * M[2];
     }
 }
 
@@ -24,7 +24,7 @@ GroupMoments group_moments(const LiveTopology& live, const GroupShapes& shapes,
         const Vec3 mp = shapes.member_mass(live, s) * (p.x - origin);
         m.center += mp;
         m.positions.noalias() += mp * member.q.transpose();  // sum m q = 0, so the centre of mass drops out
-        add_product(m.ellipsoids, p.d.toRotationMatrix(), to_sym(shapes.member_moment(live, g, s)));
+        add_product(m.ellipsoids, p.d.toRotationMatrix(), shapes.member_moment(live, s));
     }
     m.center = origin + m.center / shapes.group[g].mass;
     return m;

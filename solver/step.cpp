@@ -131,7 +131,7 @@ bool is_in_line(const FrameState& state, size_t n_movables, const WorkerPool& wo
     std::atomic<bool> same{true};
     workers.for_range(n, kGroupGrain, [&](size_t first, size_t last) {
         for (size_t g = first; g < last; ++g)
-            if (w.shapes.group[g].F_P != state.plastic_deformation[g]) same = false;
+            if (w.shapes.group[g].plastic_key != plastic_key(state.plastic_deformation[g])) same = false;
     });
     return same;
 }

@@ -85,41 +85,10 @@ SUNDER_INLINE void optimal_rotation(const M3& A, V (&q)[4], void (*exact)(const 
     for (int i = 0; i < 4; ++i) q[i] = load<V>(rotation[i]);
 }
 
-// F_P of four groups, and the moments that their members' ellipsoids have by it, as GroupShapes::member_moment.
-struct Flow {
-    M3 F, transposed;
-    bool any;
-
-    SUNDER_INLINE explicit Flow(const double* const (&shapes)[4]) {
-        gather_matrix(shapes, StretchRecords::kF_P, F);
-        const V zero = {}, one = zero + 1.0;
-        V off = {};
-        for (int r = 0; r < 3; ++r)
-            for (int c = 0; c < 3; ++c) {
-                transposed[c][r] = F[r][c];
-                const V d = r == c ? F[r][c] - one : F[r][c];
-                off += d * d;
-            }
-        any = sunder::any(zero < off);
-    }
-    SUNDER_INLINE Sym<V> carried(const V& weight, const Sym<V>& m) const {
-        if (!any) return {weight * m.xx, weight * m.yy, weight * m.zz, weight * m.xy, weight * m.xz, weight * m.yz};
-        const M3 M = {{m.xx, m.xy, m.xz}, {m.xy, m.yy, m.yz}, {m.xz, m.yz, m.zz}};
-        M3 weighed, first, both;
-        for (int r = 0; r < 3; ++r)
-            for (int c = 0; c < 3; ++c) weighed[r][c] = weight * F[r][c];
-        multiply(weighed, M, first);
-        multiply(first, transposed, both);
-        return {both[0][0], both[1][1], both[2][2], both[0][1], both[0][2], both[1][2]};
-    }
-};
-
 // Members' (A) and ellipsoids' (E) part of A_pq, as group_moments.
-SUNDER_INLINE void gather_moments(const StretchRecords& s, const uint32_t (&groups)[4],
-                                  const double* const (&shapes)[4], M3& A, M3& E) {
+SUNDER_INLINE void gather_moments(const StretchRecords& s, const uint32_t (&groups)[4], M3& A, M3& E) {
     constexpr size_t kTurn = offsetof(MovingRecord, d) / sizeof(double);
     static constexpr double kPadding[ShapeRecords::kNumbers] = {};
-    const Flow flow(shapes);
     uint32_t n_rows = 0;
     const double* centers[4];
     for (size_t i = 0; i < 4; ++i) {
@@ -144,14 +113,15 @@ SUNDER_INLINE void gather_moments(const StretchRecords& s, const uint32_t (&grou
         gather_numbers(members, 0, member);
         gather_numbers(moments, 0, first);
         gather_numbers(moments, 2, last);
-        const V mass = member[3] * load<V>(masses);
-        const Sym<V> moment = flow.carried(member[3], {first[0], first[1], first[2], first[3], last[2], last[3]});
-        M3 D, DN;
+        const V weight = member[3], mass = weight * load<V>(masses);
+        const Sym<V> moment = {weight * first[0], weight * first[1], weight * first[2],
+                               weight * first[3], weight * last[2],  weight * last[3]};
+        M3 D, DM;
         rotation_matrix(d, D);
-        multiply(D, moment, DN);
+        multiply(D, moment, DM);
         for (int r = 0; r < 3; ++r) {
             const V mp = mass * (x[r] - origin[r]);
-            for (int c = 0; c < 3; ++c) A[r][c] += mp * member[c], E[r][c] += DN[r][c];
+            for (int c = 0; c < 3; ++c) A[r][c] += mp * member[c], E[r][c] += DM[r][c];
         }
     }
 }
@@ -163,7 +133,7 @@ void measure(const StretchRecords& s, const uint32_t (&groups)[4], GroupStretche
         rotations[i] = s.rotations + 4 * groups[i];
     }
     M3 A = {}, E = {}, Q, AQ, R;
-    gather_moments(s, groups, shapes, A, E);
+    gather_moments(s, groups, A, E);
     gather_matrix(shapes, StretchRecords::kIsotropy, Q);
     multiply(A, Q, AQ);
     for (int r = 0; r < 3; ++r)

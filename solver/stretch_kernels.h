@@ -18,7 +18,7 @@ struct StretchRecords {
     void (*exact_rotation)(const double* A, double* rotation);
 
     // Numbers of a GroupShape, and where its matrices are, column by column.
-    static constexpr size_t kShapeNumbers = 59, kV = 2, kLam = 11, kIsotropy = 20, kF_P = 50;
+    static constexpr size_t kShapeNumbers = 51, kV = 2, kLam = 11, kIsotropy = 20;
 };
 
 /// Of four groups, side by side.

@@ -118,7 +118,7 @@ SUNDER_INLINE void put_newton(const SweepGroups<double>& g, size_t lane, const D
 template <class Real, bool newton>
 void match(const SweepArrays<Real>& a, size_t begin, size_t end) {
     using V = typename Precision<Real>::Lanes;
-    constexpr size_t kLanes = Precision<Real>::kLanes;
+    constexpr size_t kLanes = Precision<Real>::kLanes, kParticle = sizeof(SweepParticle<Real>) / sizeof(Real);
     const Real* particles = a.particles->x;
     const Real orientation_weight = static_cast<Real>(a.orientation_weight);
     for (size_t block = begin; block < end; ++block)
@@ -127,13 +127,13 @@ void match(const SweepArrays<Real>& a, size_t begin, size_t end) {
             uint32_t own[8];
             for (size_t i = 0; i < kLanes; ++i) own[i] = static_cast<uint32_t>(first + i);
             V origin[4], center[3] = {}, A[3][3] = {}, E[3][3] = {};  // members' and ellipsoids' part of A_pq
-            gather4<8>(particles, own, 0, origin);
+            gather4<kParticle>(particles, own, 0, origin);
             Sym<V> H = {};
             for (size_t r = a.row_begin[block]; r < a.row_begin[block + 1]; ++r) {
                 const SweepRow<Real>& row = a.rows[r];
                 const uint32_t* members = a.neighbours + 8 * r + lane;
-                V x[4], d[4], D[3][3], DN[3][3];
-                gather4<8>(particles, members, 0, x);
+                V x[4];
+                gather4<kParticle>(particles, members, 0, x);
                 const V weight = load<V>(row.weight + lane), mass = weight * x[3];
                 const V q[3] = {load<V>(row.q[0] + lane), load<V>(row.q[1] + lane), load<V>(row.q[2] + lane)};
                 for (int i = 0; i < 3; ++i) {
@@ -141,26 +141,27 @@ void match(const SweepArrays<Real>& a, size_t begin, size_t end) {
                     center[i] += mp;
                     for (int k = 0; k < 3; ++k) A[i][k] += mp * q[k];  // sum m q = 0: the centre of mass drops out
                 }
-                gather4<8>(particles, members, 4, d);
-                rotation_matrix(d, D);
-                Sym<V> moment;
                 if constexpr (newton) {
-                    constexpr size_t kRecord = sizeof(InertiaRecord) / sizeof(double);
-                    V h[4], both[4], m[4];
-                    gather4<kRecord>(a.inertia->H, members, 0, h);
-                    gather4<kRecord>(a.inertia->H, members, 4, both);
-                    gather4<kRecord>(a.inertia->H, members, 8, m);
+                    constexpr size_t kRecord = sizeof(EllipsoidRecord) / sizeof(double);
+                    V first[4], second[4], third[4], last[4];
+                    gather4<kRecord>(a.ellipsoids->DM, members, 0, first);
+                    gather4<kRecord>(a.ellipsoids->DM, members, 4, second);
+                    gather4<kRecord>(a.ellipsoids->DM, members, 8, third);
+                    gather4<kRecord>(a.ellipsoids->DM, members, 12, last);
+                    E[0][0] += weight * first[0], E[0][1] += weight * first[1], E[0][2] += weight * first[2];
+                    E[1][0] += weight * first[3], E[1][1] += weight * second[0], E[1][2] += weight * second[1];
+                    E[2][0] += weight * second[2], E[2][1] += weight * second[3], E[2][2] += weight * third[0];
                     const V w = orientation_weight * weight;
-                    H.xx += w * h[0], H.yy += w * h[1], H.zz += w * h[2];
-                    H.xy += w * h[3], H.xz += w * both[0], H.yz += w * both[1];
-                    moment = {weight * both[2], weight * both[3], weight * m[0],
-                              weight * m[1],    weight * m[2],    weight * m[3]};
+                    H.xx += w * third[1], H.yy += w * third[2], H.zz += w * third[3];
+                    H.xy += w * last[0], H.xz += w * last[1], H.yz += w * last[2];
                 } else {
-                    moment = sym<V>(row.moment, lane);
+                    V d[4], D[3][3], DM[3][3];
+                    gather4<kParticle>(particles, members, 4, d);
+                    rotation_matrix(d, D);
+                    multiply(D, sym<V>(row.moment, lane), DM);
+                    for (int i = 0; i < 3; ++i)
+                        for (int k = 0; k < 3; ++k) E[i][k] += DM[i][k];
                 }
-                multiply(D, moment, DN);
-                for (int i = 0; i < 3; ++i)
-                    for (int k = 0; k < 3; ++k) E[i][k] += DN[i][k];
             }
             SweepGroups<Real>& g = a.groups[block];
             V AQ[3][3], AN[3][3], R[3][3], RQ[3][3], RW[3][3], rotation[4];
@@ -394,6 +395,7 @@ const SweepKernels SUNDER_KERNELS(kSweepKernels) = {expand<SweepRow<float>>,
                                                     match<float, false>,
                                                     average,
                                                     give_back,
+                                                    take_in_for_newton,
                                                     match<double, true>,
                                                     gather_residual<float>,
                                                     gather_residual<double>};

@@ -10,8 +10,8 @@
 namespace sunder {
 
 /// A row of LaneLayout: the member in the lane's group, and its q_other: q of the lane's particle in the member's
-/// group. In double precision the member's moment is gathered with its inertia (InertiaRecord); in single, where
-/// nothing else is gathered of it, it lies in the row.
+/// group. In double precision what its ellipsoid adds to A_pq is gathered with its inertia (EllipsoidRecord); in
+/// single, where nothing else is gathered of it, its moment lies in the row.
 template <class Real>
 struct alignas(64) SweepRow {
     Real weight[8];  // w_gj, 0: padding
@@ -35,19 +35,25 @@ struct alignas(64) SweepGroups {
     Real rotation[4][8];                                 // R as x, y, z, w: warm start, then the result
 };
 
-/// Of each lane.
+/// Of each lane; x relative to the piece's origin in single precision.
 template <class Real>
-struct alignas(8 * sizeof(Real)) SweepParticle {
-    Real x[3], mass, d[4];  // relative to the piece's origin, m; kg; rotation since rest as x, y, z, w
+struct SweepParticle;
+template <>
+struct alignas(32) SweepParticle<float> {
+    float x[3] = {}, mass = 0, d[4] = {0, 0, 0, 1};  // m; kg; rotation since rest as x, y, z, w
+};
+template <>
+struct alignas(32) SweepParticle<double> {
+    double x[3] = {}, mass = 0;  // m; kg
 };
 template <class Real>
 struct alignas(16) SweepGoal {
     Real center[3], G[9], rotation[4], b, bound, unused[2];
 };
 
-/// What groups gather of their members in a Newton step, besides SweepParticle.
-struct alignas(64) InertiaRecord {
-    double H[6], M[6], unused[4];  // inertia as it is turned, ellipsoid's moment at rest; Sym3, kg m2
+/// What groups gather of their members' ellipsoids in a Newton step.
+struct alignas(64) EllipsoidRecord {
+    double DM[9], H[6], unused;  // moment, turned on one side, row by row; inertia as it is turned, Sym3; kg m2
 };
 
 /// Of a unit of LaneLayout.
@@ -59,7 +65,7 @@ struct SweepArrays {
     SweepGroups<Real>* groups;
     const SweepParticle<Real>* particles;
     SweepGoal<Real>* goals;
-    const InertiaRecord* inertia;  // of the lanes, for match_for_newton
+    const EllipsoidRecord* ellipsoids;  // of the lanes, for match_for_newton
     // One of these is written by match_for_newton, the other null:
     CgGroups<float>* newton;
     CgGroups<double>* newton_full;
@@ -106,6 +112,15 @@ struct ShapeRecords {
     const uint32_t* particle;                     // of the unit's lanes
 };
 
+/// What a Newton step takes in of the particles, and which of them the lanes of a unit are.
+struct NewtonRecords {
+    const MovingRecord* moving;  // (n_particles)
+    const double* moments;       // M_j of the ellipsoids (n_particles x 6)
+    const double* masses;        // (n_particles)
+    const uint8_t* held;         // (n_particles)
+    const uint32_t* particle;    // of each lane; 0xffffffff: padding
+};
+
 struct SweepKernels {
     /// Writes the rows of the blocks [begin, end).
     void (*expand)(const ShapeRecords&, const uint32_t* row_begin, SweepRow<float>*, size_t begin, size_t end);
@@ -124,6 +139,9 @@ struct SweepKernels {
     /// these stay in the lanes, too.
     void (*give_back)(const JacobiRecords&, const SweepParticle<float>*, const JacobiParticles*, SweepGroups<float>*,
                       size_t begin, size_t end);
+    /// Particles as they are; H is their inertia as they are turned now.
+    void (*take_in_for_newton)(const NewtonRecords&, NewtonParticles*, SweepParticle<double>*, EllipsoidRecord*,
+                               size_t begin, size_t end);
     void (*match_for_newton)(const SweepArrays<double>&, size_t begin, size_t end);
     /// Minus the gradient of the implicit Euler step, and the diagonal of H.
     void (*gather_residual)(const SweepArrays<double>&, NewtonParticles*, CgParticles<float>*, size_t begin,

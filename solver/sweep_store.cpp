@@ -33,7 +33,7 @@ void SweepStore<Real>::take_up(const SweepInput& in, const LaneLayout& layout, s
         rows_.resize(watch_.unit().n_rows());
         groups_.assign(watch_.unit().n_blocks(), SweepGroups<Real>());
         for (SweepGroups<Real>& g : groups_) std::fill_n(g.rotation[3], kLanes, Real(1));
-        particles_.assign(n_lanes, SweepParticle<Real>{{0, 0, 0}, 0, {0, 0, 0, 1}});
+        particles_.assign(n_lanes, SweepParticle<Real>());
         goals_.resize(n_lanes), bounds_.resize(n_lanes);
     }
     if (!watch_.is_any_changed()) return;
@@ -66,19 +66,11 @@ void SweepStore<Real>::take_up_group(const GroupShape& shape, size_t l) {
 }
 
 template <class Real>
-void SweepStore<Real>::load(const SweepInput& in, std::span<const MovingParticle> particles,
-                            std::span<const GroupGoal> goals, size_t begin, size_t end) {
+void SweepStore<Real>::load(const SweepInput& in, std::span<const GroupGoal> goals, size_t begin, size_t end) {
     for (size_t l = begin * kLanes; l < end * kLanes; ++l) {
         const uint32_t j = particle(l);
         if (j == LaneLayout::kNone) continue;
-        SweepParticle<Real>& to = particles_[l];
-        to.mass = static_cast<Real>(in.rest.mass[j]);
-        if constexpr (std::is_same_v<Real, double>) {
-            const MovingParticle& p = particles[j];
-            for (int i = 0; i < 3; ++i) to.x[i] = p.x(i);
-            for (int i = 0; i < 4; ++i) to.d[i] = p.d.coeffs()(i);
-        }
-
+        particles_[l].mass = static_cast<Real>(in.rest.mass[j]);
         SweepGroups<Real>& group = groups_[l / kLanes];
         const double b = in.span[j] * in.span[j] * in.stiffness[j].k, ratio = in.stiffness[j].volume_ratio;
         group.b[l % kLanes] = static_cast<Real>(b);

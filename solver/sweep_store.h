@@ -28,10 +28,8 @@ public:
     void take_up(const SweepInput& input, const LaneLayout& layout, size_t unit, const SweepKernels& kernels,
                  const UnitBlocks& blocks);
 
-    /// Stiffness, rotations to start from, masses, and, in double precision, where particles are, of the blocks [begin,
-    /// end).
-    void load(const SweepInput& input, std::span<const MovingParticle> particles, std::span<const GroupGoal> goals,
-              size_t begin, size_t end);
+    /// Stiffness, rotations to start from, and masses, of the blocks [begin, end).
+    void load(const SweepInput& input, std::span<const GroupGoal> goals, size_t begin, size_t end);
 
     /// Rotations of the groups of blocks [begin, end).
     void give_rotations(std::span<GroupGoal> io_goals, size_t begin, size_t end) const;

@@ -28,5 +28,17 @@ TEST(driven_pose, a_pivot_that_moves_goes_straight) {
     EXPECT_LE(pose.orientation.angularDistance(wanted.orientation), 1e-14);
 }
 
+// The rotation by |w| about w, on both sides of where series take over.
+TEST(rotation_of, is_the_exponential_to_a_rounding) {
+    for (double angle = 1e-9; angle < 3; angle *= 1.07) {
+        const Vec3 axis = Vec3(0.36, 0.48, -0.8);
+        const Quat q = rotation_of(angle * axis);
+        EXPECT_NEAR(q.w(), std::cos(angle / 2), 3e-16) << angle;
+        EXPECT_LE((q.vec() - std::sin(angle / 2) * axis).norm(), 3e-16 * std::max(angle, 0.1)) << angle;
+        EXPECT_NEAR(q.norm(), 1, 4e-16) << angle;
+    }
+    EXPECT_EQ(rotation_of(Vec3::Zero()).coeffs(), Quat::Identity().coeffs());
+}
+
 }  // namespace
 }  // namespace sunder

@@ -355,7 +355,8 @@ TEST(sleeping, going_on_from_any_frame_gives_the_same_bits_for_any_number_of_thr
 // Each change of who sleeps numbers what is simulated anew, while it flows and breaks.
 TEST(sleeping, numbering_anew_what_flows_and_breaks_gives_the_same_bits_as_beginning_anew) {
     Ground g;
-    for (int k = 0; k < 3; ++k) g.add(2, Vec3(k - 1, 1, 0), k == 1);  // fall asleep after 12 frames and later
+    for (int k = 0; k < 3; ++k) g.add(2, Vec3(k - 1, 1, 0), k == 1);    // fall asleep after 12 frames and later
+    for (int k = 1; k < 4; ++k) g.add(2, Vec3(k - 1, 2, 0.3 * k * k));  // one after the other
     for (int k = 0; k < 3; ++k) {
         g.add(4, Vec3(k - 1, 0, 1.2 + 1.2 * k), false, Vec3(0, 0, -4));
         Material& m = g.input.materials.back();

@@ -218,9 +218,9 @@ double elastic_energy(const Bar& bar, const std::vector<uint8_t>& edge_intact) {
         for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
             const MovingParticle& p = particles[live.member(s)];
             const MemberShape& m = shapes.member[s];
-            const Mat3 D = p.d.toRotationMatrix(), N = shapes.member_moment(live, g, s);
+            const Mat3 D = p.d.toRotationMatrix(), M = to_matrix(shapes.member_moment(live, s));
             sum += shapes.member_mass(live, s) * (p.x - A.center - R * m.q).squaredNorm() +
-                   2 * (N.trace() - (D * N * R.transpose()).trace());
+                   2 * (M.trace() - (D * M * R.transpose()).trace());
         }
         const double k = group_stiffness(shapes.group[g], shapes.rest_trace[g], rest.volume[g], bar.material).k;
         energy += 0.5 * k * sum;
