@@ -34,10 +34,11 @@ void balance_directions(const Mat3& A, GroupShape& io_shape) {
         inverse(i) = 1 / a(i);
         ratio(i) = mean / std::max(a(i), kThinnest * most);
     }
-    Mat3 affine_inverse, stiffness_moment;
+    Mat3 isotropy, affine_inverse, stiffness_moment;
     affine_inverse = E * inverse.asDiagonal() * E.transpose();
-    io_shape.isotropy = E * ratio.asDiagonal() * E.transpose();
-    io_shape.N = to_sym((Mat3::Identity() - io_shape.isotropy) * affine_inverse);
+    isotropy = E * ratio.asDiagonal() * E.transpose();
+    io_shape.isotropy = to_sym(isotropy);
+    io_shape.N = to_sym((Mat3::Identity() - isotropy) * affine_inverse);
     stiffness_moment = E * ratio.cwiseProduct(a).asDiagonal() * E.transpose();
     io_shape.stiffness_moment = to_sym(stiffness_moment);
     io_shape.most_isotropy = std::max(1.0, ratio.maxCoeff());
@@ -165,8 +166,9 @@ void GroupShapes::rebuild(const SimulationMesh& rest, const LiveTopology& live, 
     constexpr double kThinnest = 0.25;
     const Mat3& V = shape.stretch.V;
     Vec3 inverse;
-    const double a_max = 1.0 / shape.stretch.Lam.diagonal().minCoeff();
-    for (int i = 0; i < 3; ++i) inverse(i) = 1.0 / std::max(1.0 / shape.stretch.Lam(i, i), kThinnest * a_max);
+    const Sym3& Lam = shape.stretch.Lam;
+    const double a_max = 1.0 / std::min({Lam[0], Lam[1], Lam[2]});
+    for (int i = 0; i < 3; ++i) inverse(i) = 1.0 / std::max(1.0 / Lam[static_cast<size_t>(i)], kThinnest * a_max);
     Mat3 W;
     W = V * inverse.asDiagonal() * V.transpose();
     shape.volume_gradient = to_sym(W);

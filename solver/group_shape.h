@@ -2,7 +2,6 @@
 // flow took place.
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
@@ -12,9 +11,6 @@
 #include "solver/scene.h"
 
 namespace sunder {
-
-/// A symmetric 3x3 matrix: xx, yy, zz, xy, xz, yz.
-using Sym3 = std::array<double, 6>;
 
 /// One member of one group. Its weight is that of the interface to the centre: w = A / (V_g V_j)^(1/3) times 4, within
 /// [0.02, 1]; 1 for the centre. A neighbour across a sliver, or across the corner of a lattice cell, hardly counts: the
@@ -30,15 +26,15 @@ struct GroupShape {
     double positions_trace = 0;  // tr of the members' part of A_qq, kg m2; 0 for a lone particle
     StretchBasis stretch;        // of A_qq
     // Of the members' part of A_qq, sum a_i e_i e_i^T:
-    Mat3 isotropy = Mat3::Identity();  // Q = sum (s_i / a_i) e_i e_i^T, s_i = tr / 3 bounded in thin directions;
-                                       // s_i = a_i in flat ones
-    Sym3 N = {};                       // (I - Q) A^+, A^+ pseudo-inverse, 1/(kg m2): F (I - Q) = A_pq N
-    Sym3 stiffness_moment = {};        // sum s_i e_i e_i^T, kg m2
-    Sym3 volume_gradient = {};         // W ~ A_qq^-1, bounded: tr(R^T A_pq W) - volume_rest measures volume strain
-    double volume_rest = 0;            // tr(A_qq W)
-    double most_isotropy = 1;          // largest s_i / a_i, or 1
-    double most_pressure = 0;          // norm of what pressure adds to a goal, for a volume ratio of 1
-    uint64_t plastic_key = 0;          // of the F_P that it was built with (frame_state.h)
+    Sym3 isotropy = {1, 1, 1};   // Q = sum (s_i / a_i) e_i e_i^T, s_i = tr / 3 bounded in thin directions; s_i = a_i
+                                 // in flat ones
+    Sym3 N = {};                 // (I - Q) A^+, A^+ pseudo-inverse, 1/(kg m2): F (I - Q) = A_pq N
+    Sym3 stiffness_moment = {};  // sum s_i e_i e_i^T, kg m2
+    Sym3 volume_gradient = {};   // W ~ A_qq^-1, bounded: tr(R^T A_pq W) - volume_rest measures volume strain
+    double volume_rest = 0;      // tr(A_qq W)
+    double most_isotropy = 1;    // largest s_i / a_i, or 1
+    double most_pressure = 0;    // norm of what pressure adds to a goal, for a volume ratio of 1
+    uint64_t plastic_key = 0;    // of the F_P that it was built with (frame_state.h)
 };
 
 /// Weight of the ellipsoids in the optimal stretch (Eq. 7). Orientations do not stretch, so at full weight they hide
@@ -104,12 +100,5 @@ struct GroupStiffness {
 /// out of a group can only lower its energy, so that no cut ever adds any; and a crushed pair does not become rigid.
 GroupStiffness group_stiffness(const GroupShape& shape, double rest_trace, double rest_volume,
                                const Material& material);
-
-inline Mat3 to_matrix(const Sym3& s) {
-    Mat3 m;
-    m << s[0], s[3], s[4], s[3], s[1], s[5], s[4], s[5], s[2];
-    return m;
-}
-inline Sym3 to_sym(const Mat3& m) { return {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2)}; }
 
 }  // namespace sunder

@@ -10,8 +10,8 @@
 
 namespace sunder {
 
-/// The optimal rotation (polar_decomposition.h) and stretch (optimal_stretch.h) of groups, to the bit what the
-/// functions for one of them give.
+/// The optimal rotation (polar_decomposition.h) and stretch (optimal_stretch.h) of groups: but for rounding what
+/// the functions for one of them give.
 class GroupStretcher {
 public:
     /// All of it must stay while this is used; `goals` may change.

@@ -12,15 +12,15 @@ StretchBasis stretch_basis(const Mat3& A_qq) {
     a = a.cwiseMax(std::max(1e-9 * a(2), 1e-100));  // a group of no extent at all has no strain either
     StretchBasis basis;
     basis.V = eigen.eigenvectors();
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) basis.Lam(i, j) = 2.0 / (a(i) + a(j));
+    const auto entry = [&](int i, int j) { return 2.0 / (a(i) + a(j)); };
+    basis.Lam = {entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)};
     return basis;
 }
 
 Mat3 optimal_stretch(const StretchBasis& basis, const Mat3& R, const Mat3& A_pq) {
     const Mat3 unsymmetric = R.transpose() * A_pq;
     const Mat3 S_pq = 0.5 * (unsymmetric + unsymmetric.transpose());
-    return basis.V * (basis.V.transpose() * S_pq * basis.V).cwiseProduct(basis.Lam) * basis.V.transpose();
+    return basis.V * (basis.V.transpose() * S_pq * basis.V).cwiseProduct(to_matrix(basis.Lam)) * basis.V.transpose();
 }
 
 PrincipalStretch principal_stretch(const Mat3& S) {

@@ -8,7 +8,7 @@ namespace sunder {
 /// Eigensystem of A_qq, kept while the group's rest shape keeps: A_qq = V diag(a) V^T.
 struct StretchBasis {
     Mat3 V = Mat3::Identity();
-    Mat3 Lam = Mat3::Identity();  // 2 / (a_i + a_j), 1/(kg m2)
+    Sym3 Lam = {1, 1, 1};  // 2 / (a_i + a_j), 1/(kg m2)
 };
 
 /// `A_qq` symmetric positive definite, kg m2 (the ellipsoid moments see to that; eigenvalues are kept above 1e-9 of

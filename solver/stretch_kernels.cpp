@@ -1,4 +1,3 @@
-// Sums have the order that they have in the functions for one group, Eigen's: four groups give the bits of one.
 // Compiled once for each instruction set (lanes.h).
 #include "solver/stretch_kernels.h"
 
@@ -10,12 +9,10 @@ namespace {
 using V = Double4;
 using M3 = V[3][3];
 
-SUNDER_INLINE V entry(int row, V a, V b, V c) { return row < 2 ? (a + b) + c : a + (b + c); }
-
 // A B
 SUNDER_INLINE void multiply(const M3& A, const M3& B, M3& out) {
     for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) out[r][c] = entry(r, A[r][0] * B[0][c], A[r][1] * B[1][c], A[r][2] * B[2][c]);
+        for (int c = 0; c < 3; ++c) out[r][c] = A[r][0] * B[0][c] + A[r][1] * B[1][c] + A[r][2] * B[2][c];
 }
 
 // A^T B
@@ -32,6 +29,13 @@ SUNDER_INLINE void gather_matrix(const double* const (&records)[4], size_t offse
     gather_numbers(records, offset + 5, last);
     const V numbers[9] = {first[0], first[1], first[2], first[3], second[0], second[1], second[2], second[3], last[3]};
     for (int i = 0; i < 9; ++i) out[i % 3][i / 3] = numbers[i];
+}
+
+SUNDER_INLINE Sym<V> gather_symmetric(const double* const (&records)[4], size_t offset) {
+    V first[4], last[4];
+    gather_numbers(records, offset, first);
+    gather_numbers(records, offset + 2, last);
+    return {first[0], first[1], first[2], first[3], last[2], last[3]};
 }
 
 // optimal_rotation of polar_decomposition.cpp; q: warm start, then the result.
@@ -132,10 +136,9 @@ void measure(const StretchRecords& s, const uint32_t (&groups)[4], GroupStretche
         shapes[i] = s.shapes + StretchRecords::kShapeNumbers * groups[i];
         rotations[i] = s.rotations + 4 * groups[i];
     }
-    M3 A = {}, E = {}, Q, AQ, R;
+    M3 A = {}, E = {}, AQ, R;
     gather_moments(s, groups, A, E);
-    gather_matrix(shapes, StretchRecords::kIsotropy, Q);
-    multiply(A, Q, AQ);
+    multiply(A, gather_symmetric(shapes, StretchRecords::kIsotropy), AQ);
     for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) AQ[r][c] += s.orientation_weight * E[r][c];
     V rotation[4];
@@ -145,14 +148,15 @@ void measure(const StretchRecords& s, const uint32_t (&groups)[4], GroupStretche
 
     // S = V [(V^T sym(R^T A_pq) V) o Lam] V^T
     rotation_matrix(rotation, R);
-    M3 U, S_pq, basis, Lam, left, inner, right;
+    M3 U, S_pq, basis, left, inner, right;
     for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) A[r][c] += s.stretch_weight * E[r][c];
     multiply_transposed(R, A, U);
     for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) S_pq[r][c] = 0.5 * (U[r][c] + U[c][r]);
     gather_matrix(shapes, StretchRecords::kV, basis);
-    gather_matrix(shapes, StretchRecords::kLam, Lam);
+    const Sym<V> l = gather_symmetric(shapes, StretchRecords::kLam);
+    const M3 Lam = {{l.xx, l.xy, l.xz}, {l.xy, l.yy, l.yz}, {l.xz, l.yz, l.zz}};
     multiply_transposed(basis, S_pq, left);
     multiply(left, basis, inner);
     for (int r = 0; r < 3; ++r)
@@ -163,7 +167,7 @@ void measure(const StretchRecords& s, const uint32_t (&groups)[4], GroupStretche
     V square = {};
     for (int i = 0; i < 6; ++i) {
         const int r = kRow[i], c = kColumn[i];
-        const V S = entry(r, right[r][0] * basis[c][0], right[r][1] * basis[c][1], right[r][2] * basis[c][2]);
+        const V S = right[r][0] * basis[c][0] + right[r][1] * basis[c][1] + right[r][2] * basis[c][2];
         const V off = i < 3 ? S - one : S;
         square += i < 3 ? off * off : 2.0 * (off * off);
         store(o_stretches.S[i], S);

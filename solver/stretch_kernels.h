@@ -17,8 +17,8 @@ struct StretchRecords {
     /// The rotation nearest to A (row by row) where Newton's method may not be trusted.
     void (*exact_rotation)(const double* A, double* rotation);
 
-    // Numbers of a GroupShape, and where its matrices are, column by column.
-    static constexpr size_t kShapeNumbers = 51, kV = 2, kLam = 11, kIsotropy = 20;
+    // Numbers of a GroupShape, and where V, column by column, and the symmetric ones are.
+    static constexpr size_t kShapeNumbers = 45, kV = 2, kLam = 11, kIsotropy = 17;
 };
 
 /// Of four groups, side by side.

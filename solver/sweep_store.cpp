@@ -59,7 +59,7 @@ void SweepStore<Real>::take_up_group(const GroupShape& shape, size_t l) {
     to.inverse_mass[lane] = static_cast<Real>(1 / shape.mass);
     to.volume_rest[lane] = static_cast<Real>(shape.volume_rest);
     to.spread[lane] = static_cast<Real>(shape.positions_trace / 3);
-    put_lane(to_sym(shape.isotropy), lane, to.isotropy);
+    put_lane(shape.isotropy, lane, to.isotropy);
     put_lane(shape.N, lane, to.N);
     put_lane(shape.stiffness_moment, lane, to.stiffness_moment);
     put_lane(shape.volume_gradient, lane, to.volume_gradient);

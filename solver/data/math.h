@@ -38,4 +38,14 @@ struct Aabb {
     double diagonal() const { return (max - min).norm(); }
 };
 
+/// A symmetric 3x3 matrix: xx, yy, zz, xy, xz, yz.
+using Sym3 = std::array<double, 6>;
+
+inline Mat3 to_matrix(const Sym3& s) {
+    Mat3 m;
+    m << s[0], s[3], s[4], s[3], s[1], s[5], s[4], s[5], s[2];
+    return m;
+}
+inline Sym3 to_sym(const Mat3& m) { return {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2)}; }
+
 }  // namespace sunder

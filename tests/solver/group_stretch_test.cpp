@@ -40,7 +40,7 @@ struct Bar {
     uint32_t n() const { return static_cast<uint32_t>(rest.n_particles()); }
     Mat3 rotated(uint32_t g) const {  // what the rotation is found of
         const GroupMoments A = group_moments(live, shapes, particles, g);
-        return A.positions * shapes.group[g].isotropy + kOrientationWeight * A.ellipsoids;
+        return A.positions * to_matrix(shapes.group[g].isotropy) + kOrientationWeight * A.ellipsoids;
     }
     Mat3 stretch(uint32_t g, const Mat3& R) const {
         const GroupMoments A = group_moments(live, shapes, particles, g);

@@ -37,10 +37,10 @@ inline void plain_match(const LiveTopology& live, const GroupShapes& shapes, std
         for (uint32_t s = live.begin(g); s < live.end(g); ++s)
             turned += shapes.member[s].weight * particles[live.member(s)].d.toRotationMatrix() *
                       to_matrix(shapes.particle_moment[live.member(s)]);
-        const Mat3 A_balanced = A.positions * shape.isotropy;
+        const Mat3 isotropy = to_matrix(shape.isotropy), A_balanced = A.positions * isotropy;
         goal.rotation = optimal_rotation(A_balanced + kOrientationWeight * turned, goal.rotation);
         const Mat3 R = goal.rotation.toRotationMatrix();
-        goal.G = R * shape.isotropy + A.positions * to_matrix(shape.N);
+        goal.G = R * isotropy + A.positions * to_matrix(shape.N);
         goal.weight = h * h * stiffness[g].k;
         goal.weight_bound = goal.weight * shape.most_isotropy;
         if (const double ratio = stiffness[g].volume_ratio; ratio > 0) {
