@@ -112,10 +112,9 @@ double misfit(const Workspace& work, uint32_t g, const Placement& a, const Place
     const Placement* placements[2] = {&a, &b};
     for (int k = 0; k < 2; ++k) {
         const GroupMoments A = group_moments(work.live, work.shapes, *placements[k], g);
-        back[k] = optimal_rotation(A.positions * to_matrix(work.shapes.group[g].isotropy) + kOrientationWeight * A.ellipsoids,
-                                   work.goals[g].rotation)
-                      .toRotationMatrix()
-                      .transpose();
+        const Mat3 isotropy = to_matrix(work.shapes.group[g].isotropy);
+        const Mat3 A_pq = A.positions * isotropy + kOrientationWeight * A.ellipsoids;
+        back[k] = optimal_rotation(A_pq, work.goals[g].rotation).toRotationMatrix().transpose();
         center[k] = A.center;
     }
     double sum = 0;
