@@ -70,7 +70,7 @@ void SweepStore<Real>::load(const SweepInput& in, std::span<const GroupGoal> goa
     for (size_t l = begin * kLanes; l < end * kLanes; ++l) {
         const uint32_t j = particle(l);
         if (j == LaneLayout::kNone) continue;
-        particles_[l].mass = static_cast<Real>(in.rest.mass[j]);
+        if constexpr (std::is_same_v<Real, float>) particles_[l].mass = static_cast<float>(in.rest.mass[j]);
         SweepGroups<Real>& group = groups_[l / kLanes];
         const double b = in.span[j] * in.span[j] * in.stiffness[j].k, ratio = in.stiffness[j].volume_ratio;
         group.b[l % kLanes] = static_cast<Real>(b);

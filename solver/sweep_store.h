@@ -28,7 +28,8 @@ public:
     void take_up(const SweepInput& input, const LaneLayout& layout, size_t unit, const SweepKernels& kernels,
                  const UnitBlocks& blocks);
 
-    /// Stiffness, rotations to start from, and masses, of the blocks [begin, end).
+    /// Stiffness, rotations to start from, and, in single precision, masses, of the blocks [begin, end); in double,
+    /// masses come with where particles are (take_in_for_newton).
     void load(const SweepInput& input, std::span<const GroupGoal> goals, size_t begin, size_t end);
 
     /// Rotations of the groups of blocks [begin, end).
