@@ -99,6 +99,7 @@ TEST(group_stretch, what_flowed_and_lies_as_it_flowed_is_not_strained) {
         bar.goals[g].rotation = rotation_of(Vec3(0.3, -1.0, 0.6));
         GroupStretches found;
         GroupStretcher(bar.live, bar.shapes, bar.particles, bar.goals).measure({g, g, g, g}, found);
+        // Roundings of A_pq over the least of A_qq, which in flat and torn groups are the ellipsoids.
         ASSERT_LE(found.deviation[0], 1e-12) << g;
         ASSERT_NEAR(
             std::abs(

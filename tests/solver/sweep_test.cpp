@@ -2,6 +2,7 @@
 
 #include <random>
 
+#include "solver/instruction_set.h"
 #include "solver/jacobi_sweep.h"
 #include "solver/motion.h"
 #include "solver/newton_step.h"
@@ -144,6 +145,57 @@ TEST_P(Sweep, of_newton_starts_from_the_rotations_of_the_plain_version) {
         if (d.live.count(j) > 1) {
             EXPECT_LE(d.goals[j].rotation.angularDistance(goals[j].rotation), 1e-7) << j;
         }
+}
+
+// What a turn of a group meets, K = tr(A) I - A + omega sum w H with A = R S R^T, of ellipsoids of three different
+// radii.
+TEST(sweep, of_newton_takes_the_inertia_of_members_as_they_are_turned) {
+    Disorder d(0.5);
+    std::mt19937_64 rng(7);
+    std::uniform_real_distribution<double> uniform(0.3, 1);
+    for (size_t i = 0; i < d.rest.n_particles(); ++i) {
+        d.rest.radii[i] = 0.2 * Vec3(uniform(rng), uniform(rng), uniform(rng));  // large, so that they count
+        d.rest.rest_orientation[i] = rotation_of(Vec3(uniform(rng), -uniform(rng), uniform(rng)));
+    }
+    d.shapes.reset(d.rest, d.live, d.plastic);
+    LaneLayout layout;
+    layout.update(d.live, WorkerPool(1));
+    const SweepKernels& kernels = SUNDER_BEST_KERNELS(kSweepKernels);
+    for (size_t u = 0; u < layout.units().size(); ++u) {
+        const size_t n = layout.units()[u].n_blocks(), n_lanes = LaneLayout::kLanes * n;
+        const UnitBlocks blocks(n, nullptr);
+        SweepStore<double> store;
+        store.take_up(d.input(), layout, u, kernels, blocks);
+        store.load(d.input(), d.goals, 0, n);
+        std::vector<NewtonParticles> particles(n);
+        std::vector<EllipsoidRecord> ellipsoids(n_lanes);
+        std::vector<CgGroups<double>> groups(n);
+        const NewtonRecords records{moving_records(std::span(std::as_const(d.particles))),
+                                    d.shapes.particle_moment.data()->data(), d.rest.mass.data(), d.held.data(),
+                                    store.lane_particles()};
+        kernels.take_in_for_newton(records, particles.data(), store.particles(), ellipsoids.data(), 0, n);
+        SweepArrays<double> arrays = store.arrays();
+        arrays.ellipsoids = ellipsoids.data(), arrays.newton = nullptr, arrays.newton_full = groups.data();
+        kernels.match_for_newton(arrays, 0, n);
+        store.give_rotations(d.goals, 0, n);
+        for (size_t lane = 0; lane < n_lanes; ++lane) {
+            const uint32_t g = store.lane_particles()[lane];
+            if (g == LaneLayout::kNone) continue;
+            const Mat3 R = d.goals[g].rotation.toRotationMatrix();
+            const Mat3 A = R * to_matrix(d.shapes.group[g].stiffness_moment) * R.transpose();
+            Mat3 K = A.trace() * Mat3::Identity() - A;
+            for (uint32_t s = d.live.begin(g); s < d.live.end(g); ++s) {
+                const uint32_t j = d.live.member(s);
+                const Mat3 D = d.particles[j].d.toRotationMatrix(), M = to_matrix(d.shapes.particle_moment[j]);
+                const Mat3 H = D * (M.trace() * Mat3::Identity() - M) * D.transpose();
+                K += kOrientationWeight * d.shapes.member[s].weight * H;
+            }
+            Sym3 inverse;
+            for (size_t i = 0; i < 6; ++i) inverse[i] = groups[lane / 8].K_inverse[i][lane % 8];
+            // Roundings of K, as much larger in its inverse as its axes differ: ten times at most.
+            ASSERT_LE((to_matrix(inverse) * K - Mat3::Identity()).norm(), 1e-12) << g;
+        }
+    }
 }
 
 // Thirty bars, all as out of place as one: so many that their rest shapes are expanded when they are needed.

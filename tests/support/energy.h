@@ -48,7 +48,7 @@ struct Spectrum {
 struct Member {
     double w, m;
     Vec3 q, p;
-    Mat3 D, M, N;
+    Mat3 D, M;
 };
 
 inline double member_weight(const SimulationMesh& rest, uint32_t edge) {
@@ -85,7 +85,7 @@ inline std::vector<Member> living_members(const SimulationMesh& rest, const Fram
         const Vec3 A_j = rest.mass[j] / 5 * rest.radii[j].cwiseProduct(rest.radii[j]);
         const Mat3 M = Q * A_j.asDiagonal() * Q.transpose();
         members.push_back({member_weight(rest, edge), rest.mass[j], rest.rest_position[j], state.position[j],
-                           state.orientation[j].toRotationMatrix() * Q.transpose(), M, F_P * M * F_P.transpose()});
+                           state.orientation[j].toRotationMatrix() * Q.transpose(), M});
         const Member& i = members.back();
         rest_center += i.w * i.m * i.q, center += i.w * i.m * i.p, mass += i.w * i.m;
     }
@@ -102,7 +102,7 @@ inline double elastic_energy(const SimulationMesh& rest, const Material& materia
     Mat3 A_pq = Mat3::Zero(), A_qq = Mat3::Zero(), turned = Mat3::Zero(), ellipsoids = Mat3::Zero();
     for (const Member& i : members) {
         A_pq += i.w * i.m * i.p * i.q.transpose(), A_qq += i.w * i.m * i.q * i.q.transpose();
-        turned += i.w * i.D * i.M, ellipsoids += i.w * i.N;
+        turned += i.w * i.D * i.M, ellipsoids += i.w * i.M;
     }
     const Spectrum spectrum(A_qq), with_ellipsoids(A_qq + kStretches * ellipsoids);
     const double most = spectrum.a.maxCoeff(), a_max = with_ellipsoids.a.maxCoeff();
