@@ -1,7 +1,5 @@
 #include "solver/group_stretch.h"
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 
 #include "solver/instruction_set.h"
@@ -33,15 +31,15 @@ GroupStretcher::GroupStretcher(const LiveTopology& live, const GroupShapes& shap
                   offsetof(GroupShape, isotropy) == StretchRecords::kIsotropy * kNumber);
 }
 
-std::array<double, 4> GroupStretcher::largest_strains(const GroupStretches& stretches) const {
+std::array<Vec3, 4> GroupStretcher::principal_stretches(const GroupStretches& s) const {
     double least[4], largest[4];
-    kernels_->find_bounds(stretches, least, largest);
-    std::array<double, 4> strains;
+    kernels_->find_bounds(s, least, largest);
+    std::array<Vec3, 4> stretch;
     for (size_t i = 0; i < 4; ++i) {
-        const auto bounded = [](double lambda) { return std::clamp(lambda, kSmallestStretch, kLargestStretch); };
-        strains[i] = std::log(std::max(bounded(largest[i]), 1 / bounded(least[i])));
+        const double middle = s.S[0][i] + s.S[1][i] + s.S[2][i] - least[i] - largest[i];
+        stretch[i] = Vec3(least[i], middle, largest[i]).cwiseMax(kSmallestStretch).cwiseMin(kLargestStretch);
     }
-    return strains;
+    return stretch;
 }
 
 }  // namespace sunder

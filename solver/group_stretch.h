@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 
 #include "solver/shape_matching.h"
@@ -22,13 +23,16 @@ public:
     void measure(const uint32_t (&groups)[4], GroupStretches& o_stretches) const {
         kernels_->measure(records_, groups, o_stretches);
     }
-    /// Largest |log lambda| of each, lambda clamped to [0.1, 10] as in principal_stretch; correct to some 1e-15.
-    std::array<double, 4> largest_strains(const GroupStretches& stretches) const;
+    /// Principal stretches of each, ascending, clamped to [0.1, 10] as in principal_stretch; correct to some 1e-15.
+    std::array<Vec3, 4> principal_stretches(const GroupStretches& stretches) const;
 
 private:
     StretchRecords records_;
     const StretchKernels* kernels_;
 };
+
+/// Largest |log lambda| of principal stretches in ascending order.
+inline double largest_strain(const Vec3& stretch) { return std::log(std::max(stretch(2), 1 / stretch(0))); }
 
 /// S of one of the four.
 inline Mat3 stretch_of(const GroupStretches& s, size_t i) {

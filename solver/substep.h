@@ -104,6 +104,7 @@ struct Substep {
     };
     Found flow_and_measure(double seconds);
     double strain_limit(uint32_t group) const;
+    bool may_give_way(uint32_t group, const Vec3& principal_stretch) const;
     Found flow_group(uint32_t group, const Mat3& S, double seconds);
     bool break_edges(Found found, double leading);
     void run_cracks();

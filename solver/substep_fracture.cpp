@@ -24,15 +24,19 @@ Substep::Found Substep::flow_and_measure(double seconds) {
     const auto four = [&](const uint32_t(&groups)[4], uint32_t n) {
         GroupStretches stretches;
         stretcher.measure(groups, stretches);
-        std::array<double, 4> strains;
-        if (measure) strains = stretcher.largest_strains(stretches);
+        // |log lambda| <= limit wherever |S - I| is below this: no need for the eigenvalues.
+        std::array<bool, 4> is_strained;
+        for (uint32_t i = 0; i < 4; ++i)
+            is_strained[i] = !(stretches.deviation[i] < -std::expm1(-strain_limit(groups[i])));
+        std::array<Vec3, 4> principal;
+        if (measure || std::ranges::find(is_strained, true) != is_strained.end())
+            principal = stretcher.principal_stretches(stretches);
         for (uint32_t i = 0; i < n; ++i) {
             const uint32_t g = groups[i];
             const auto& q = stretches.rotation;
             work.goals[g].rotation = Quat(q[3][i], q[0][i], q[1][i], q[2][i]);
-            // |log lambda| <= limit wherever |S - I| is below this: no need for the eigenvectors.
-            if (stretches.deviation[i] < -std::expm1(-strain_limit(g))) {
-                if (measure) state.strain[g] = strains[i];
+            if (!is_strained[i] || !may_give_way(g, principal[i])) {
+                if (measure) state.strain[g] = largest_strain(principal[i]);
                 continue;
             }
             const Found found = flow_group(g, stretch_of(stretches, i), seconds);
@@ -60,6 +64,17 @@ double Substep::strain_limit(uint32_t g) const {
     double toughness = std::min(m.toughness, m.compressive_toughness);
     if (rest().group_uneven[g] != 0) toughness *= weakest_factor(rest(), work.live, g);
     return std::min(state.yield[g], toughness);
+}
+
+// Whether it flows or breaks, or nearly: eigenvalues found otherwise differ by rounding.
+bool Substep::may_give_way(uint32_t g, const Vec3& principal_stretch) const {
+    constexpr double kNearly = 1 - 1e-9;
+    const Vec3 e = principal_stretch.array().log();
+    const double mean = e.mean(), deviator = std::max(e(2) - mean, mean - e(0));
+    if (deviator > kNearly * state.yield[g]) return true;
+    const Material m = material_of(rest(), g, material(g));
+    const double load = std::max(e(2) / m.toughness, -e(0) / m.compressive_toughness);
+    return load > kNearly * (rest().group_uneven[g] != 0 ? weakest_factor(rest(), work.live, g) : 1.0);
 }
 
 Substep::Found Substep::flow_group(uint32_t g, const Mat3& S, double seconds) {
