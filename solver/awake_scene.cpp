@@ -33,6 +33,14 @@ void pick(std::span<const uint32_t> which, const WorkerPool& workers, const Pick
                       [&](size_t first, size_t last) { (picks.take(which, first, last), ...); });
 }
 
+// A rigid body, or a fragment that hangs on nothing.
+bool is_lone(const SimulationMesh& rest, const FrameState& state, size_t i) {
+    if (i >= rest.n_particles()) return true;
+    const auto ring =
+        std::span(rest.member_edge).subspan(rest.group_offset[i], rest.group_offset[i + 1] - rest.group_offset[i]);
+    return std::ranges::none_of(ring, [&](uint32_t e) { return e != kNone && state.edge_intact[e]; });
+}
+
 // Where a sleeper may be touched.
 Aabb ball_of(const StepContext& whole, const FrameState& state, size_t i) {
     const size_t n = state.n_particles();
@@ -43,9 +51,30 @@ Aabb ball_of(const StepContext& whole, const FrameState& state, size_t i) {
 }  // namespace
 
 void AwakeScene::enter(const StepContext& whole, const FrameState& state) {
-    if (asleep_ != state.asleep) return build(whole, state);
+    if (asleep_ != state.asleep && !wake_here(whole, state)) return build(whole, state);
     gather(state, whole.workers);
     synchronise(context(whole), state_, work_);
+}
+
+// What wakes in rubble is mostly a fragment or two, which are here because something touched them. They have no edges
+// and need only be fixed no longer; unless anything else changed, or they may touch sleepers that are not here.
+bool AwakeScene::wake_here(const StepContext& whole, const FrameState& state) {
+    if (asleep_.size() != state.asleep.size()) return false;
+    std::vector<uint8_t> woken(fixed_.size(), 0);
+    for (size_t i = 0; i < asleep_.size(); ++i) {
+        if (asleep_[i] == state.asleep[i]) continue;
+        if (!asleep_[i] || index_[i] == kNone || !is_lone(whole.scene.rest, state, i)) return false;
+        woken[index_[i]] = 1;
+    }
+    for (size_t k = 0; k < woken.size(); ++k) fixed_[k] &= !woken[k];
+    const std::vector<Aabb> boxes = reach(context(whole), state_, fixed_, whole.input.duration, 1, kSkin);
+    if (meets_more(whole, state, boxes, woken)) return false;
+    for (size_t k = 0; k < woken.size(); ++k)
+        if (woken[k]) covered_[k] = boxes[k];
+    n_awake_ += static_cast<size_t>(std::ranges::count(woken, 1));
+    asleep_ = state.asleep;
+    take_pins(whole.scene.pins);
+    return true;
 }
 
 void AwakeScene::cover(const StepContext& whole, double h, double end, FrameState& io_state) {
@@ -118,14 +147,18 @@ void AwakeScene::build(const StepContext& whole, const FrameState& state) {
     }
     take_particles(whole.scene.rest, whole.workers);
     pick(rigid_body_, whole.workers, Pick{whole.scene.rigid_bodies, scene_.rigid_bodies});
-    scene_.pins = whole.scene.pins;
+    take_pins(whole.scene.pins);
+    take_rings(whole.scene.rest, whole.workers);
+    gather(state, whole.workers);
+    renumber(context(whole), state_, former, work_);
+}
+
+void AwakeScene::take_pins(const std::vector<Pin>& pins) {
+    scene_.pins = pins;
     for (Pin& pin : scene_.pins) {
         std::erase_if(pin.particles, [&](uint32_t i) { return asleep_[i]; });
         for (uint32_t& i : pin.particles) i = index_[i];
     }
-    take_rings(whole.scene.rest, whole.workers);
-    gather(state, whole.workers);
-    renumber(context(whole), state_, former, work_);
 }
 
 void AwakeScene::take_particles(const SimulationMesh& rest, const WorkerPool& workers) {

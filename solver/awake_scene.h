@@ -38,8 +38,10 @@ public:
 
 private:
     void build(const StepContext& whole, const FrameState& state);
+    bool wake_here(const StepContext& whole, const FrameState& state);
     bool meets_more(const StepContext& whole, const FrameState& state, std::span<const Aabb> boxes,
                     std::span<const uint8_t> counts) const;
+    void take_pins(const std::vector<Pin>& pins);
     void take_particles(const SimulationMesh& rest, const WorkerPool& workers);
     void take_rings(const SimulationMesh& rest, const WorkerPool& workers);
     bool take_edges(const SimulationMesh& rest, const WorkerPool& workers);
