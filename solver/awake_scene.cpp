@@ -56,42 +56,39 @@ void AwakeScene::enter(const StepContext& whole, const FrameState& state) {
     synchronise(context(whole), state_, work_);
 }
 
-// What wakes in rubble is mostly a fragment or two, which are here because something touched them. They have no edges
-// and need only be fixed no longer; unless anything else changed, or they may touch sleepers that are not here.
+// What wakes in rubble is mostly a fragment or two, which are here because something touched them: without edges, they
+// need only be fixed no longer. False where anything else changed.
 bool AwakeScene::wake_here(const StepContext& whole, const FrameState& state) {
     if (asleep_.size() != state.asleep.size()) return false;
-    std::vector<uint8_t> woken(fixed_.size(), 0);
+    std::vector<uint32_t> woken;  // here
     for (size_t i = 0; i < asleep_.size(); ++i) {
         if (asleep_[i] == state.asleep[i]) continue;
         if (!asleep_[i] || index_[i] == kNone || !is_lone(whole.scene.rest, state, i)) return false;
-        woken[index_[i]] = 1;
+        woken.push_back(index_[i]);
     }
-    for (size_t k = 0; k < woken.size(); ++k) fixed_[k] &= !woken[k];
-    const std::vector<Aabb> boxes = reach(context(whole), state_, fixed_, whole.input.duration, 1, kSkin);
-    if (meets_more(whole, state, boxes, woken)) return false;
-    for (size_t k = 0; k < woken.size(); ++k)
-        if (woken[k]) covered_[k] = boxes[k];
-    n_awake_ += static_cast<size_t>(std::ranges::count(woken, 1));
+    for (const uint32_t k : woken) fixed_[k] = 0;
+    n_awake_ += woken.size();
     asleep_ = state.asleep;
     take_pins(whole.scene.pins);
     return true;
 }
 
 void AwakeScene::cover(const StepContext& whole, double h, double end, FrameState& io_state) {
-    std::vector<Aabb> boxes = reach(context(whole), state_, fixed_, h, end, 0);
-    std::vector<uint8_t> beyond(boxes.size());
-    for (size_t i = 0; i < boxes.size(); ++i) beyond[i] = !fixed_[i] && !holds(covered_[i], boxes[i]);
+    const std::vector<Aabb> soon = reach(context(whole), state_, fixed_, h, end, 0);
+    std::vector<uint8_t> beyond(soon.size());
+    for (size_t i = 0; i < soon.size(); ++i) beyond[i] = !fixed_[i] && !holds(covered_[i], soon[i]);
     if (std::ranges::find(beyond, 1) == beyond.end()) return;
-    boxes = reach(context(whole), state_, fixed_, h, end, kSkin);
-    if (meets_more(whole, io_state, boxes, beyond)) {
-        leave(whole.workers, io_state);
-        const SubstepPair begun = pair(whole.workers);
-        build(whole, io_state);
-        go_on(begun, whole.workers);
+    const std::vector<Aabb> later = reach(context(whole), state_, fixed_, h, end, kSkin);
+    for (const std::vector<Aabb>* boxes : {&later, &soon}) {
+        if (meets_more(whole, io_state, *boxes, beyond)) continue;
+        for (size_t i = 0; i < beyond.size(); ++i)
+            if (beyond[i]) covered_[i] = (*boxes)[i];
         return;
     }
-    for (size_t i = 0; i < boxes.size(); ++i)
-        if (beyond[i]) covered_[i] = boxes[i];
+    leave(whole.workers, io_state);
+    const SubstepPair begun = pair(whole.workers);
+    build(whole, io_state);
+    go_on(begun, whole.workers);
 }
 
 // Whether one of those boxes that count may meet a sleeper that is not here.

@@ -390,6 +390,52 @@ TEST(sleeping, numbering_anew_what_flows_and_breaks_gives_the_same_bits_as_begin
     }
 }
 
+// Loose fragments that a ball wakes, one after the other, are not numbered anew with all else. Some are pinned, and one
+// wakes far from all that is awake.
+TEST(sleeping, what_wakes_by_itself_goes_on_with_the_bits_of_a_scene_made_anew) {
+    Ground g;
+    const SimulationMesh one = test::lattice_mesh({{1, 1, 1}, kSpacing, 6, 1000, {}});
+    for (int k = 0; k < 60; ++k) {
+        test::add_body(g.scene, one, {Vec3(0.2 * (k % 15), 0.2 * (k / 15), 0.05), Quat::Identity()});
+        g.input.materials.push_back({});
+    }
+    g.add_sphere(Vec3(-3, 0.23, 0.1), Vec3(3, 0, 0));
+    g.scene.rigid_bodies.back().mass = 100;
+    test::add_pin(g.scene, [](const Vec3& x) { return std::abs(x.x() - 0.6) < 0.1 && x.y() < 0.3; });
+    g.input.pins.resize(1);
+    const auto solver = test::make_solver(g.scene);
+    FrameState state = solver->initial_state(g.input.materials);
+    run(*solver, g, state, 20);
+    ASSERT_EQ(std::ranges::count(state.asleep, 1), 60);
+    std::vector<FrameState> states = {state};
+    const std::vector<uint32_t>& pinned = solver->scene().pins[0].particles;
+    const auto set_friction = [&](int frame) { g.input.materials[59].friction = frame < 30 ? 0.5 : 0.4; };
+    size_t n_woken = 0;
+    bool pin_woke = false;
+    for (int f = 0; f < 40; ++f) {
+        set_friction(f);
+        states.push_back(states.back());
+        advance(*solver, g.input, g.settings, states.back());
+        const FrameState &before = states[states.size() - 2], &now = states.back();
+        for (size_t i = 0; i < now.asleep.size(); ++i) {
+            n_woken += before.asleep[i] && !now.asleep[i];
+            pin_woke |= before.asleep[i] && !now.asleep[i] && std::ranges::count(pinned, i) > 0;
+        }
+    }
+    EXPECT_GT(n_woken, 8u);
+    EXPECT_TRUE(pin_woke);
+    EXPECT_TRUE(states[30].asleep[59] && !states[31].asleep[59]);
+    for (int from = 0; from < 40; from += 4) {
+        const auto fresh = test::make_solver(g.scene);
+        state = states[static_cast<size_t>(from)];
+        for (int f = from; f < from + 4; ++f) {
+            set_friction(f);
+            run(*fresh, g, state, 1);
+            ASSERT_EQ(state_hash(state), state_hash(states[static_cast<size_t>(f) + 1])) << from << " to " << f;
+        }
+    }
+}
+
 TEST(sleeping, a_heap_ends_where_it_does_awake) {
     Heap heap;
     heap.scene.rigid_bodies.clear();
