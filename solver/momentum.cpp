@@ -4,7 +4,13 @@
 
 namespace sunder {
 
-PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia,
+Sym3 turned_inertia(const Quat& rotation, const Sym3& moment) {
+    const Mat3 D = rotation.toRotationMatrix(), M = to_matrix(moment);
+    const Mat3 H = D * (M.trace() * Mat3::Identity() - M) * D.transpose();
+    return to_sym(H);
+}
+
+PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Sym3> inertia,
                              std::span<const uint32_t> particles, std::span<const Vec3> position,
                              std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity) {
     PieceMomentum p;
@@ -18,8 +24,8 @@ PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Mat3> i
     p.velocity /= p.mass;
     for (uint32_t j : particles) {
         const Vec3 r = position[j] - p.center;
-        p.angular += rest.mass[j] * r.cross(velocity[j] - p.velocity) + inertia[j] * angular_velocity[j];
-        p.inertia += inertia[j] + rest.mass[j] * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
+        p.angular += rest.mass[j] * r.cross(velocity[j] - p.velocity) + product(inertia[j], angular_velocity[j]);
+        p.inertia += to_matrix(inertia[j]) + rest.mass[j] * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
     }
     return p;
 }
@@ -35,7 +41,7 @@ Vec3 rigid_spin(const PieceMomentum& piece, const Vec3& angular) {
     return V * inverse.cwiseProduct(V.transpose() * angular);
 }
 
-void set_angular_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia,
+void set_angular_momentum(const SimulationMesh& rest, std::span<const Sym3> inertia,
                           std::span<const uint32_t> particles, const Vec3& wanted, std::span<const Vec3> position,
                           std::span<Vec3> io_velocity, std::span<Vec3> io_angular_velocity) {
     const PieceMomentum p = piece_momentum(rest, inertia, particles, position, io_velocity, io_angular_velocity);

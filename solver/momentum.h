@@ -18,8 +18,11 @@ struct PieceMomentum {
     double mass = 0;               // kg
 };
 
-/// What a particle contributes besides its mass: the inertia tensor H = D (tr(M) I - M) D^T of its ellipsoid.
-PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia,
+/// Inertia tensor H = D (tr(M) I - M) D^T of an ellipsoid of moment M that is turned by `rotation`, kg m2.
+Sym3 turned_inertia(const Quat& rotation, const Sym3& moment);
+
+/// `inertia`: what a particle contributes besides its mass, its ellipsoid's tensor (n_particles), kg m2.
+PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Sym3> inertia,
                              std::span<const uint32_t> particles, std::span<const Vec3> position,
                              std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity);
 
@@ -28,7 +31,7 @@ Vec3 rigid_spin(const PieceMomentum& piece, const Vec3& angular);
 
 /// Adds the rigid spin H^-1 (wanted - L) to the piece. A piece without inertia about some axis (a point) is not turned
 /// about it.
-void set_angular_momentum(const SimulationMesh& rest, std::span<const Mat3> inertia,
+void set_angular_momentum(const SimulationMesh& rest, std::span<const Sym3> inertia,
                           std::span<const uint32_t> particles, const Vec3& wanted, std::span<const Vec3> position,
                           std::span<Vec3> io_velocity, std::span<Vec3> io_angular_velocity);
 

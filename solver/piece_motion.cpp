@@ -155,7 +155,7 @@ void turn_pieces(const StepContext& context, uint32_t island, Workspace& w) {
         for (const uint32_t j : w.live.piece_particles(piece)) {
             const Vec3 lever = w.start_position[j] - p.center, shift = w.moving[j].x - w.start_position[j];
             const Vec3 own = turned_by(w.moving[j].d * w.start_rotation[j].conjugate());
-            angular += context.scene.rest.mass[j] * lever.cross(shift) + w.inertia[j] * own;
+            angular += context.scene.rest.mass[j] * lever.cross(shift) + product(w.inertia[j], own);
         }
         p.turned = p.inverse_inertia * angular;
     }

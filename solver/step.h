@@ -35,7 +35,7 @@ struct SubstepPair {
     std::vector<Vec3> begin_velocity, begin_spin;  // at the start of the pair
     std::vector<Vec3> position, velocity, spin;    // after the first implicit step
     std::vector<Quat> rotation;
-    std::vector<Mat3> inertia;
+    std::vector<Sym3> inertia;
 
     /// The same in a scene that was numbered anew; `former` (n_movables): the number in the scene before, or kNone.
     SubstepPair renumbered(std::span<const uint32_t> former, size_t n_particles, const WorkerPool& workers) const;
@@ -66,7 +66,7 @@ struct Workspace {
     std::vector<RoundPush> round_push;        // zero between rounds (n_movables)
     std::vector<PieceMotion> piece_motion;    // zero between rounds (as pieces)
     std::vector<PieceVelocity> piece_change;  // what settling contacts gave them (as pieces)
-    std::vector<Mat3> inertia;                // of particles, world (n_particles)
+    std::vector<Sym3> inertia;                // of particles, world (n_particles)
     std::vector<GroupStiffness> stiffness;    // (n_particles)
     std::vector<double> paper_stiffness;      // k in [0, 1]  (n_particles)
     std::vector<GroupGoal> goals;             // (n_particles)

@@ -15,8 +15,7 @@ void Substep::load() {
         if (i < n_particles()) {
             p.x = state.position[i];
             p.d = (state.orientation[i] * rest().rest_orientation[i].conjugate()).normalized();
-            const Mat3 D = p.d.toRotationMatrix(), M = to_matrix(work.shapes.particle_moment[i]);
-            work.inertia[i] = D * (M.trace() * Mat3::Identity() - M) * D.transpose();
+            work.inertia[i] = turned_inertia(p.d, work.shapes.particle_moment[i]);
             work.inverse_mass[i] = 1.0 / rest().mass[i];
             work.velocity[i] = fields.after(h, state.velocity[i]);
             work.angular_velocity[i] = state.angular_velocity[i];
@@ -106,8 +105,7 @@ Status Substep::take_up_motion() {
             work.angular_velocity[i] = rotation_vector(p.d * work.base_rotation[i].conjugate()) / work.span[i];
         if (!is_sound(i)) unsound.add(i);
         if (i >= n_particles()) return;
-        const Mat3 D = p.d.toRotationMatrix(), M = to_matrix(work.shapes.particle_moment[i]);
-        work.inertia[i] = D * (M.trace() * Mat3::Identity() - M) * D.transpose();
+        work.inertia[i] = turned_inertia(p.d, work.shapes.particle_moment[i]);
         state.position[i] = p.x;
     });
     return check(unsound, "shape matching and fracture");

@@ -47,5 +47,9 @@ inline Mat3 to_matrix(const Sym3& s) {
     return m;
 }
 inline Sym3 to_sym(const Mat3& m) { return {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2)}; }
+inline Vec3 product(const Sym3& s, const Vec3& v) {
+    return {s[0] * v.x() + s[3] * v.y() + s[4] * v.z(), s[3] * v.x() + s[1] * v.y() + s[5] * v.z(),
+            s[4] * v.x() + s[5] * v.y() + s[2] * v.z()};
+}
 
 }  // namespace sunder

@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "solver/motion.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder {
@@ -11,7 +12,7 @@ namespace {
 
 struct Moving {
     SimulationMesh rest = test::lattice_mesh({{3, 2, 4}, 0.1, 6, 1000, {Vec3(100, -50, 20), Quat::Identity()}});
-    std::vector<Mat3> inertia = std::vector<Mat3>(rest.n_particles(), 1e-3 * Mat3(Vec3(1, 2, 2.5).asDiagonal()));
+    std::vector<Sym3> inertia = std::vector<Sym3>(rest.n_particles(), {1e-3, 2e-3, 2.5e-3, 3e-4, -5e-4, 7e-4});
     std::vector<Vec3> x = rest.rest_position, v = x, w = x;
     std::vector<uint32_t> all;
     Moving() {
@@ -45,9 +46,19 @@ TEST(momentum, a_rigid_spin_has_the_inertia_of_the_whole) {
     EXPECT_LE((p.angular - p.inertia * spin).norm(), 1e-10 * p.angular.norm());
 }
 
+// The axes of the moment turn with the ellipsoid; about one of them the others resist.
+TEST(momentum, an_ellipsoid_that_is_turned_resists_about_its_own_axes) {
+    const Quat turn = rotation_of(Vec3(0.4, -1.3, 0.8));
+    const Sym3 H = turned_inertia(turn, {1, 2, 4, 0, 0, 0});
+    for (int i = 0; i < 3; ++i) {
+        const Vec3 axis = turn * Vec3::Unit(i);
+        EXPECT_LE((product(H, axis) - Vec3(6, 5, 3)(i) * axis).norm(), 1e-14);
+    }
+}
+
 TEST(momentum, a_point_without_inertia_stays_finite) {
     Moving m;
-    for (Mat3& h : m.inertia) h.setZero();
+    for (Sym3& h : m.inertia) h = {};
     const std::vector<uint32_t> one = {0};
     set_angular_momentum(m.rest, m.inertia, one, Vec3(1, 0, 0), m.x, m.v, m.w);
     EXPECT_TRUE(m.v[0].allFinite() && m.w[0].allFinite());
