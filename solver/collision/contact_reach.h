@@ -9,10 +9,10 @@
 
 namespace sunder {
 
-/// What decides whether a contact is within reach.
+/// A contact as far as is known before hulls are asked.
 struct ContactReach {
     double speed = 0;    // at which a and b may come closer, m/s
-    double allowed = 0;  // it pushes at no wider gap, m; before hulls are asked, more than that
+    double allowed = 0;  // it pushes at no wider gap, m
 };
 
 /// Indices of the contacts that may come to push within `h` seconds, ascending: those that are no farther apart than

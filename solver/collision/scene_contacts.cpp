@@ -157,36 +157,30 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
         if (i >= n) return 0.0;
         return standing_out(rest, i, motion.plastic_deformation[i], motion.rotation[i].conjugate() * direction);
     };
-    const auto allowed_gap = [&](size_t k) {
-        const Contact& c = contacts_[k];
-        const double of_a = -standing_out_of(c.a, -c.normal);
-        if (c.b & Contact::kStatic) {
-            // The corner that reaches farther need not be where it touches, unless that is everywhere.
-            const bool is_plane = colliders_[c.b & ~Contact::kStatic].shape.kind == ShapeKind::plane;
-            return is_plane ? of_a : std::min(of_a, 0.0);
-        }
-        const double gap = std::min(0.0, of_a - standing_out_of(c.b, c.normal));
-        const uint32_t at = neighbours_of_[k];
-        return at == SimulationMesh::kNone ? gap : std::min(gap, neighbours_[at].gap);
-    };
     const auto rolling_arm = [&](uint32_t movable) {
         return movable < n ? kRollingShare * rest.radii[movable].minCoeff() : 0.0;
     };
     const auto describe = [&](size_t k) {
         ActiveContact c;
         const Contact& contact = c.contact = contacts_[k];
-        c.allowed_gap = reach_[k].allowed;
         const Surface a = surface_of(scene, input, contact.a);
         Surface b;
         c.rolling_arm = rolling_arm(contact.a);
         if (contact.b & Contact::kStatic) {
             const uint32_t at = contact.b & ~Contact::kStatic;
             b = {scene.colliders[at].friction, scene.colliders[at].restitution};
+            c.allowed_gap = -standing_out_of(contact.a, -contact.normal);
+            // The corner that reaches farther need not be where it touches, unless that is everywhere.
+            if (scene.colliders[at].shape.kind != ShapeKind::plane) c.allowed_gap = std::min(c.allowed_gap, 0.0);
             c.collider_motion = collider_motion(contact);
         } else {
             b = surface_of(scene, input, contact.b);
             c.rolling_arm = std::max(c.rolling_arm, rolling_arm(contact.b));
+            c.allowed_gap = std::min(
+                0.0, -standing_out_of(contact.a, -contact.normal) - standing_out_of(contact.b, contact.normal));
             if (contact.a < n && contact.b < n) c.separate_pieces = live.piece(contact.a) != live.piece(contact.b);
+            if (neighbours_of_[k] != SimulationMesh::kNone)
+                c.allowed_gap = std::min(c.allowed_gap, neighbours_[neighbours_of_[k]].gap);
         }
         c.friction = std::sqrt(a.friction * b.friction);
         c.restitution = std::max(a.restitution, b.restitution);
@@ -194,11 +188,7 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     };
     list_neighbours(rest, workers);
     measure_reach(rest, motion, interval.h, workers);
-    std::vector<uint32_t> those = in_reach(contacts_, reach_, motion.position.size(), interval.h, margin);
-    workers.for_range(those.size(), kGrain, [&](size_t begin, size_t end) {
-        for (size_t k = begin; k < end; ++k) reach_[those[k]].allowed = allowed_gap(those[k]);
-    });
-    those = in_reach(contacts_, reach_, motion.position.size(), interval.h, margin);
+    const std::vector<uint32_t> those = in_reach(contacts_, reach_, motion.position.size(), interval.h, margin);
     out.resize(those.size());  // those that are there are written over
     workers.for_range(those.size(), kGrain, [&](size_t begin, size_t end) {
         for (size_t k = begin; k < end; ++k) out[k] = describe(those[k]);
