@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "solver/data/simulation_mesh.h"
+#include "solver/groups_by_size.h"
 #include "solver/live_topology.h"
 #include "solver/optimal_stretch.h"
+#include "solver/rest_shape_kernels.h"
 #include "solver/scene.h"
 
 namespace sunder {
@@ -53,6 +55,8 @@ struct FormerNumbers {
 };
 
 struct GroupShapes {
+    GroupShapes();
+
     std::vector<GroupShape> group;      // (n_particles)
     std::vector<MemberShape> member;    // as LiveTopology's slots
     std::vector<double> edge_weight;    // w_gj of the edge's two particles in each other's group (n_edges)
@@ -77,14 +81,28 @@ struct GroupShapes {
     /// F_P stayed are taken over.
     void renumber(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation,
                   const FormerNumbers& former, const WorkerPool& workers);
-    void rebuild(const SimulationMesh& rest, const LiveTopology& live, const Mat3& F_P, uint32_t g);
+    /// Anew those of the groups [first, last) of which `has_changed(group)` says so. No bit of a shape depends on which
+    /// others are built with it.
+    template <class HasChanged>
+    void rebuild(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation,
+                 size_t first, size_t last, const HasChanged& has_changed) {
+        const auto four = [&](const uint32_t(&groups)[4], uint32_t n) {
+            rebuild_four(rest, live, plastic_deformation, groups, n);
+        };
+        GroupsBySize waiting;
+        for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g)
+            if (has_changed(g)) waiting.add(g, live.count(g), four);
+        waiting.finish(four);
+    }
 
 private:
+    void rebuild_four(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation,
+                      const uint32_t (&groups)[4], uint32_t n);
     void find_moment(const SimulationMesh& rest, size_t i);
+    const RestShapeKernels* kernels_;
     uint32_t resets_ = 0;
     std::vector<GroupShape> group_before_;  // of renumber: kept, for fresh memory costs more than the copies
     std::vector<MemberShape> member_before_;
-    double weight(uint32_t edge) const { return edge == SimulationMesh::kNone ? 1.0 : edge_weight[edge]; }
 };
 
 /// positions_trace of every whole one-ring before any flow, kg m2.

@@ -1,5 +1,7 @@
 #include "solver/group_stretch.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "solver/instruction_set.h"
@@ -31,15 +33,16 @@ GroupStretcher::GroupStretcher(const LiveTopology& live, const GroupShapes& shap
                   offsetof(GroupShape, isotropy) == StretchRecords::kIsotropy * kNumber);
 }
 
-std::array<Vec3, 4> GroupStretcher::principal_stretches(const GroupStretches& s) const {
-    double least[4], largest[4];
-    kernels_->find_bounds(s, least, largest);
-    std::array<Vec3, 4> stretch;
-    for (size_t i = 0; i < 4; ++i) {
-        const double middle = s.S[0][i] + s.S[1][i] + s.S[2][i] - least[i] - largest[i];
-        stretch[i] = Vec3(least[i], middle, largest[i]).cwiseMax(kSmallestStretch).cwiseMin(kLargestStretch);
-    }
-    return stretch;
+PrincipalStretch principal_stretch(const PrincipalLanes& principal, size_t i) {
+    Mat3 directions;
+    for (size_t k = 0; k < 9; ++k) directions.data()[k] = principal.directions[k][i];
+    return principal_stretch(Vec3(principal.stretch[0][i], principal.stretch[1][i], principal.stretch[2][i]),
+                             directions);
+}
+
+double largest_strain(const PrincipalLanes& principal, size_t i) {
+    const auto bounded = [](double stretch) { return std::clamp(stretch, kSmallestStretch, kLargestStretch); };
+    return std::log(std::max(bounded(principal.stretch[2][i]), 1 / bounded(principal.stretch[0][i])));
 }
 
 }  // namespace sunder

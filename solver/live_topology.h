@@ -30,6 +30,7 @@ public:
     std::span<const uint32_t> begins() const { return offset_; }   // (n_particles + 1)
     std::span<const uint32_t> ends() const { return end_; }        // (n_particles)
     std::span<const uint32_t> members() const { return member_; }  // by slot
+    std::span<const uint32_t> edges() const { return edge_; }      // by slot
     std::span<const uint32_t> twins() const { return twin_; }      // by slot
     size_t n_slots() const { return member_.size(); }
     uint64_t version() const { return version_; }  // another after every change

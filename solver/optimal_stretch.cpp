@@ -23,14 +23,15 @@ Mat3 optimal_stretch(const StretchBasis& basis, const Mat3& R, const Mat3& A_pq)
     return basis.V * (basis.V.transpose() * S_pq * basis.V).cwiseProduct(to_matrix(basis.Lam)) * basis.V.transpose();
 }
 
-PrincipalStretch principal_stretch(const Mat3& S) {
-    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(S);
-    PrincipalStretch p;
-    p.stretch = eigen.eigenvalues();
-    p.directions = eigen.eigenvectors();
-    p.reliable = p.stretch(0) > kSmallestStretch;
+PrincipalStretch principal_stretch(const Vec3& stretch, const Mat3& directions) {
+    PrincipalStretch p{stretch, Vec3::Zero(), directions, stretch(0) > kSmallestStretch};
     for (int i = 0; i < 3; ++i) p.log_strain(i) = std::log(std::clamp(p.stretch(i), kSmallestStretch, kLargestStretch));
     return p;
+}
+
+PrincipalStretch principal_stretch(const Mat3& S) {
+    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(S);
+    return principal_stretch(eigen.eigenvalues(), eigen.eigenvectors());
 }
 
 }  // namespace sunder

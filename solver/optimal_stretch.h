@@ -22,13 +22,14 @@ Mat3 optimal_stretch(const StretchBasis& basis, const Mat3& R, const Mat3& A_pq)
 /// Beyond these the logarithm of a stretch is of no use (numerics: inverted groups).
 constexpr double kSmallestStretch = 0.1, kLargestStretch = 10;
 
-/// Principal stretches and directions of S, ascending.
+/// Principal stretches and directions, ascending.
 struct PrincipalStretch {
     Vec3 stretch = Vec3::Ones();         // lambda, -
     Vec3 log_strain = Vec3::Zero();      // log of lambda clamped to [0.1, 10], -
     Mat3 directions = Mat3::Identity();  // columns e_i, in the frame that R turns
     bool reliable = true;                // false: some lambda <= 0.1 (collapsed or inverted): no flow, no fracture
 };
+PrincipalStretch principal_stretch(const Vec3& stretch, const Mat3& directions);
 PrincipalStretch principal_stretch(const Mat3& S);
 
 }  // namespace sunder

@@ -1,9 +1,13 @@
 // Plastic flow of a group (Choi 2014, section 3.4, with the departures of docs/theory.md).
 #pragma once
 
+#include <array>
+#include <span>
+
 #include "solver/data/math.h"
 #include "solver/optimal_stretch.h"
 #include "solver/scene.h"
+#include "solver/stretch_kernels.h"
 
 namespace sunder {
 
@@ -19,6 +23,13 @@ struct PlasticState {
     double yield = kNever;        // -
 };
 
+/// What flows, or may.
+struct FlowingGroup {
+    PrincipalStretch stretch;
+    Material material;
+    PlasticState plastic;
+};
+
 struct FlowResult {
     Vec3 elastic_log_strain;       // what remains, along PrincipalStretch::directions (Eq. 9)
     Quat spin = Quat::Identity();  // turns the group's rotation: R <- R spin leaves every goal where it was
@@ -28,6 +39,8 @@ struct FlowResult {
 /// Lets the deviatoric elastic strain above the yield surface flow for `h` seconds:
 /// gamma = (1 - exp(-flow_rate h)) (|e| - e_Y) / |e|, |e| = max |dev log lambda|, the same per second at any step size.
 /// F_P takes V (dev Lambda)^gamma V^T and keeps its symmetric right factor; yield grows with the plastic strain.
-FlowResult flow(const PrincipalStretch& stretch, const Material& material, double h, PlasticState& io_state);
+/// One to four groups at a time; what comes of one does not depend on the others.
+void flow(std::span<FlowingGroup> groups, double h, const StretchKernels& kernels,
+          std::array<FlowResult, 4>& o_results);
 
 }  // namespace sunder

@@ -1,42 +1,13 @@
 // Compiled once for each instruction set (lanes.h).
 #include "solver/stretch_kernels.h"
 
-#include "solver/lane_matrices.h"
+#include "solver/lane_eigen.h"
 
 namespace sunder {
 namespace {
 
 using V = Double4;
 using M3 = V[3][3];
-
-// A B
-SUNDER_INLINE void multiply(const M3& A, const M3& B, M3& out) {
-    for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) out[r][c] = A[r][0] * B[0][c] + A[r][1] * B[1][c] + A[r][2] * B[2][c];
-}
-
-// A^T B
-SUNDER_INLINE void multiply_transposed(const M3& A, const M3& B, M3& out) {
-    for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) out[r][c] = A[0][r] * B[0][c] + A[1][r] * B[1][c] + A[2][r] * B[2][c];
-}
-
-// A matrix of four records, column by column.
-SUNDER_INLINE void gather_matrix(const double* const (&records)[4], size_t offset, M3& out) {
-    V first[4], second[4], last[4];
-    gather_numbers(records, offset, first);
-    gather_numbers(records, offset + 4, second);
-    gather_numbers(records, offset + 5, last);
-    const V numbers[9] = {first[0], first[1], first[2], first[3], second[0], second[1], second[2], second[3], last[3]};
-    for (int i = 0; i < 9; ++i) out[i % 3][i / 3] = numbers[i];
-}
-
-SUNDER_INLINE Sym<V> gather_symmetric(const double* const (&records)[4], size_t offset) {
-    V first[4], last[4];
-    gather_numbers(records, offset, first);
-    gather_numbers(records, offset + 2, last);
-    return {first[0], first[1], first[2], first[3], last[2], last[3]};
-}
 
 // optimal_rotation of polar_decomposition.cpp; q: warm start, then the result.
 SUNDER_INLINE void optimal_rotation(const M3& A, V (&q)[4], void (*exact)(const double*, double*)) {
@@ -148,15 +119,14 @@ void measure(const StretchRecords& s, const uint32_t (&groups)[4], GroupStretche
 
     // S = V [(V^T sym(R^T A_pq) V) o Lam] V^T
     rotation_matrix(rotation, R);
-    M3 U, S_pq, basis, left, inner, right;
+    M3 U, S_pq, basis, Lam, left, inner, right;
     for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) A[r][c] += s.stretch_weight * E[r][c];
     multiply_transposed(R, A, U);
     for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) S_pq[r][c] = 0.5 * (U[r][c] + U[c][r]);
     gather_matrix(shapes, StretchRecords::kV, basis);
-    const Sym<V> l = gather_symmetric(shapes, StretchRecords::kLam);
-    const M3 Lam = {{l.xx, l.xy, l.xz}, {l.xy, l.yy, l.yz}, {l.xz, l.yz, l.zz}};
+    to_matrix(gather_symmetric(shapes, StretchRecords::kLam), Lam);
     multiply_transposed(basis, S_pq, left);
     multiply(left, basis, inner);
     for (int r = 0; r < 3; ++r)
@@ -175,37 +145,41 @@ void measure(const StretchRecords& s, const uint32_t (&groups)[4], GroupStretche
     store(o_stretches.deviation, root(square));
 }
 
-// Jacobi's rotation in the plane of p and q, r being the third: the entry pq becomes 0.
-SUNDER_INLINE void annihilate(V& pp, V& qq, V& pq, V& pr, V& qr) {
-    const V zero = {}, apart = qq - pp, twice = pq + pq;
-    const V reach = root(apart * apart + twice * twice);
-    const V sum = select<V>(apart < zero, apart - reach, apart + reach);  // of the sign of `apart`
-    const V tangent = select<V>(zero < reach, twice / sum, zero);
-    const V cosine = 1.0 / root(1.0 + tangent * tangent), sine = tangent * cosine;
-    pp -= tangent * pq, qq += tangent * pq, pq = zero;
-    const V former = pr;
-    pr = cosine * former - sine * qr, qr = sine * former + cosine * qr;
+void decompose(const GroupStretches& s, PrincipalLanes& o_principal) {
+    const Sym<V> S = {load<V>(s.S[0]), load<V>(s.S[1]), load<V>(s.S[2]),
+                      load<V>(s.S[3]), load<V>(s.S[4]), load<V>(s.S[5])};
+    M3 E;
+    V stretch[3];
+    set_identity(E);
+    diagonalize(S, E, stretch);
+    sort_ascending(stretch, E);
+    for (int i = 0; i < 3; ++i) store(o_principal.stretch[i], stretch[i]);
+    for (int i = 0; i < 9; ++i) store(o_principal.directions[i], E[i % 3][i / 3]);
 }
 
-void find_bounds(const GroupStretches& s, double (&o_least)[4], double (&o_largest)[4]) {
-    V xx = load<V>(s.S[0]), yy = load<V>(s.S[1]), zz = load<V>(s.S[2]);
-    V xy = load<V>(s.S[3]), xz = load<V>(s.S[4]), yz = load<V>(s.S[5]);
-    for (int sweep = 0; sweep < 10; ++sweep) {
-        // What is left off the diagonal changes no eigenvalue by more than its own size.
-        const V off = xy * xy + xz * xz + yz * yz, diagonal = xx * xx + yy * yy + zz * zz;
-        if (!any(1e-32 * diagonal < off)) break;
-        annihilate(xx, yy, xy, xz, yz);
-        annihilate(xx, zz, xz, xy, yz);
-        annihilate(yy, zz, yz, xy, xz);
+void factor(const PrincipalLanes& s, const double* const (&plastic_deformation)[4], RightFactors& o_factors) {
+    M3 E, F_P, flow, F, FF, U, Q;
+    V stretch[3], p[3], inverse[3];
+    for (int i = 0; i < 3; ++i) stretch[i] = load<V>(s.stretch[i]);
+    for (int i = 0; i < 9; ++i) E[i % 3][i / 3] = load<V>(s.directions[i]);
+    gather_matrix(plastic_deformation, 0, F_P);
+    to_matrix(compose(E, stretch), flow);
+    multiply(flow, F_P, F);
+
+    multiply_transposed(F, F, FF);
+    set_identity(U);
+    diagonalize({FF[0][0], FF[1][1], FF[2][2], FF[0][1], FF[0][2], FF[1][2]}, U, p);
+    for (int i = 0; i < 3; ++i) p[i] = root(p[i]), inverse[i] = 1.0 / p[i];
+    multiply(F, compose(U, inverse), Q);
+    for (int i = 0; i < 3; ++i) store(o_factors.principal[i], p[i]);
+    for (int i = 0; i < 9; ++i) {
+        store(o_factors.directions[i], U[i % 3][i / 3]);
+        store(o_factors.Q[i], Q[i % 3][i / 3]);
     }
-    const auto lesser = [](V a, V b) { return select<V>(a < b, a, b); };
-    const auto greater = [](V a, V b) { return select<V>(a < b, b, a); };
-    store(o_least, lesser(xx, lesser(yy, zz)));
-    store(o_largest, greater(xx, greater(yy, zz)));
 }
 
 }  // namespace
 
-const StretchKernels SUNDER_KERNELS(kStretchKernels) = {measure, find_bounds};
+const StretchKernels SUNDER_KERNELS(kStretchKernels) = {measure, decompose, factor};
 
 }  // namespace sunder

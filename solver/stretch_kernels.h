@@ -28,11 +28,27 @@ struct alignas(32) GroupStretches {
     double deviation[4];    // |S - I|, -
 };
 
+/// Principal stretches in ascending order and their directions, column by column.
+struct alignas(32) PrincipalLanes {
+    double stretch[3][4];
+    double directions[9][4];
+};
+
+/// F = Q P: a rotation, column by column, and P by its principal stretches, in any order, and their directions.
+struct alignas(32) RightFactors {
+    double principal[3][4];
+    double directions[9][4];
+    double Q[9][4];
+};
+
+/// No group's bits depend on the three beside it.
 struct StretchKernels {
     /// optimal_rotation and optimal_stretch of those groups.
     void (*measure)(const StretchRecords&, const uint32_t (&groups)[4], GroupStretches& o_stretches);
-    /// Least and largest eigenvalues of S.
-    void (*find_bounds)(const GroupStretches&, double (&o_least)[4], double (&o_largest)[4]);
+    /// Of S.
+    void (*decompose)(const GroupStretches&, PrincipalLanes& o_principal);
+    /// Of V diag(stretch) V^T F_P, V being the directions; where F_P are, column by column.
+    void (*factor)(const PrincipalLanes&, const double* const (&plastic_deformation)[4], RightFactors& o_factors);
 };
 
 extern const StretchKernels kStretchKernelsPortable, kStretchKernelsAvx2, kStretchKernelsAvx512;

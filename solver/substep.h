@@ -1,10 +1,12 @@
 // The parts of a substep, as step.cpp puts them in order.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 
 #include "solver/first_of.h"
+#include "solver/plasticity.h"
 #include "solver/step.h"
 #include "solver/unit_schedule.h"
 
@@ -104,8 +106,13 @@ struct Substep {
     };
     Found flow_and_measure(double seconds);
     double strain_limit(uint32_t group) const;
-    bool may_give_way(uint32_t group, const Vec3& principal_stretch) const;
-    Found flow_group(uint32_t group, const Mat3& S, double seconds);
+    struct GivingWay {  // of four groups those that flow or break
+        size_t n = 0;
+        std::array<uint32_t, 4> index;
+        std::array<FlowingGroup, 4> group;
+    };
+    bool add_if_it_gives_way(uint32_t group, const PrincipalStretch& principal, GivingWay& io_groups) const;
+    Found give_way(GivingWay& io_groups, double seconds, const StretchKernels& kernels);
     bool break_edges(Found found, double leading);
     void run_cracks();
 

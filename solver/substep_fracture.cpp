@@ -28,21 +28,22 @@ Substep::Found Substep::flow_and_measure(double seconds) {
         std::array<bool, 4> is_strained;
         for (uint32_t i = 0; i < 4; ++i)
             is_strained[i] = !(stretches.deviation[i] < -std::expm1(-strain_limit(groups[i])));
-        std::array<Vec3, 4> principal;
-        if (measure || std::ranges::find(is_strained, true) != is_strained.end())
-            principal = stretcher.principal_stretches(stretches);
         for (uint32_t i = 0; i < n; ++i) {
-            const uint32_t g = groups[i];
             const auto& q = stretches.rotation;
-            work.goals[g].rotation = Quat(q[3][i], q[0][i], q[1][i], q[2][i]);
-            if (!is_strained[i] || !may_give_way(g, principal[i])) {
-                if (measure) state.strain[g] = largest_strain(principal[i]);
-                continue;
-            }
-            const Found found = flow_group(g, stretch_of(stretches, i), seconds);
-            if (found.changed) changed = true;
-            if (found.overloaded) overloaded = true;
+            work.goals[groups[i]].rotation = Quat(q[3][i], q[0][i], q[1][i], q[2][i]);
         }
+        if (!measure && std::ranges::find(is_strained, true) == is_strained.end()) return;
+        PrincipalLanes principal;
+        stretcher.decompose(stretches, principal);
+        GivingWay giving_way;
+        for (uint32_t i = 0; i < n; ++i) {
+            if (is_strained[i] && add_if_it_gives_way(groups[i], principal_stretch(principal, i), giving_way)) continue;
+            if (measure) state.strain[groups[i]] = largest_strain(principal, i);
+        }
+        if (giving_way.n == 0) return;
+        const Found found = give_way(giving_way, seconds, stretcher.kernels());
+        if (found.changed) changed = true;
+        if (found.overloaded) overloaded = true;
     };
     context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
         GroupsBySize waiting;
@@ -66,36 +67,44 @@ double Substep::strain_limit(uint32_t g) const {
     return std::min(state.yield[g], toughness);
 }
 
-// Whether it flows or breaks, or nearly: eigenvalues found otherwise differ by rounding.
-bool Substep::may_give_way(uint32_t g, const Vec3& principal_stretch) const {
-    constexpr double kNearly = 1 - 1e-9;
-    const Vec3 e = principal_stretch.array().log();
+// Whether it flows or breaks.
+bool Substep::add_if_it_gives_way(uint32_t g, const PrincipalStretch& principal, GivingWay& io_groups) const {
+    const Vec3& e = principal.log_strain;
     const double mean = e.mean(), deviator = std::max(e(2) - mean, mean - e(0));
-    if (deviator > kNearly * state.yield[g]) return true;
     const Material m = material_of(rest(), g, material(g));
     const double load = std::max(e(2) / m.toughness, -e(0) / m.compressive_toughness);
-    return load > kNearly * (rest().group_uneven[g] != 0 ? weakest_factor(rest(), work.live, g) : 1.0);
+    const double weakest = rest().group_uneven[g] != 0 ? weakest_factor(rest(), work.live, g) : 1.0;
+    if (!(deviator > state.yield[g] || load > weakest)) return false;
+    io_groups.index[io_groups.n] = g;
+    io_groups.group[io_groups.n++] = {principal, m, {state.plastic_deformation[g], state.yield[g]}};
+    return true;
 }
 
-Substep::Found Substep::flow_group(uint32_t g, const Mat3& S, double seconds) {
-    const Material m = material_of(rest(), g, material(g));
-    Quat& R = work.goals[g].rotation;
-    const PrincipalStretch principal = principal_stretch(S);
-    PlasticState plastic{state.plastic_deformation[g], state.yield[g]};
-    const FlowResult result = flow(principal, m, seconds, plastic);
-    state.strain[g] = result.elastic_log_strain.cwiseAbs().maxCoeff();
-    if (principal.reliable)
-        work.strains[g] = rest().group_uneven[g] != 0
-                              ? uneven_group_strain(result.elastic_log_strain, principal.directions, R, m,
-                                                    {rest(), work.live, work.shapes, work.moving}, g)
-                              : group_strain(result.elastic_log_strain, principal.directions, R, m);
-    if (result.flowed) {
-        state.plastic_deformation[g] = plastic.F_P;
-        state.yield[g] = plastic.yield;
-        R = (R * result.spin).normalized();
-        work.flowed[g] = 1;
+Substep::Found Substep::give_way(GivingWay& io_groups, double seconds, const StretchKernels& kernels) {
+    Found found;
+    std::array<FlowResult, 4> results;
+    flow({io_groups.group.data(), io_groups.n}, seconds, kernels, results);
+    for (size_t i = 0; i < io_groups.n; ++i) {
+        const uint32_t g = io_groups.index[i];
+        const FlowingGroup& group = io_groups.group[i];
+        const FlowResult& result = results[i];
+        Quat& R = work.goals[g].rotation;
+        state.strain[g] = result.elastic_log_strain.cwiseAbs().maxCoeff();
+        if (group.stretch.reliable)
+            work.strains[g] =
+                rest().group_uneven[g] != 0
+                    ? uneven_group_strain(result.elastic_log_strain, group.stretch.directions, R, group.material,
+                                          {rest(), work.live, work.shapes, work.moving}, g)
+                    : group_strain(result.elastic_log_strain, group.stretch.directions, R, group.material);
+        if (result.flowed) {
+            state.plastic_deformation[g] = group.plastic.F_P;
+            state.yield[g] = group.plastic.yield;
+            R = (R * result.spin).normalized();
+            work.flowed[g] = 1;
+        }
+        found.changed |= result.flowed, found.overloaded |= work.strains[g].load > 1;
     }
-    return {result.flowed, work.strains[g].load > 1};
+    return found;
 }
 
 bool Substep::break_edges(Found found, double leading) {
@@ -116,10 +125,11 @@ bool Substep::break_edges(Found found, double leading) {
     }
     // Rest shapes changed where material flowed or edges broke.
     context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
+        work.shapes.rebuild(rest(), work.live, state.plastic_deformation, first, last,
+                            [&](uint32_t g) { return work.flowed[g] != 0; });
         for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
             if (!work.flowed[g]) continue;
             work.flowed[g] = 0;
-            work.shapes.rebuild(rest(), work.live, state.plastic_deformation[g], g);
             work.stiffness[g] =
                 group_stiffness(work.shapes.group[g], work.shapes.rest_trace[g], rest().volume[g], material(g));
         }

@@ -5,8 +5,13 @@
 #include <Eigen/Dense>
 #include <Eigen/Eigenvalues>
 
+#include "tests/support/flow.h"
+
 namespace sunder {
 namespace {
+
+using sunder::flow;
+using test::flow;
 
 Material ductile(double yield, double rate) {
     Material m;
@@ -120,6 +125,69 @@ TEST(plastic_flow, an_inverted_group_does_not_flow) {
     PlasticState state{Mat3::Identity(), m.yield};
     EXPECT_FALSE(flow(principal_stretch(Vec3(-0.5, 1, 2).asDiagonal()), m, 1.0, state).flowed);
     EXPECT_EQ(state.F_P, Mat3::Identity());
+}
+
+// Groups of all sorts: some flow far, some a little, some not at all; the last has no bounds left to flow to.
+std::vector<FlowingGroup> flowing_groups() {
+    std::vector<FlowingGroup> groups;
+    for (int k = 0; k < 40; ++k) {
+        Material m = ductile(0.02, 20.0 * (k % 5));
+        m.hardening = 0.1 * (k % 3), m.toughness = 0.2;
+        const Mat3 turn = Quat(Eigen::AngleAxisd(0.3 * k, Vec3(1, 2, k).normalized())).toRotationMatrix();
+        const Vec3 strain(0.01 * (k % 7), -0.02 * (k % 4), 0.015 * (k % 3));
+        PlasticState plastic{Mat3::Identity(), m.yield};
+        if (k % 4 > 0) {
+            const double drawn = k == 39 ? 0.99 * std::log(kMaxPlasticRatio) : 0.3;
+            const Mat3 other = Quat(Eigen::AngleAxisd(0.2 * k, Vec3(k, 1, 2).normalized())).toRotationMatrix();
+            plastic.F_P = other * Vec3(std::exp(drawn / 2), 1, std::exp(-drawn / 2)).asDiagonal() * other.transpose();
+        }
+        groups.push_back(
+            {principal_stretch(turn * Vec3(strain.array().exp()).asDiagonal() * turn.transpose()), m, plastic});
+    }
+    return groups;
+}
+
+TEST(plastic_flow, of_four_groups_is_that_of_each_alone) {
+    const std::vector<FlowingGroup> groups = flowing_groups();
+    size_t n_flowed = 0;
+    for (size_t first = 0; first < groups.size(); first += 4) {
+        std::vector<FlowingGroup> four(groups.begin() + static_cast<std::ptrdiff_t>(first),
+                                       groups.begin() + static_cast<std::ptrdiff_t>(first) + 4);
+        std::array<FlowResult, 4> results;
+        flow(four, 0.01, SUNDER_BEST_KERNELS(kStretchKernels), results);
+        for (size_t i = 0; i < 4; ++i) {
+            const FlowingGroup& before = groups[first + i];
+            PlasticState alone = before.plastic;
+            const FlowResult result = flow(before.stretch, before.material, 0.01, alone);
+            n_flowed += result.flowed;
+            EXPECT_EQ(four[i].plastic.F_P, alone.F_P) << first + i;
+            EXPECT_EQ(four[i].plastic.yield, alone.yield) << first + i;
+            EXPECT_EQ(results[i].spin, result.spin) << first + i;
+            EXPECT_EQ(results[i].elastic_log_strain, result.elastic_log_strain) << first + i;
+            EXPECT_EQ(results[i].flowed, result.flowed) << first + i;
+            if (!result.flowed) {
+                EXPECT_EQ(alone.F_P, before.plastic.F_P) << first + i;
+            }
+        }
+    }
+    EXPECT_GT(n_flowed, 15u);
+    EXPECT_LT(n_flowed, groups.size() - 8);
+}
+
+TEST(plastic_flow, has_the_same_bits_with_every_instruction_set) {
+    const auto all = [&](const char* instructions) {
+        setenv("SUNDER_INSTRUCTIONS", instructions, 1);
+        std::vector<double> numbers;
+        for (FlowingGroup& group : flowing_groups()) {
+            const FlowResult result = flow(group.stretch, group.material, 0.01, group.plastic);
+            numbers.insert(numbers.end(), group.plastic.F_P.data(), group.plastic.F_P.data() + 9);
+            numbers.insert(numbers.end(), result.spin.coeffs().begin(), result.spin.coeffs().end());
+        }
+        unsetenv("SUNDER_INSTRUCTIONS");
+        return numbers;
+    };
+    EXPECT_EQ(all("portable"), all("avx2"));
+    EXPECT_EQ(all("portable"), all(""));
 }
 
 }  // namespace

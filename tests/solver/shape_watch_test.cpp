@@ -25,9 +25,13 @@ struct Watched {
     bool look(size_t unit = 0) {
         return watch.look(shapes, layout, unit, UnitBlocks(layout.units()[unit].n_blocks(), nullptr));
     }
+    void rebuild(const std::vector<uint32_t>& groups) {
+        shapes.rebuild(rest, live, F_P, 0, F_P.size(),
+                       [&](uint32_t g) { return std::ranges::find(groups, g) != groups.end(); });
+    }
     void flow(uint32_t g) {
         F_P[g] = Vec3(1.1, 1 / 1.1, 1).asDiagonal();
-        shapes.rebuild(rest, live, F_P[g], g);
+        rebuild({g});
     }
     // What must be written anew: the blocks that hold one of these groups, or a particle that is in one.
     void expect_changed(const std::vector<uint32_t>& groups) const {
@@ -73,7 +77,7 @@ TEST(shape_watch, takes_another_unit_or_topology_for_new) {
         if ((w.rest.rest_position[edge.a].z() < middle) != (w.rest.rest_position[edge.b].z() < middle))
             cut.push_back(e);
     }
-    for (const uint32_t g : w.live.remove_edges(w.rest, cut)) w.shapes.rebuild(w.rest, w.live, w.F_P[g], g);
+    w.rebuild(w.live.remove_edges(w.rest, cut));
     w.layout.update(w.live, WorkerPool(2));
     ASSERT_EQ(w.layout.units().size(), 2u);
     EXPECT_TRUE(w.look(0));

@@ -1,12 +1,13 @@
 // What a group reads off a homogeneous deformation, and what flows there (rows 10, 12, 14, 15, 17).
 #include <gtest/gtest.h>
 
-#include "solver/plasticity.h"
 #include "tests/stability/bars.h"
+#include "tests/support/flow.h"
 
 namespace sunder {
 namespace {
 
+using test::flow;
 using test::PlainMethod;
 using test::PlainSettings;
 
