@@ -1,4 +1,4 @@
-// The optimal stretch of shape matching (Choi 2014, Eq. 2-8) and what is read off it.
+// What the optimal stretch of shape matching (Choi 2014, Eq. 2-8) is found from, and what is read off it.
 #pragma once
 
 #include "solver/data/math.h"
@@ -11,14 +11,6 @@ struct StretchBasis {
     Sym3 Lam = {1, 1, 1};  // 2 / (a_i + a_j), 1/(kg m2)
 };
 
-/// `A_qq` symmetric positive definite, kg m2 (the ellipsoid moments see to that; eigenvalues are kept above 1e-9 of
-/// the largest so that a collapsed rest shape stays finite).
-StretchBasis stretch_basis(const Mat3& A_qq);
-
-/// S = V [(V^T S_pq V) o Lam] V^T with S_pq = sym(R^T A_pq): the symmetric S that minimises
-/// sum m_i |R S q_i - p_i|^2 for the given R (Eq. 7, 8). Dimensionless; indefinite when the group is inverted.
-Mat3 optimal_stretch(const StretchBasis& basis, const Mat3& R, const Mat3& A_pq);
-
 /// Beyond these the logarithm of a stretch is of no use (numerics: inverted groups).
 constexpr double kSmallestStretch = 0.1, kLargestStretch = 10;
 
@@ -30,6 +22,5 @@ struct PrincipalStretch {
     bool reliable = true;                // false: some lambda <= 0.1 (collapsed or inverted): no flow, no fracture
 };
 PrincipalStretch principal_stretch(const Vec3& stretch, const Mat3& directions);
-PrincipalStretch principal_stretch(const Mat3& S);
 
 }  // namespace sunder

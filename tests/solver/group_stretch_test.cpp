@@ -8,9 +8,13 @@
 #include "solver/motion.h"
 #include "solver/polar_decomposition.h"
 #include "tests/support/lattice_scene.h"
+#include "tests/support/reference_stretch.h"
 
 namespace sunder {
 namespace {
+
+using test::optimal_stretch;
+using test::principal_stretch;
 
 Mat3 stretch_of(const GroupStretches& s, size_t i) {
     return to_matrix({s.S[0][i], s.S[1][i], s.S[2][i], s.S[3][i], s.S[4][i], s.S[5][i]});

@@ -1,5 +1,3 @@
-#include "solver/optimal_stretch.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -7,9 +5,14 @@
 #include <random>
 
 #include "solver/polar_decomposition.h"
+#include "tests/support/reference_stretch.h"
 
 namespace sunder {
 namespace {
+
+using test::optimal_stretch;
+using test::principal_stretch;
+using test::stretch_basis;
 
 struct PointSet {
     std::vector<Vec3> q, p;  // rest and present positions about their centres

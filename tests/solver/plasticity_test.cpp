@@ -6,12 +6,14 @@
 #include <Eigen/Eigenvalues>
 
 #include "tests/support/flow.h"
+#include "tests/support/reference_stretch.h"
 
 namespace sunder {
 namespace {
 
 using sunder::flow;
 using test::flow;
+using test::principal_stretch;
 
 Material ductile(double yield, double rate) {
     Material m;

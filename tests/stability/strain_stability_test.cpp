@@ -3,6 +3,7 @@
 
 #include "tests/stability/bars.h"
 #include "tests/support/flow.h"
+#include "tests/support/reference_stretch.h"
 
 namespace sunder {
 namespace {
@@ -10,6 +11,7 @@ namespace {
 using test::flow;
 using test::PlainMethod;
 using test::PlainSettings;
+using test::principal_stretch;
 
 // A block of particles that someone moves by a homogeneous deformation; groups read it, nothing relaxes.
 struct Block {

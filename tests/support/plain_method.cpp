@@ -6,6 +6,7 @@
 
 #include "solver/motion.h"
 #include "solver/polar_decomposition.h"
+#include "tests/support/reference_stretch.h"
 
 namespace sunder::test {
 namespace {
