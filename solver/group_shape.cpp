@@ -70,19 +70,19 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
                 edge_weight[live.edge(s)] = is_known ? member_before_[former.live.begin(before) + k].weight
                                                      : edge_weight_of(rest, rest.edges[live.edge(s)]);
     };
-    const auto has_changed = [&](uint32_t g) {
+    const auto take_over = [&](uint32_t g) {  // whether the shape is as it was
         const uint32_t before = former.of[g];
         if (before == FormerNumbers::kNone || group_before_[before].plastic_key != plastic_key(plastic_deformation[g]))
-            return true;
+            return false;
         std::copy_n(member_before_.begin() + former.live.begin(before), live.count(g), member.begin() + live.begin(g));
         group[g] = group_before_[before];
-        return false;
+        return true;
     };
     workers.for_range(n, kGrain, [&](size_t first, size_t last) {
         for (size_t g = first; g < last; ++g) take_parts(static_cast<uint32_t>(g));
     });
     workers.for_range(n, kGrain, [&](size_t first, size_t last) {
-        rebuild(rest, live, plastic_deformation, first, last, has_changed);
+        rebuild(rest, live, plastic_deformation, first, last, [&](uint32_t g) { return !take_over(g); });
     });
 }
 
