@@ -65,6 +65,19 @@ struct Substep {
             for (size_t i = first; i < last; ++i) body(i);
         });
     }
+    /// Calls body(first, last) for groups [0, n_particles()) in parts. What a group costs differs by far where some
+    /// flow: who is done takes over parts that others have not begun.
+    template <class Body>
+    void for_groups(const Body& body) const {
+        constexpr size_t kPart = 64;
+        const size_t n = n_particles();
+        if (context.workers.threads() == 1 || n < 2 * kGroupGrain) {
+            if (n > 0) body(0, n);
+            return;
+        }
+        context.workers.for_each((n + kPart - 1) / kPart,
+                                 [&](size_t part) { body(part * kPart, std::min(n, (part + 1) * kPart)); });
+    }
     template <class Body>
     void for_pieces(const Body& body) const {
         sunder::for_pieces(work.live, kParticleGrain, context.workers, body);

@@ -45,7 +45,7 @@ Substep::Found Substep::flow_and_measure(double seconds) {
         if (found.changed) changed = true;
         if (found.overloaded) overloaded = true;
     };
-    context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
+    for_groups([&](size_t first, size_t last) {
         GroupsBySize waiting;
         for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
             work.strains[g].load = 0;
@@ -124,7 +124,7 @@ bool Substep::break_edges(Found found, double leading) {
         work.detection.edges_broke();
     }
     // Rest shapes changed where material flowed or edges broke.
-    context.workers.for_range(n_particles(), kGroupGrain, [&](size_t first, size_t last) {
+    for_groups([&](size_t first, size_t last) {
         work.shapes.rebuild(rest(), work.live, state.plastic_deformation, first, last,
                             [&](uint32_t g) { return work.flowed[g] != 0; });
         for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
