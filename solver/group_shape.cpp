@@ -9,8 +9,6 @@
 
 namespace sunder {
 
-GroupShapes::GroupShapes() : kernels_(&SUNDER_BEST_KERNELS(kRestShapeKernels)) {}
-
 namespace {
 
 constexpr double kLeastWeight = 0.02;
@@ -38,6 +36,8 @@ std::vector<double> rest_traces(const SimulationMesh& rest) {
     }
     return traces;
 }
+
+GroupShapes::GroupShapes() : kernels_(&SUNDER_BEST_KERNELS(kRestShapeKernels)) {}
 
 void GroupShapes::find_moment(const SimulationMesh& rest, size_t i) {
     const Mat3 Rbar = rest.rest_orientation[i].toRotationMatrix();

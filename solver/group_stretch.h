@@ -8,8 +8,7 @@
 
 namespace sunder {
 
-/// The optimal rotation (polar_decomposition.h) and stretch (optimal_stretch.h) of groups: but for rounding what
-/// the functions for one of them give.
+/// The optimal rotation (Eq. 1) and stretch (Eq. 8) of groups, and its principal stretches.
 class GroupStretcher {
 public:
     /// All of it must stay while this is used; `goals` may change.
@@ -20,6 +19,7 @@ public:
     void measure(const uint32_t (&groups)[4], GroupStretches& o_stretches) const {
         kernels_->measure(records_, groups, o_stretches);
     }
+    /// Principal stretches and directions of what was measured.
     void decompose(const GroupStretches& stretches, PrincipalLanes& o_principal) const {
         kernels_->decompose(stretches, o_principal);
     }

@@ -17,9 +17,8 @@ struct RestShapeRecords {
     double* shapes;                               // GroupShape (n_particles x kShapeNumbers)
     double* members;                              // MemberShape: q, weight (n_slots x 4)
 
-    static constexpr size_t kShapeNumbers = 45,
-                            kNumbers = 44;  // of a GroupShape, and those written here: all but its key
-    static constexpr size_t kMemberNumbers = 4;
+    static constexpr size_t kShapeNumbers = 45, kMemberNumbers = 4;
+    static constexpr size_t kNumbers = 44;  // of a shape, that are written: all but its key
 };
 
 struct RestShapeKernels {

@@ -43,9 +43,9 @@ struct alignas(32) RightFactors {
 
 /// No group's bits depend on the three beside it.
 struct StretchKernels {
-    /// optimal_rotation and optimal_stretch of those groups.
+    /// Optimal rotation (Eq. 1) and stretch (Eq. 8) of those groups.
     void (*measure)(const StretchRecords&, const uint32_t (&groups)[4], GroupStretches& o_stretches);
-    /// Of S.
+    /// Of the optimal stretch S.
     void (*decompose)(const GroupStretches&, PrincipalLanes& o_principal);
     /// Of V diag(stretch) V^T F_P, V being the directions; where F_P are, column by column.
     void (*factor)(const PrincipalLanes&, const double* const (&plastic_deformation)[4], RightFactors& o_factors);

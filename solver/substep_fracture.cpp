@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "solver/group_stretch.h"
+#include "solver/groups_by_size.h"
 #include "solver/plasticity.h"
 #include "solver/substep.h"
 

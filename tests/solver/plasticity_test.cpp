@@ -129,7 +129,7 @@ TEST(plastic_flow, an_inverted_group_does_not_flow) {
     EXPECT_EQ(state.F_P, Mat3::Identity());
 }
 
-// Groups of all sorts: some flow far, some a little, some not at all; the last has no bounds left to flow to.
+// Groups of all sorts: some flow far, some a little, some not at all; the last was drawn to nearly all that F_P stores.
 std::vector<FlowingGroup> flowing_groups() {
     std::vector<FlowingGroup> groups;
     for (int k = 0; k < 40; ++k) {

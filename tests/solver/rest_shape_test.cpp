@@ -1,7 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
-#include <cstring>
+#include <algorithm>
+#include <cmath>
 
 #include "solver/data/frame_state.h"
 #include "solver/group_shape.h"
@@ -84,7 +85,7 @@ TEST(rest_shape, is_what_its_definition_says) {
         ASSERT_NEAR(shape.stretch.Lam[4] * 0.5 * (a(0) + a(2)), 1, 1e-14);
         ASSERT_NEAR(shape.positions_trace, A.trace(), 1e-14 * size) << g;
 
-        // Rounding of A over what is told from 0 of it: the second smallest tells nothing where it is flat.
+        // Below, 1e-9: what is inverted is 1e-6 of the largest eigenvalue or more, known to 1e-10 of itself.
         const Eigen::SelfAdjointEigenSolver<Mat3> eigen(A);
         const Vec3& e = eigen.eigenvalues();
         const Mat3& E = eigen.eigenvectors();
@@ -116,6 +117,29 @@ TEST(rest_shape, is_what_its_definition_says) {
     EXPECT_GT(flat, 10u);
     EXPECT_GT(thin, 10u);
     EXPECT_GT(balanced, 10u);
+}
+
+// Points have no moments of their own: A_qq is singular where a group is flat, and 0 where it is a particle alone.
+TEST(rest_shape, of_points_is_finite_and_bounded) {
+    Bar bar;
+    for (Vec3& radii : bar.rest.radii) radii.setZero();
+    const GroupShapes shapes = bar.shapes();
+    size_t lone = 0, singular = 0;
+    for (uint32_t g = 0; g < bar.n(); ++g) {
+        const GroupShape& shape = shapes.group[g];
+        for (const double* number = &shape.mass; number <= &shape.most_pressure; ++number)
+            ASSERT_TRUE(std::isfinite(*number)) << g;
+        const Sym3& Lam = shape.stretch.Lam;  // 1 / a of the directions
+        const double thickest = 1 / std::min({Lam[0], Lam[1], Lam[2]}),
+                     thinnest = 1 / std::max({Lam[0], Lam[1], Lam[2]});
+        ASSERT_GE(thinnest, 1e-9 * thickest * (1 - 1e-14)) << g;
+        lone += bar.live.count(g) == 1, singular += bar.live.count(g) > 1 && thinnest < 2e-9 * thickest;
+        if (bar.live.count(g) == 1) {
+            ASSERT_EQ(shape.most_pressure, 0) << g;
+        }
+    }
+    EXPECT_GT(lone, 10u);
+    EXPECT_GT(singular, 10u);
 }
 
 // A shot that goes on from a file has the bits of one that never stopped: which groups are built at a time differs.
