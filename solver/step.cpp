@@ -177,8 +177,7 @@ Status substep(const StepContext& context, Stage stage, double h, double begin, 
     if (!io_work.woken.empty()) return {};
     s.pair_up();
     s.correct(context.settings.iterations);
-    const bool pushed = s.contacts_push();
-    if (!pushed) s.run_cracks();
+    const bool has_flowed = s.run_cracks(), pushed = s.contacts_push();
     {
         Stopwatch watch(io_report.momentum_s);
         turn_rigid_things(context, h, io_work);
@@ -192,7 +191,7 @@ Status substep(const StepContext& context, Stage stage, double h, double begin, 
     }
     if (pushed) {
         Stopwatch watch(io_report.fracture_s);
-        s.break_edges(s.flow_and_measure(h), 0);
+        s.break_edges(s.flow_and_measure(has_flowed ? 0 : h), 0);
     }
     if (Status ok = s.store(); !ok) return ok;
     io_report.simulated += s.n_movables();

@@ -127,7 +127,7 @@ struct Substep {
     bool add_if_it_gives_way(uint32_t group, const PrincipalStretch& principal, GivingWay& io_groups) const;
     Found give_way(GivingWay& io_groups, double seconds, const StretchKernels& kernels);
     bool break_edges(Found found, double leading);
-    void run_cracks();
+    bool run_cracks();  // whether material flowed, as it does once a substep
 
     // step.cpp
     void correct(int iterations);

@@ -140,12 +140,13 @@ bool Substep::break_edges(Found found, double leading) {
 
 // Cuts and starts the correction over until nothing breaks: a crack runs as far as the load that it releases lets it,
 // and not one ring a substep. Only while nothing pushes: what contacts did was divided by the pieces as they were, so
-// that a hit breaks one pass a substep, after the momentum books are closed.
-void Substep::run_cracks() {
+// that a hit breaks one pass a substep, after the momentum books are closed; what parts along a crack may push, too.
+bool Substep::run_cracks() {
     for (int pass = 0; pass < kFracturePasses; ++pass) {
+        if (contacts_push()) return pass > 0;
         {
             Stopwatch watch(report.fracture_s);
-            if (!break_edges(flow_and_measure(pass == 0 ? h : 0), kLeading)) return;
+            if (!break_edges(flow_and_measure(pass == 0 ? h : 0), kLeading)) return true;
         }
         take_up_pieces();
         take_up_smooth_momentum();
@@ -155,6 +156,7 @@ void Substep::run_cracks() {
         }
         correct(context.settings.iterations);
     }
+    return true;
 }
 
 }  // namespace sunder
