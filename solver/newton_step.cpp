@@ -54,7 +54,7 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
         else
             arrays.newton_full = gradients.groups(unit);
         const NewtonRecords records{moving_records(particles), in.shapes.particle_moment.data()->data(),
-                                    in.rest.mass.data(), in.held.data(), store.lane_particles()};
+                                    in.rest.mass.data(), in.held.data(), in.brace.data(), store.lane_particles()};
         blocks([&](size_t begin, size_t end) {
             store.load(in, io_goals, begin, end);
             sweep_kernels_->take_in_for_newton(records, scratch.particles.data(), store.particles(),

@@ -40,7 +40,7 @@ void Substep::match_shapes(int sweep) {
         if (work.live.count(g) == 1) work.goals[g].rotation = work.moving[g].d;  // it matches itself wherever it is
         if (is_newton) work.before_newton[g] = {work.moving[g].x, work.moving[g].d}, work.newton_cosine[g] = 1;
     });
-    const SweepInput in{rest(), work.live, work.shapes, work.stiffness, work.held, work.span};
+    const SweepInput in{rest(), work.live, work.shapes, work.stiffness, work.held, work.span, work.brace};
     if (is_newton) {
         work.newton.apply(sweep == 0, in, context.workers, work.goals, work.moving, work.newton_cosine);
     } else {
@@ -87,7 +87,7 @@ void fit_arrays(const FrameState& state, size_t n, size_t n_movables, Workspace&
     w.moving.resize(n_movables), w.start_position.resize(n_movables), w.start_rotation.resize(n_movables);
     w.velocity.resize(n_movables), w.angular_velocity.resize(n_movables);
     w.inverse_mass.resize(n_movables), w.piece.resize(n_movables);
-    w.push.resize(n_movables), w.round_push.resize(n_movables);
+    w.push.resize(n_movables), w.round_push.resize(n_movables), w.brace.assign(n_movables, 0.0);
     w.inertia.resize(n), w.stiffness.resize(n), w.paper_stiffness.resize(n), w.goals.resize(n);
     w.strains.assign(n, GroupStrain()), w.flowed.assign(n, 0), w.held.assign(n_movables, 0);
 }

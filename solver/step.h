@@ -64,6 +64,7 @@ struct Workspace {
     std::vector<ContactPiece> pieces;  // pieces, then rigid bodies (n_pieces + n_rigid_bodies)
     ContactRound round;
     std::vector<RoundPush> round_push;        // zero between rounds (n_movables)
+    std::vector<double> brace;                // of what contacts push, while it is matched (n_movables)
     std::vector<PieceMotion> piece_motion;    // zero between rounds (as pieces)
     std::vector<PieceVelocity> piece_change;  // what settling contacts gave them (as pieces)
     std::vector<Sym3> inertia;                // of particles, world (n_particles)

@@ -104,7 +104,7 @@ void Substep::push_apart(ContactRound::Which which) {
     work.islands.for_each(context.workers, [&](uint32_t island) {
         round.start(island);
         round.relax(island, enough);
-        round.end(island, work.round_push, work.piece_motion);
+        round.end(island, work.round_push, work.piece_motion, work.brace);
         if (last) round.hand_over(island, work.contacts);
         move_pieces(context, as_wholes, island, work);
     });

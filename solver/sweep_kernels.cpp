@@ -364,7 +364,7 @@ void gather_residual(const SweepArrays<double>& a, NewtonParticles* particles, C
             V twisted[3];
             solve(H, twist, twisted);
             const V free = load<V>(p.free + lane), mass = load<V>(p.mass + lane);
-            const V inverse = free / (1.0 + bound);
+            const V braced = 1.0 + load<V>(p.brace + lane), inverse = free / (braced + bound);
             for (int i = 0; i < 3; ++i) {
                 shift[i] = free * shift[i], turn[i] = free * (turn[i] + twisted[i]);
                 store(p.residual[i] + lane, shift[i]), store(p.residual[i + 3] + lane, turn[i]);
@@ -377,7 +377,7 @@ void gather_residual(const SweepArrays<double>& a, NewtonParticles* particles, C
             put_numbers(mass, to.mass + lane);
             for (int i = 0; i < 6; ++i) put_numbers(load<V>(p.inertia[i] + lane), to.inertia[i] + lane);
             put_numbers(inverse, to.inverse_diagonal + lane);
-            put_numbers(1.0 + own, to.own_shift + lane);
+            put_numbers(braced + own, to.own_shift + lane);
             put_numbers(1.0 + a.orientation_weight * own, to.own_turn + lane);
         }
         p.magnitude = sum(magnitude);

@@ -99,6 +99,7 @@ struct JacobiRecords {
 struct alignas(64) NewtonParticles {
     double x[3][8], d[4][8], x_inertial[3][8], d_inertial[4][8];
     double mass[8], inertia[6][8], free[8];  // kg; Sym3, kg m2; 0: held, or padding
+    double brace[8];                         // masses
     double residual[6][8];                   // result: M^-1 times minus the gradient, m and rad
     double magnitude, size;  // of the block: residual . M residual / diagonal; sum of traces of A_qq; kg m2
 };
@@ -118,6 +119,7 @@ struct NewtonRecords {
     const double* moments;       // M_j of the ellipsoids (n_particles x 6)
     const double* masses;        // (n_particles)
     const uint8_t* held;         // (n_particles)
+    const double* brace;         // (n_particles), or null: 0
     const uint32_t* particle;    // of each lane; 0xffffffff: padding
 };
 

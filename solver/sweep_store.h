@@ -18,6 +18,8 @@ struct SweepInput {
     std::span<const GroupStiffness> stiffness;
     std::span<const uint8_t> held;  // these stay
     std::span<const double> span;   // of the implicit step, of each piece's own, s
+    // Of Newton steps: how hard, times its mass, a particle is kept where contacts left it; or empty: nothing is.
+    std::span<const double> brace = {};
 };
 
 /// One unit of a layout; blocks and lanes are counted from its first.

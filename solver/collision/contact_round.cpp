@@ -13,6 +13,11 @@ constexpr int kPasses[3][3] = {{6, 0, 100}, {6, 6, 60}, {3, 3, 20}};
 // that pushed in the last of these.
 constexpr int kFirstFull = 2, kEveryFull = 4;
 constexpr uint32_t kLanes = kContactLanes;
+// Of what a movable was taken to resist a push with, besides its inertia. What a push is measured by is a guess, and
+// the tip of a slender piece gives way by several times as much: matched without, it goes as far beyond the contact as
+// it was before it, is taken back as a whole, stays bent, and is bent further in the next substep. With 1 some shots of
+// stiff needles still go on like that; 3 to 30 do as well.
+constexpr double kBrace = 3;
 constexpr double kTiny = 1e-300;
 
 Vec3 lane_of(const float (&v)[3][kLanes], uint32_t lane) { return {v[0][lane], v[1][lane], v[2][lane]}; }
@@ -88,19 +93,21 @@ void ContactRound::end_contacts(uint32_t n) {
             c.friction_impulse[i] = from.impulse[i][lane];
             c.rolling_impulse[i] = from.impulse[3 + i][lane];
         }
+        Given &a = given_[c.movable[0] / kMovableStride], &b = given_[c.movable[1] / kMovableStride];
+        if (c.normal_impulse > 0) a.pushes = b.pushes = true;
         const double normal = double{c.normal_impulse} - already.normal;
         const Vec3 friction = vector(c.friction_impulse) - vector(already.friction);
         const Vec3 rolling = vector(c.rolling_impulse) - vector(already.rolling);
         if (normal == 0 && friction.isZero(0) && rolling.isZero(0)) continue;
         const Exact& exact = exact_[place];
         const Vec3 impulse = normal * exact.normal + friction, couple = length_ * rolling;
-        Given &a = given_[c.movable[0] / kMovableStride], &b = given_[c.movable[1] / kMovableStride];
         a.impulse += impulse, a.couple += exact.arm_a.cross(impulse) + couple;
         b.impulse -= impulse, b.couple -= exact.arm_b.cross(impulse) + couple;
     }
 }
 
-void ContactRound::end(uint32_t n, std::span<RoundPush> io_push, std::span<PieceMotion> io_motion) {
+void ContactRound::end(uint32_t n, std::span<RoundPush> io_push, std::span<PieceMotion> io_motion,
+                       std::span<double> io_brace) {
     end_contacts(n);
     // What passes have it move; of pieces in `turn` and `spin` first the angular impulses by arms and by levers.
     const double unit = units_[n].impulse();
@@ -114,6 +121,8 @@ void ContactRound::end(uint32_t n, std::span<RoundPush> io_push, std::span<Piece
         motion.turn += couple;
         motion.spin += division.lever.cross(impulse);
         io_push[i] = {division.own * impulse, b_.inverse_mass[i] * impulse, couple};
+        const bool braced = which_ != Which::last && given_[k].pushes;
+        io_brace[i] = braced ? kBrace * (b_.inverse_mass[i] / (division.own + division.whole) - 1) : 0;
     }
     for (uint32_t k = islands_->piece_offset[n]; k < islands_->piece_offset[n + 1]; ++k) {
         const ContactPiece& piece = b_.pieces[islands_->piece[k]];

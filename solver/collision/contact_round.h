@@ -60,9 +60,11 @@ public:
     /// gradients (Silcowitz-Hansen, Niebuhr, Erleben 2010), so that tall stacks and heavy on light stand.
     void relax(uint32_t island, double enough);
 
-    /// What the island's impulses moved; `io_push` and `io_motion` must be zero, and stay so where the islands touch
-    /// nothing.
-    void end(uint32_t island, std::span<RoundPush> io_push, std::span<PieceMotion> io_motion);
+    /// What the island's impulses moved; all three must be zero, and stay so where the islands touch nothing. `io_brace`
+    /// (n_movables): how a movable that contacts push resists the shape matching that follows, 1 over the share of a
+    /// push that it was taken to follow; else 0, as after the last round.
+    void end(uint32_t island, std::span<RoundPush> io_push, std::span<PieceMotion> io_motion,
+             std::span<double> io_brace);
 
     /// After the last round: writes impulses back.
     void hand_over(uint32_t island, std::span<ActiveContact> io_contacts) const;
@@ -85,9 +87,10 @@ private:
     struct RoundImpulse {
         float normal = 0, friction[3] = {}, rolling[3] = {};
     };
-    // Sums of impulses (units of the island) and of their couples (times m).
+    // Sums of impulses (units of the island) and of their couples (times m), and whether a contact pushes at all.
     struct Given {
         Vec3 impulse = Vec3::Zero(), couple = Vec3::Zero();
+        bool pushes = false;
     };
 
     static Vec3 vector(const float (&v)[3]) { return {v[0], v[1], v[2]}; }

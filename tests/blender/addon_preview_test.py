@@ -32,7 +32,8 @@ class PreviewCase(AddonCase):
     def setUp(self):
         super().setUp()
         addon("preview").forget()
-        self.shot, self.nodes = self.tree(self.cube(location=(30, -20, 0.5)), pieces=20)  # far out: rounding shows there
+        cube = self.cube(location=(30, -20, 0.5))  # far out: rounding shows there
+        self.shot, self.nodes = self.tree(cube, pieces=20, material={"toughness": 0.009})  # some edges hold
         self.result, = self.results(self.shot)
         self.bake(self.shot)
         self.scene.camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))

@@ -25,6 +25,7 @@ struct Touching {
     ContactIslands islands;
     std::vector<RoundPush> given = std::vector<RoundPush>(5);
     std::vector<PieceMotion> motion = std::vector<PieceMotion>(2);
+    std::vector<double> brace = std::vector<double>(5);
     double length = 0.01;  // m
 
     explicit Touching(double own_share, Scale scale = {}) {
@@ -74,7 +75,7 @@ struct Touching {
         for (uint32_t n = 0; n < islands.size(); ++n) round.start(n);
     }
     void end(ContactRound& round) {
-        for (uint32_t n = 0; n < islands.size(); ++n) round.end(n, given, motion);
+        for (uint32_t n = 0; n < islands.size(); ++n) round.end(n, given, motion, brace);
     }
     void hand_over(const ContactRound& round) {
         for (uint32_t n = 0; n < islands.size(); ++n) round.hand_over(n, contacts);
@@ -153,6 +154,31 @@ TEST(contact_round, the_last_starts_from_the_forces_of_before) {
     within.hand_over(left_alone);
     for (const ActiveContact& c : within.contacts) EXPECT_EQ(c.impulse.normal, kHad);
     for (const RoundPush& push : within.given) EXPECT_TRUE(push.shift.isZero(0));
+}
+
+// As hard as the round took it to resist a push, less its own inertia, and only while shape matching follows.
+TEST(contact_round, braces_what_it_pushes_until_the_last) {
+    for (double share : {0.01, 0.3, 1.0}) {
+        Touching t(share);
+        t.press();
+        ContactRound round;
+        for (const auto which : {ContactRound::Which::first, ContactRound::Which::between, ContactRound::Which::last}) {
+            t.begin(round, which);
+            for (uint32_t n = 0; n < t.islands.size(); ++n) round.relax(n, 1e-4 * t.length);
+            t.end(round);
+            t.hand_over(round);
+            for (uint32_t i = 0; i < t.brace.size(); ++i) {
+                const auto touches = [&](const ActiveContact& c) {
+                    return c.impulse.normal > 0 && (c.contact.a == i || c.contact.b == i);
+                };
+                const bool pushed = std::ranges::any_of(t.contacts, touches) && which != ContactRound::Which::last;
+                const PushDivision d = divide_push(t.bodies(), i);
+                const double expected = pushed ? 3 * (t.inverse_mass[i] / (d.own + d.whole) - 1) : 0;
+                EXPECT_NEAR(t.brace[i], expected, 1e-12 * (1 + expected)) << "movable " << i << ", share " << share;
+            }
+            std::ranges::fill(t.given, RoundPush()), std::ranges::fill(t.motion, PieceMotion());
+        }
+    }
 }
 
 // Passes are in single precision; what they give is not.
