@@ -184,6 +184,35 @@ TEST(contacts, restitution_returns_its_share_of_the_speed) {
     }
 }
 
+// 4 kg come at 2 m/s, and the push stops a part of that; what it does not, something else stopped, or the bounce itself
+// has to. No more energy than these lost comes back.
+TEST(contacts, a_bounce_takes_no_more_than_its_own_push_lost) {
+    constexpr double kMass = 4, kCame = 2, kRestitution = 0.5, kStep = 0.01;  // kg, m/s, -, s
+    const std::vector<double> inverse_mass = {1 / kMass};
+    const std::vector<uint32_t> piece = {0}, which = {0};
+    const std::vector<Vec3> start = {Vec3::Zero()}, spin = start;
+    const std::vector<Quat> rotation = {Quat::Identity()};
+    const std::vector<MovingParticle> moving(1);
+    std::vector<ContactPiece> pieces(1);
+    pieces[0].rigid = true, pieces[0].inverse_mass = 1 / kMass;
+    const ContactBodies bodies{inverse_mass, piece, start, rotation, moving, pieces};
+    const auto leaves = [&](double stopped, double speed) {  // m/s
+        std::vector<ActiveContact> contacts(1);
+        ActiveContact& c = contacts[0];
+        c.contact.b = Contact::kStatic, c.restitution = kRestitution, c.approach_speed = kCame;
+        c.impulse.normal = kMass * stopped * kStep, c.inverse_mass_normal = 1 / kMass;
+        std::vector<Vec3> velocity = {speed * Vec3::UnitZ()};
+        std::vector<PieceVelocity> change(1);
+        settle_velocities(bodies, kStep, 0.1, contacts, which, spin, velocity, change);
+        return velocity[0].z() + change[0].velocity.z();
+    };
+    EXPECT_NEAR(leaves(kCame, 0), kRestitution * kCame, 1e-12);
+    EXPECT_NEAR(leaves(0.75 * kCame, -0.25 * kCame), kRestitution * kCame, 1e-12);  // the gap was to be closed first
+    EXPECT_NEAR(leaves(0.25 * kCame, 0), kRestitution * 0.5 * kCame, 1e-12);        // a quarter of the energy
+    EXPECT_NEAR(leaves(2 * kCame, 0), kRestitution * kCame, 1e-12);                 // a heavy thing behind it
+    EXPECT_NEAR(leaves(0.01 * kCame, 0.3), 0.3, 1e-12);                             // what leaves already
+}
+
 TEST(contacts, momentum_passes_between_rigid_bodies_in_the_ratio_of_masses) {
     Floor floor;
     floor.scene.colliders.clear();
