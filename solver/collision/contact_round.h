@@ -60,9 +60,9 @@ public:
     /// gradients (Silcowitz-Hansen, Niebuhr, Erleben 2010), so that tall stacks and heavy on light stand.
     void relax(uint32_t island, double enough);
 
-    /// What the island's impulses moved; all three must be zero, and stay so where the islands touch nothing. `io_brace`
-    /// (n_movables): how a movable that contacts push resists the shape matching that follows, 1 over the share of a
-    /// push that it was taken to follow; else 0, as after the last round.
+    /// What the island's impulses moved; `io_push` and `io_motion` must be zero, and stay so where the islands touch
+    /// nothing. `io_brace` (n_movables) is written for the island's: by how many times its mass a movable that is
+    /// pushed is to be kept where it is while it is matched; after the last round, 0.
     void end(uint32_t island, std::span<RoundPush> io_push, std::span<PieceMotion> io_motion,
              std::span<double> io_brace);
 
