@@ -130,9 +130,9 @@ void settle_velocities(const ContactBodies& b, double h, double threshold, std::
         const double speed = n.dot(velocity_at(i, c.arm_a) - other);
         // With no more energy than what came lost by the push, and is to lose yet: what gives way, or is stopped by
         // others, too, must not get all of its approach back from each.
-        const double left = std::max(-speed, 0.0), came = std::max(c.approach_speed, left);
+        const double came = c.approach_speed, left = std::max(-speed, 0.0);
         const double lost = c.inverse_mass_normal * c.impulse.normal / h * (came + left) + left * left;
-        const double bounce = c.approach_speed > threshold ? c.restitution * std::min(came, std::sqrt(lost)) : 0.0;
+        const double bounce = came > threshold ? c.restitution * std::min(came, std::sqrt(lost)) : 0.0;
         double change = bounce > 0 ? std::max(bounce - speed, 0.0) : 0.0;
         if (speed > bounce) change = -std::min(speed - bounce, c.recovery / h);
         if (change == 0) continue;

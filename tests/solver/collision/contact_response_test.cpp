@@ -208,6 +208,7 @@ TEST(contacts, a_bounce_takes_no_more_than_its_own_push_lost) {
     };
     EXPECT_NEAR(leaves(kCame, 0), kRestitution * kCame, 1e-12);
     EXPECT_NEAR(leaves(0.75 * kCame, -0.25 * kCame), kRestitution * kCame, 1e-12);  // the gap was to be closed first
+    EXPECT_NEAR(leaves(0.01 * kCame, -2 * kCame), kRestitution * kCame, 1e-12);     // driven on by another's bounce
     EXPECT_NEAR(leaves(0.25 * kCame, 0), kRestitution * 0.5 * kCame, 1e-12);        // a quarter of the energy
     EXPECT_NEAR(leaves(2 * kCame, 0), kRestitution * kCame, 1e-12);                 // a heavy thing behind it
     EXPECT_NEAR(leaves(0.01 * kCame, 0.3), 0.3, 1e-12);                             // what leaves already
