@@ -1,6 +1,7 @@
 // Contacts of a substep: found, pushed apart between Newton steps, settled at the end.
 #include <algorithm>
 
+#include "solver/collision/contact_memory.h"
 #include "solver/collision/depenetration.h"
 #include "solver/piece_motion.h"
 #include "solver/sleeping.h"
@@ -98,6 +99,9 @@ void Substep::push_apart(ContactRound::Which which) {
     work.islands.for_each(context.workers, [&](uint32_t island) {
         turn_pieces(context, island, work);
         divide_pushes(context, h, last, island, work);
+        if (which == Which::first)
+            temper_warm_start(bodies(), work.islands, island, h, acceleration_of(context.input), work.piece_motion,
+                              work.contacts);
         round.take_up(island);
     });
     round.lay_out();

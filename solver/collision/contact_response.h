@@ -88,6 +88,9 @@ struct PushDivision {
 };
 PushDivision divide_push(const ContactBodies& bodies, uint32_t movable);
 
+/// From the centre of its piece to a movable's at the start of the substep, m.
+Vec3 lever_of(const ContactBodies& bodies, uint32_t movable);
+
 /// By a rotation of less than a radian, to second order: rad.
 inline Vec3 turned_by(const Quat& rotation) { return rotation.vec() * (rotation.w() < 0 ? -2.0 : 2.0); }
 
@@ -105,18 +108,6 @@ inline bool has_movable_b(const Contact& c) { return !(c.b & Contact::kStatic); 
 void prepare_contacts(const ContactBodies& bodies, std::span<const Vec3> velocity,
                       std::span<const Vec3> angular_velocity, double h, double recovery_speed,
                       std::span<ActiveContact> io_contacts);
-
-/// Lasting contacts start from a share of the forces they had; where nothing hangs on hinges and they approach or part
-/// no faster than `resting` (m/s) from most of it. All of it is where their last round starts from (ContactRound), for
-/// the last rounds of two substeps solve the same problem. `memory` and contacts ascending by (a, b).
-void warm_start(const ContactBodies& bodies, std::span<const ContactMemory> memory, double h, double resting,
-                std::span<ActiveContact> io_contacts);
-
-/// What lasts of the forces: of more than a contact had before, half as much again and what gravity may have put on the
-/// lighter of the two, with `acceleration` in m/s2. A load is all there after some substeps; a hit is not, and would be
-/// given twice.
-void remember(const ContactBodies& bodies, std::span<const ActiveContact> contacts, double h, double acceleration,
-              std::vector<ContactMemory>& o_memory);
 
 /// A velocity that is given to a whole piece.
 struct PieceVelocity {

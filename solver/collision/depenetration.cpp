@@ -1,6 +1,7 @@
 #include "solver/collision/depenetration.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace sunder {
 namespace {
@@ -68,6 +69,19 @@ void agree(std::span<Meeting> pair) {
     }
 }
 
+// What two colliders press on gets out between them, by more than either asks for and by the more the more they are
+// opposed, and has the speed of that: of colliders more than 120 degrees apart each asks for less, so that the way out
+// is no longer than twice what it would be out of one.
+void slow_down_between(std::span<ActiveContact> colliders) {
+    const auto overlaps = [](const ActiveContact& c) { return c.contact.gap < c.allowed_gap; };
+    for (ActiveContact& c : colliders) {
+        double least = 1;
+        for (const ActiveContact& other : colliders)
+            if (overlaps(other)) least = std::min(least, c.contact.normal.dot(other.contact.normal));
+        c.recovery *= std::min(1.0, 2 * std::sqrt(std::max(0.5 + 0.5 * least, 0.0)));
+    }
+}
+
 }  // namespace
 
 void agree_on_recovery(const ContactBodies& b, std::span<ActiveContact> io_contacts) {
@@ -79,6 +93,13 @@ void agree_on_recovery(const ContactBodies& b, std::span<ActiveContact> io_conta
     for (size_t first = 0, last; first < meetings.size(); first = last) {
         for (last = first + 1; last < meetings.size() && same_pair(meetings[last], meetings[first]);) ++last;
         agree(std::span(meetings).subspan(first, last - first));
+    }
+    for (auto first = io_contacts.begin(), last = first; first != io_contacts.end(); first = last) {
+        const auto with_it = [&](const ActiveContact& c) {
+            return c.contact.a == first->contact.a && has_movable_b(c.contact) == has_movable_b(first->contact);
+        };
+        last = std::find_if_not(first, io_contacts.end(), with_it);
+        if (!has_movable_b(first->contact) && last - first > 1) slow_down_between({first, last});
     }
     for (ActiveContact& c : io_contacts)
         if (c.wanted_gap > -kLetPass) c.wanted_gap = std::min(c.allowed_gap, c.contact.gap + c.recovery);

@@ -1,0 +1,100 @@
+#include "tests/stability/random_shot.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "fracture_tools/mesh_io.h"
+#include "fracture_tools/prefracture.h"
+#include "tests/support/lattice_scene.h"
+
+namespace sunder::test {
+namespace {
+
+enum Cut { pieces, crumbs, needles, coarse, slabs, kCuts };
+
+const SimulationMesh& rabbit(Cut cut) {
+    static std::map<Cut, SimulationMesh> known;
+    if (const auto found = known.find(cut); found != known.end()) return found->second;
+    PrefractureSettings settings;
+    settings.pieces = cut == coarse ? 40 : 100, settings.seed = 5 + static_cast<uint32_t>(cut), settings.threads = 1;
+    std::vector<Vec3>& sites = settings.sites.points;
+    if (cut == needles)
+        for (double x = -0.35; x < 0.4; x += 0.1)
+            for (double y = -0.47; y < 0.5; y += 0.1) sites.push_back({x + 0.01 * y, y - 0.01 * x, 0.5});
+    if (cut == slabs)
+        for (double z = 0.01; z < 1; z += 0.04) sites.push_back({0.1 * z, 0.05 * z, z});
+    settings.sites.kind = !sites.empty() ? SiteKind::points : cut == crumbs ? SiteKind::uniform : SiteKind::kmeans;
+    settings.least_piece = cut == crumbs ? 0 : 0.05;
+    const auto fragments = prefracture(*read_mesh(SUNDER_TEST_DATA "/bunny.obj"), settings, "bunny");
+    EXPECT_TRUE(fragments) << (fragments ? "" : fragments.error().text());
+    return known[cut] = build_simulation_mesh(*fragments, {}).take();
+}
+
+// `density`: kg/m3, instead of 1000.
+SimulationMesh scaled(SimulationMesh mesh, double size, double density) {
+    const double area = size * size, volume = area * size;
+    for (Vec3& x : mesh.rest_position) x *= size;
+    for (Vec3& r : mesh.radii) r *= size;
+    for (Vec3f& x : mesh.hull_point) x *= static_cast<float>(size);
+    for (double& v : mesh.volume) v *= volume;
+    for (double& m : mesh.mass) m *= volume * density / 1000;
+    for (Edge& e : mesh.edges) e.area *= area;
+    return mesh;
+}
+
+Quat turn(Draw& draw) {
+    const Vec3 axis = draw.vector(1).normalized();
+    return Quat(Eigen::AngleAxisd(draw.uniform(0, 3), axis));
+}
+
+}  // namespace
+
+Shot::Shot(uint64_t seed) {
+    Draw draw(seed);
+    material.youngs_modulus = draw.logarithmic(1e4, 1e9);
+    if (draw.one_in(2)) material.poisson_ratio = draw.uniform(0, 0.45);
+    material.damping_time = draw.one_in(3) ? 0 : draw.logarithmic(1e-4, 0.1);
+    if (draw.one_in(2)) material.yield = draw.logarithmic(0.003, 0.2);
+    material.flow_rate = draw.logarithmic(1, 1000), material.hardening = draw.uniform(0, 5);
+    material.toughness = draw.logarithmic(0.001, 0.5);
+    if (draw.one_in(5)) material.compressive_toughness = draw.logarithmic(0.01, 0.5);
+    material.friction = draw.one_in(5) ? 0 : draw.uniform(0, 1.5);
+    if (draw.one_in(4)) material.restitution = draw.uniform(0, 0.8);
+    settings.substeps = draw.of({2, 3, 4, 6, 8, 12, 16}), settings.iterations = draw.of({2, 2, 2, 1, 3, 5});
+    if (draw.one_in(8)) settings.method = Method::jacobi;
+    if (draw.one_in(8)) settings.error_budget = draw.logarithmic(0.005, 0.2);
+    if (draw.one_in(4)) gravity = draw.logarithmic(0.5, 50);
+
+    const double size = draw.one_in(3) ? draw.logarithmic(0.1, 10) : 1, density = draw.logarithmic(100, 10000);
+    const double speed = std::sqrt(size);  // m/s, that of falling by a twentieth of it
+    scene.colliders.resize(1);
+    scene.colliders[0].shape.kind = ShapeKind::plane;
+    scene.colliders[0].friction = material.friction;
+    for (const double height : {1.3, 3.8}) {
+        if (height > 2 && draw.one_in(2)) continue;
+        const Vec3 place = size * Vec3(draw.uniform(0, 0.3), draw.uniform(0, 0.3), height);
+        add_body(scene, scaled(rabbit(static_cast<Cut>(draw.index(kCuts))), size, density), {place, turn(draw)});
+        scene.bodies.back().velocity = speed * (draw.vector(1) - draw.logarithmic(0.1, 20) * Vec3::UnitZ());
+        scene.bodies.back().angular_velocity = draw.vector(draw.logarithmic(0.1, 5)) / speed;
+    }
+    if (draw.one_in(2)) return;
+    RigidBody weight;
+    weight.name = "weight";
+    if (draw.one_in(2)) weight.shape.kind = ShapeKind::box, weight.shape.half_extents = size * Vec3(0.3, 0.2, 0.1);
+    weight.shape.radius = 0.2 * size;
+    for (const double m : scene.rest.mass) weight.mass += m;  // to 1 kg: small bodies meet heavy ones
+    weight.mass *= draw.logarithmic(0.01, 20);
+    weight.pose.position = size * Vec3(draw.uniform(0, 0.2), draw.uniform(0, 0.2), 5.6);
+    weight.velocity = -speed * draw.logarithmic(1, 30) * Vec3::UnitZ();
+    weight.friction = material.friction;
+    scene.rigid_bodies.push_back(weight);
+}
+
+FrameInput Shot::input() const {
+    FrameInput in = quiet_input(scene, material);
+    in.materials = materials(), in.gravity = Vec3(0, 0, -gravity);
+    return in;
+}
+
+}  // namespace sunder::test

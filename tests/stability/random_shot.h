@@ -1,0 +1,45 @@
+// Shots with everything drawn at random: rabbits in needles, slabs, crumbs and pieces of like size above a floor and
+// under weights, of any stiffness, toughness and size, at any step.
+#pragma once
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "solver/solver.h"
+
+namespace sunder::test {
+
+class Draw {
+public:
+    explicit Draw(uint64_t seed) : rng_(seed) {}
+    double uniform(double low, double high) { return low + (high - low) * 0x1p-53 * static_cast<double>(rng_() >> 11); }
+    double logarithmic(double low, double high) { return low * std::pow(high / low, uniform(0, 1)); }
+    bool one_in(int n) { return index(static_cast<uint64_t>(n)) == 0; }
+    uint64_t index(uint64_t n) { return rng_() % n; }
+    template <class T>
+    T of(std::initializer_list<T> some) {
+        return some.begin()[index(some.size())];
+    }
+    Vec3 vector(double most) {
+        const double x = uniform(-most, most), y = uniform(-most, most);
+        return {x, y, uniform(-most, most)};
+    }
+
+private:
+    std::mt19937_64 rng_;
+};
+
+/// One or two bodies, all of one material, and a weight or none.
+struct Shot {
+    Scene scene;  // collider 0: the floor
+    Material material;
+    SolverSettings settings;
+    double gravity = 9.81;  // m/s2
+
+    explicit Shot(uint64_t seed);
+    std::vector<Material> materials() const { return std::vector(scene.bodies.size(), material); }
+    FrameInput input() const;  // of a frame
+};
+
+}  // namespace sunder::test
