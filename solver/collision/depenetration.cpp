@@ -69,16 +69,28 @@ void agree(std::span<Meeting> pair) {
     }
 }
 
-// What two colliders press on gets out between them, by more than either asks for and by the more the more they are
-// opposed, and has the speed of that: of colliders more than 120 degrees apart each asks for less, so that the way out
-// is no longer than twice what it would be out of one.
-void slow_down_between(std::span<ActiveContact> colliders) {
-    const auto overlaps = [](const ActiveContact& c) { return c.contact.gap < c.allowed_gap; };
+// By how far a collider moves towards what touches it, m.
+double driven(const ActiveContact& c) { return c.contact.normal.dot(c.collider_motion); }
+
+// What two colliders press on gets out between them, by the farther the more their normals are opposed, and has the
+// speed of that: they shoot it like a cherry stone. So where its way out would be longer than kWayOut times what they
+// ask for they ask for less; the rest of what they close by beyond the room that it has, it stays in them.
+void give_way_between(std::span<ActiveContact> colliders) {
+    constexpr double kWayOut = 4;
+    const auto room = [](const ActiveContact& c) { return std::max(c.contact.gap - c.allowed_gap, 0.0); };
     for (ActiveContact& c : colliders) {
-        double least = 1;
-        for (const ActiveContact& other : colliders)
-            if (overlaps(other)) least = std::min(least, c.contact.normal.dot(other.contact.normal));
-        c.recovery *= std::min(1.0, 2 * std::sqrt(std::max(0.5 + 0.5 * least, 0.0)));
+        double share = 1, lets_in = 0;
+        for (const ActiveContact& other : colliders) {
+            const double middle = 0.5 + 0.5 * c.contact.normal.dot(other.contact.normal);  // squared, of both normals
+            const double asks = std::min(1.0, kWayOut * std::sqrt(std::max(middle, 0.0)));
+            if (asks == 1) continue;
+            if (room(other) == 0) share = std::min(share, asks);
+            const double closing = driven(c) + driven(other), excess = closing - room(c) - room(other);
+            const double mine = std::max(driven(c), 0.0), theirs = std::max(driven(other), 0.0);
+            if (excess > 0) lets_in = std::max(lets_in, (1 - asks) * excess * mine / (mine + theirs));
+        }
+        c.recovery *= share;
+        c.wanted_gap -= lets_in;
     }
 }
 
@@ -99,10 +111,10 @@ void agree_on_recovery(const ContactBodies& b, std::span<ActiveContact> io_conta
             return c.contact.a == first->contact.a && has_movable_b(c.contact) == has_movable_b(first->contact);
         };
         last = std::find_if_not(first, io_contacts.end(), with_it);
-        if (!has_movable_b(first->contact) && last - first > 1) slow_down_between({first, last});
+        if (!has_movable_b(first->contact) && last - first > 1) give_way_between({first, last});
     }
     for (ActiveContact& c : io_contacts)
-        if (c.wanted_gap > -kLetPass) c.wanted_gap = std::min(c.allowed_gap, c.contact.gap + c.recovery);
+        if (c.wanted_gap > -kLetPass) c.wanted_gap += std::min(c.allowed_gap, c.contact.gap + c.recovery);
 }
 
 }  // namespace sunder

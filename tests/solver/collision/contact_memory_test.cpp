@@ -127,25 +127,63 @@ TEST(contact_memory, forces_that_no_longer_cancel_throw_nothing) {
     EXPECT_EQ(Held({Vec3(1, 0, -slope), Vec3(-1, 0, -slope)}).tempered(1000 * holds), 0);
 }
 
-// Walls that press on a thing from two sides work its overlap off no faster than one does.
+// Walls that press on a thing from two sides work its overlap off, and close on it, along a way out that is at most
+// four times what they ask for; between walls that are all but opposed it stays.
+struct Between {
+    Held held;
+    double half;  // of the angle between the normals, rad
+    explicit Between(double degrees)
+        : held{Vec3(std::sin(radians(degrees)), 0, std::cos(radians(degrees))),
+               Vec3(-std::sin(radians(degrees)), 0, std::cos(radians(degrees)))},
+          half(radians(degrees)) {}
+    static double radians(double degrees) { return 0.5 * degrees * M_PI / 180; }
+    // What both want of the gap, and how far that takes it out between them, m.
+    double way_out() {
+        agree_on_recovery(held.bodies(), held.contacts);
+        EXPECT_EQ(held.contacts[0].recovery, held.contacts[1].recovery);
+        return held.contacts[0].recovery / std::cos(half);
+    }
+};
+
 TEST(depenetration, what_lies_between_colliders_is_not_squeezed_out) {
     const double recovery = 1e-3;  // m
     const auto way_out = [&](double degrees) {
-        const double half = 0.5 * degrees * M_PI / 180;  // between the normals
-        Held held{Vec3(std::sin(half), 0, std::cos(half)), Vec3(-std::sin(half), 0, std::cos(half))};
-        for (ActiveContact& c : held.contacts) c.contact.gap = -0.05, c.recovery = recovery;
-        agree_on_recovery(held.bodies(), held.contacts);
-        EXPECT_EQ(held.contacts[0].recovery, held.contacts[1].recovery);
-        EXPECT_EQ(held.contacts[0].wanted_gap, -0.05 + held.contacts[0].recovery);
-        return held.contacts[0].recovery / std::cos(half);
+        Between it(degrees);
+        for (ActiveContact& c : it.held.contacts) c.contact.gap = -0.05, c.recovery = recovery;
+        const double way = it.way_out();
+        for (const ActiveContact& c : it.held.contacts) EXPECT_EQ(c.wanted_gap, -0.05 + c.recovery);
+        return way / recovery;
     };
-    EXPECT_NEAR(way_out(0), recovery, 1e-12);
-    EXPECT_NEAR(way_out(90), std::sqrt(2) * recovery, 1e-12);
-    for (const double degrees : {120, 150, 179}) EXPECT_NEAR(way_out(degrees), 2 * recovery, 1e-9) << degrees;
-    Held between{Vec3::UnitZ(), -Vec3::UnitZ()};
-    for (ActiveContact& c : between.contacts) c.contact.gap = -0.05, c.recovery = recovery;
-    agree_on_recovery(between.bodies(), between.contacts);
-    for (const ActiveContact& c : between.contacts) EXPECT_EQ(c.recovery, 0);
+    EXPECT_NEAR(way_out(0), 1, 1e-12);
+    EXPECT_NEAR(way_out(90), std::sqrt(2), 1e-12);
+    EXPECT_NEAR(way_out(140), 1 / std::cos(70 * M_PI / 180), 1e-12);
+    for (const double degrees : {152, 170, 179}) EXPECT_NEAR(way_out(degrees), 4, 1e-9) << degrees;
+    Between opposed(180);
+    for (ActiveContact& c : opposed.held.contacts) c.contact.gap = -0.05, c.recovery = recovery;
+    agree_on_recovery(opposed.held.bodies(), opposed.held.contacts);
+    for (const ActiveContact& c : opposed.held.contacts) EXPECT_LE(c.recovery, 1e-7 * recovery);
+}
+
+TEST(depenetration, a_press_goes_into_what_cannot_get_out) {
+    const auto wants = [&](double degrees, double press, double floor, double room) {
+        Between it(degrees);
+        std::vector<ActiveContact>& c = it.held.contacts;
+        c[0].collider_motion = press * c[0].contact.normal, c[1].collider_motion = floor * c[1].contact.normal;
+        c[0].contact.gap = room;
+        it.way_out();
+        return std::pair(c[0].wanted_gap, c[1].wanted_gap);
+    };
+    using Wanted = std::pair<double, double>;
+    EXPECT_EQ(wants(90, 0.01, 0, 0), Wanted(0, 0));
+    EXPECT_EQ(wants(140, 0.01, 0, 0), Wanted(0, 0));
+    const double share = 4 * std::cos(85 * M_PI / 180);  // of 170 degrees
+    EXPECT_NEAR(wants(170, 0.01, 0, 0).first, -(1 - share) * 0.01, 1e-12);
+    EXPECT_EQ(wants(170, 0.01, 0, 0).second, 0);
+    EXPECT_NEAR(wants(170, 0.01, 0.01, 0).second, -(1 - share) * 0.01, 1e-12);
+    EXPECT_NEAR(wants(170, 0.01, 0, 0.004).first, -(1 - share) * 0.006, 1e-12);
+    EXPECT_EQ(wants(170, 0.01, 0, 0.02), Wanted(0, 0));
+    EXPECT_EQ(wants(170, 0.01, -0.01, 0), Wanted(0, 0));  // both go the same way, and take it along
+    EXPECT_EQ(wants(170, -0.01, 0, 0), Wanted(0, 0));
 }
 
 }  // namespace
