@@ -213,10 +213,10 @@ void change_velocities(const StepContext& context, Workspace& w) {
     for_pieces(w.live, kParticleGrain, context.workers, [&](size_t piece) {
         const PieceVelocity& change = w.piece_change[piece];
         if (change.velocity.isZero(0) && change.turn.isZero(0) && change.spin.isZero(0)) return;
-        const auto particles = w.live.piece_particles(piece);
-        const Vec3 center = piece_center(rest, particles, w.moving, &MovingParticle::x);
-        for (uint32_t j : particles) {
-            w.velocity[j] += change.velocity + change.turn.cross(w.moving[j].x - center);
+        // From where the contacts were solved: a spin about what was the thin axis of a piece that has turned since
+        // would swing its ends.
+        for (const uint32_t j : w.live.piece_particles(piece)) {
+            w.velocity[j] += change.velocity + change.turn.cross(w.start_position[j] - w.pieces[piece].center);
             w.angular_velocity[j] += change.spin;
         }
     });
