@@ -40,7 +40,7 @@ BenchScene two_bunnies() {
 BenchScene paper_scene() {
     BenchScene s;
     Material clay;
-    clay.youngs_modulus = 2e5, clay.yield = 0.03, clay.toughness = 0.0308;
+    clay.youngs_modulus = 2e5, clay.yield = 0.03, clay.toughness = 0.0316;
     std::mt19937_64 rng(4);
     std::uniform_real_distribution<double> uniform(-1, 1);
     std::vector<std::shared_ptr<const FragmentSet>> cuts;
