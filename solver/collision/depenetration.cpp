@@ -73,8 +73,8 @@ void agree(std::span<Meeting> pair) {
 double driven(const ActiveContact& c) { return c.contact.normal.dot(c.collider_motion); }
 
 // What two colliders press on gets out between them, by the farther the more their normals are opposed, and has the
-// speed of that: they shoot it like a cherry stone. So where its way out would be longer than kWayOut times what they
-// ask for they ask for less; the rest of what they close by beyond the room that it has, it stays in them.
+// speed of that: they shoot it like a cherry stone. Where its way out would be longer than kWayOut times what they ask
+// for, they ask for less; what they close by beyond the room that it has then goes into it.
 void give_way_between(std::span<ActiveContact> colliders) {
     constexpr double kWayOut = 4;
     const auto room = [](const ActiveContact& c) { return std::max(c.contact.gap - c.allowed_gap, 0.0); };

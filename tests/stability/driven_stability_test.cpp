@@ -13,8 +13,9 @@ namespace {
 
 enum Drive { vise, hammer, blade, pull, roller, piston, kDrives };  // pull: see fracture_stability_test
 
-constexpr int kFrames = 48;
 constexpr double kRate = 24;  // frames a second
+// What slips out of a wedge goes faster than what drives it, by one over its slope.
+constexpr double kMost = 8;
 
 Quat about(const Vec3& axis, double angle) { return Quat(Eigen::AngleAxisd(angle, axis)); }
 
@@ -30,17 +31,66 @@ Shape box(const Vec3& half_extents) {
 struct Driven : test::Shot {
     using Path = std::function<Pose(double frame)>;
 
-    double size = 0;  // of a body, m
-    Vec3 middle;
+    int frames;
+    double size = 0;            // of a body, m
     double fastest_driven = 0;  // m/s
     std::vector<Path> paths;    // of the colliders after the floor
 
-    explicit Driven(uint64_t seed) : Shot(seed) {
+    Driven(uint64_t seed, int n_frames) : Shot(seed), frames(n_frames) {
+        for (const Vec3& x : scene.rest.rest_position) size = std::max(size, x.norm());
+        for (Body& b : scene.bodies) b.velocity *= 0.1, b.angular_velocity *= 0.1;
+    }
+    void add(const Shape& shape, const Path& path) {
+        Collider c;
+        c.name = "driven " + std::to_string(scene.colliders.size()), c.shape = shape, c.friction = material.friction;
+        scene.colliders.push_back(c), paths.push_back(path);
+        const double arm = shape.kind == ShapeKind::box ? shape.half_extents.norm() : shape.radius + shape.half_height;
+        for (double frame = 0; frame < frames; frame += 0.25) {
+            const Pose a = path(frame), b = path(frame + 1e-3);
+            const double way = (b.position - a.position).norm(), turn = a.orientation.angularDistance(b.orientation);
+            fastest_driven = std::max(fastest_driven, 1e3 * kRate * (way + arm * turn));
+        }
+    }
+    // The fastest that anything ever was, over what drives, where it is fastest, and a fall by twice the body's size.
+    double fastest() const {
+        const auto solver = test::make_solver(scene);
+        FrameState state = solver->initial_state(materials());
+        FrameInput in = input();
+        double fastest = 0;
+        for (int frame = 0; frame < frames; ++frame) {
+            for (size_t k = 0; k < paths.size(); ++k)
+                in.colliders[k + 1] = {paths[k](frame), paths[k](frame + 1), true};
+            const auto report = solver->advance(in, settings, state);
+            EXPECT_TRUE(report) << (report ? "" : report.error().text());
+            if (!report) break;
+            for (const Vec3& v : state.velocity) fastest = std::max(fastest, v.norm());
+        }
+        return fastest / (fastest_driven + std::sqrt(4 * gravity * size));
+    }
+};
+
+// Down to a tenth to six tenths of the body.
+struct Press : Driven {
+    explicit Press(uint64_t seed) : Driven(seed, 36) {
+        scene.rigid_bodies.clear();
+        test::Draw draw(seed + 777);
+        Shape head = box(size * Vec3(1.5, 1.5, 0.1));
+        if (draw.one_in(3)) head.kind = ShapeKind::sphere, head.radius = 0.3 * size;
+        const double top = 1.35 * size, low = size * (0.1 + draw.uniform(0, 0.5)), stroke = draw.of({12., 24., 36.});
+        add(head, [=](double frame) {
+            return Pose{Vec3(0, 0, top + (low - top) * ramp(frame / stroke)), Quat::Identity()};
+        });
+    }
+};
+
+struct Machine : Driven {
+    Vec3 middle;
+
+    explicit Machine(uint64_t seed) : Driven(seed, 48) {
         test::Draw draw(seed + 31337);
         if (!draw.one_in(4)) scene.rigid_bodies.clear();
-        for (const Vec3& x : scene.rest.rest_position) size = std::max(size, x.norm() / 1.7);
+        size /= 1.7;
         middle = size * Vec3(0.15, 0.15, 0.5);
-        for (Body& b : scene.bodies) b.velocity *= 0.1, b.angular_velocity *= 0.1;
         switch (seed % kDrives) {
             case vise:
                 add_vise(draw);
@@ -59,21 +109,8 @@ struct Driven : test::Shot {
                 break;
         }
     }
-    // Of what drives, where it is fastest, and of a fall by twice the body's size, m/s.
-    double scale() const { return fastest_driven + std::sqrt(4 * gravity * size); }
 
 private:
-    void add(const Shape& shape, const Path& path) {
-        Collider c;
-        c.name = "driven " + std::to_string(scene.colliders.size()), c.shape = shape, c.friction = material.friction;
-        scene.colliders.push_back(c), paths.push_back(path);
-        const double arm = shape.kind == ShapeKind::box ? shape.half_extents.norm() : shape.radius + shape.half_height;
-        for (double frame = 0; frame < kFrames; frame += 0.25) {
-            const Pose a = path(frame), b = path(frame + 1e-3);
-            const double way = (b.position - a.position).norm(), turn = a.orientation.angularDistance(b.orientation);
-            fastest_driven = std::max(fastest_driven, 1e3 * kRate * (way + arm * turn));
-        }
-    }
     void add_vise(test::Draw& draw) {
         const double gap = size * draw.uniform(0.05, 0.4), period = draw.of({12., 24., 36.});
         const Vec3 axis = about(Vec3::UnitZ(), draw.uniform(0, 3)) * Vec3::UnitX();
@@ -126,30 +163,27 @@ private:
     }
 };
 
-// The fastest that anything ever was, over `scale`.
-double fastest(uint64_t seed) {
-    const Driven shot(seed);
-    const auto solver = test::make_solver(shot.scene);
-    FrameState state = solver->initial_state(shot.materials());
-    FrameInput in = shot.input();
-    double fastest = 0;
-    for (int frame = 0; frame < kFrames; ++frame) {
-        for (size_t k = 0; k < shot.paths.size(); ++k)
-            in.colliders[k + 1] = {shot.paths[k](frame), shot.paths[k](frame + 1), true};
-        const auto report = solver->advance(in, shot.settings, state);
-        EXPECT_TRUE(report) << "shot " << seed << ": " << (report ? "" : report.error().text());
-        if (!report) break;
-        for (const Vec3& v : state.velocity) fastest = std::max(fastest, v.norm());
-    }
-    return fastest / shot.scale();
+TEST(driven, a_press_throws_nothing_like_a_bullet) {
+    double most = 0;
+    const auto check = [&](uint64_t seed) {
+        SCOPED_TRACE("shot " + std::to_string(seed));
+        const double speed = Press(seed).fastest();
+        EXPECT_LE(speed, kMost);
+        most = std::max(most, speed);
+    };
+    for (uint64_t seed = 0; seed < 60; ++seed) check(seed);
+    for (uint64_t seed : {144, 165, 277, 298, 313, 370, 391,  428,  619,  635,  689,  742,
+                          766, 795, 882, 924, 946, 988, 1034, 1055, 1170, 1338, 1387, 1393})
+        check(seed);  // once 8 to 570 times
+    std::printf("fastest, over press and fall: %.1f\n", most);
 }
 
-TEST(driven, throw_nothing_like_a_bullet) {
+TEST(driven, machines_throw_nothing_like_a_bullet) {
     std::array<double, kDrives> most{};
     const auto check = [&](uint64_t seed) {
-        const double speed = fastest(seed);
-        // What slips out of a wedge goes faster than what drives it, by one over its slope.
-        EXPECT_LE(speed, 8) << "shot " << seed;
+        SCOPED_TRACE("shot " + std::to_string(seed));
+        const double speed = Machine(seed).fastest();
+        EXPECT_LE(speed, kMost);
         most[seed % kDrives] = std::max(most[seed % kDrives], speed);
     };
     for (uint64_t seed = 0; seed < 60; ++seed)
