@@ -30,9 +30,11 @@ PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Sym3> i
 Vec3 rigid_spin(const PieceMomentum& piece, const Vec3& angular);
 
 /// Adds the rigid spin H^-1 (wanted - L) to the piece. A piece without inertia about some axis (a point) is not turned
-/// about it.
+/// about it. Where L^T H^-1 L / 2 would come to more than `most_energy` (J), and to more than it is, only as much of
+/// the spin is added as keeps it below both.
 void set_angular_momentum(const SimulationMesh& rest, std::span<const Sym3> inertia,
-                          std::span<const uint32_t> particles, const Vec3& wanted, std::span<const Vec3> position,
-                          std::span<Vec3> io_velocity, std::span<Vec3> io_angular_velocity);
+                          std::span<const uint32_t> particles, const Vec3& wanted, double most_energy,
+                          std::span<const Vec3> position, std::span<Vec3> io_velocity,
+                          std::span<Vec3> io_angular_velocity);
 
 }  // namespace sunder

@@ -1,5 +1,6 @@
 // How things move between contacts and shape matching: prediction, velocities, momentum.
 #include <cmath>
+#include <limits>
 
 #include "solver/motion.h"
 #include "solver/substep.h"
@@ -122,8 +123,12 @@ void Substep::restore_momentum() {
         for (uint32_t j : particles)
             gained += rest().mass[j] * (work.start_position[j] - work.pieces[piece].center).cross(work.push[j].shift) +
                       work.push[j].torque;
-        set_angular_momentum(rest(), work.inertia, particles, work.piece_angular[piece] + gained / h, state.position,
-                             work.velocity, work.angular_velocity);
+        const Vec3 wanted = work.piece_angular[piece] + gained / h, turn = work.pieces[piece].inverse_inertia * wanted;
+        // What turns by more than a radian is not resolved: its momentum comes to lie along another of its axes, and a
+        // spin that is read as its opposite would be given twice to all of it.
+        const double most_energy = turn.norm() * h > 1 ? 0.5 * turn.dot(wanted) : std::numeric_limits<double>::max();
+        set_angular_momentum(rest(), work.inertia, particles, wanted, most_energy, state.position, work.velocity,
+                             work.angular_velocity);
     });
 }
 
