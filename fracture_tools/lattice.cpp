@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "fracture_tools/interfaces.h"
-#include "fracture_tools/prefracture.h"
+#include "fracture_tools/fragments/interfaces.h"
+#include "fracture_tools/fragments/prefracture.h"
 
 namespace sunder {
 namespace {

@@ -6,9 +6,9 @@
 #include <numbers>
 #include <optional>
 
-#include "fracture_tools/mesh_checks.h"
-#include "fracture_tools/mesh_distance.h"
-#include "fracture_tools/mesh_repair.h"
+#include "fracture_tools/mesh/mesh_checks.h"
+#include "fracture_tools/mesh/mesh_distance.h"
+#include "fracture_tools/repair/mesh_repair.h"
 #include "solver/data/disjoint_sets.h"
 
 namespace sunder {

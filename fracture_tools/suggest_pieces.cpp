@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fracture_tools/mesh_checks.h"
+#include "fracture_tools/mesh/mesh_checks.h"
 
 namespace sunder {
 namespace {

@@ -5,11 +5,11 @@
 #include <set>
 
 #include "nodes/bake_exports.h"
-#include "nodes/bake_folder.h"
-#include "nodes/common_parameters.h"
+#include "nodes/bake_files/bake_folder.h"
+#include "nodes/files/output_pattern.h"
+#include "nodes/files/state_file.h"
 #include "nodes/frame_writer.h"
-#include "nodes/output_pattern.h"
-#include "nodes/state_file.h"
+#include "nodes/graph/common_parameters.h"
 
 namespace sunder {
 namespace {

@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
-#include "nodes/graph.h"
+#include "nodes/graph/graph.h"
 #include "solver/data/progress.h"
 #include "solver/data/result.h"
-#include "solver/scene.h"
+#include "solver/scene/scene.h"
 
 namespace sunder {
 

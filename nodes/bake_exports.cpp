@@ -1,8 +1,8 @@
 #include "nodes/bake_exports.h"
 
-#include "nodes/node.h"
-#include "nodes/output_pattern.h"
-#include "nodes/shot_export.h"
+#include "nodes/exports/shot_export.h"
+#include "nodes/files/output_pattern.h"
+#include "nodes/graph/node.h"
 
 namespace sunder {
 

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "nodes/bake_folder.h"
-#include "nodes/graph.h"
-#include "nodes/manifest.h"
+#include "nodes/bake_files/bake_folder.h"
+#include "nodes/bake_files/manifest.h"
+#include "nodes/graph/graph.h"
 #include "solver/data/progress.h"
 
 namespace sunder {

@@ -4,16 +4,16 @@
 #include <filesystem>
 #include <set>
 
-#include "fracture_tools/mesh_checks.h"
-#include "fracture_tools/mesh_io.h"
+#include "fracture_tools/mesh/mesh_checks.h"
+#include "fracture_tools/mesh/mesh_io.h"
 #include "fracture_tools/suggest_pieces.h"
-#include "nodes/compression.h"
-#include "nodes/graph.h"
-#include "nodes/manifest.h"
-#include "nodes/mesh_frame_file.h"
-#include "nodes/ply_file.h"
-#include "nodes/state_file.h"
-#include "nodes/strict_json.h"
+#include "nodes/bake_files/manifest.h"
+#include "nodes/files/compression.h"
+#include "nodes/files/mesh_frame_file.h"
+#include "nodes/files/ply_file.h"
+#include "nodes/files/state_file.h"
+#include "nodes/graph/graph.h"
+#include "nodes/graph/strict_json.h"
 #include "solver/solver.h"
 
 namespace sunder {

@@ -4,9 +4,9 @@
 #include <chrono>
 #include <utility>
 
-#include "nodes/compression.h"
-#include "nodes/mesh_frame_file.h"
-#include "nodes/state_file.h"
+#include "nodes/files/compression.h"
+#include "nodes/files/mesh_frame_file.h"
+#include "nodes/files/state_file.h"
 
 namespace sunder {
 namespace {

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "nodes/bake.h"
-#include "nodes/bake_folder.h"
-#include "nodes/byte_buffer.h"
-#include "nodes/manifest.h"
-#include "nodes/value.h"
+#include "nodes/bake_files/bake_folder.h"
+#include "nodes/bake_files/manifest.h"
+#include "nodes/files/byte_buffer.h"
+#include "nodes/graph/value.h"
 
 namespace sunder {
 

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "solver/collision/shape_distance.h"
-#include "solver/motion.h"
+#include "solver/matching/unit_schedule.h"
+#include "solver/scene/motion.h"
 #include "solver/sleeping.h"
-#include "solver/unit_schedule.h"
 
 namespace sunder {
 

@@ -4,7 +4,7 @@
 #include <atomic>
 
 #include "solver/awake_reach.h"
-#include "solver/unit_schedule.h"
+#include "solver/matching/unit_schedule.h"
 
 namespace sunder {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solver/motion.h"
-#include "solver/polar_decomposition.h"
+#include "solver/matching/polar_decomposition.h"
+#include "solver/scene/motion.h"
 
 namespace sunder {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solver/motion.h"
+#include "solver/scene/motion.h"
 
 namespace sunder {
 namespace {

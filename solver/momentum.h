@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "solver/data/frame_state.h"
-#include "solver/live_topology.h"
+#include "solver/scene/live_topology.h"
 
 namespace sunder {
 

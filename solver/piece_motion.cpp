@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "solver/free_rotation.h"
-#include "solver/motion.h"
-#include "solver/unit_schedule.h"
+#include "solver/matching/unit_schedule.h"
+#include "solver/scene/motion.h"
 
 namespace sunder {
 namespace {

@@ -6,7 +6,7 @@
 #include "solver/collision/contact.h"
 #include "solver/collision/shape_distance.h"
 #include "solver/data/disjoint_sets.h"
-#include "solver/rest_conditions.h"
+#include "solver/scene/rest_conditions.h"
 
 namespace sunder {
 namespace {

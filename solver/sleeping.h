@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "solver/scene.h"
+#include "solver/scene/scene.h"
 
 namespace sunder {
 

@@ -7,10 +7,10 @@
 
 #include "solver/awake_scene.h"
 #include "solver/error_budget.h"
-#include "solver/first_of.h"
+#include "solver/matching/unit_schedule.h"
 #include "solver/sleeping.h"
-#include "solver/thread_trial.h"
-#include "solver/unit_schedule.h"
+#include "solver/threads/first_of.h"
+#include "solver/threads/thread_trial.h"
 
 namespace sunder {
 namespace {

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "solver/data/progress.h"
-#include "solver/parallel.h"
-#include "solver/scene.h"
+#include "solver/scene/scene.h"
+#include "solver/threads/parallel.h"
 
 namespace sunder {
 

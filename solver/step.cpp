@@ -3,7 +3,7 @@
 #include <atomic>
 #include <cmath>
 
-#include "solver/gauss_seidel.h"
+#include "solver/matching/gauss_seidel.h"
 #include "solver/piece_motion.h"
 #include "solver/step_limit.h"
 #include "solver/substep.h"

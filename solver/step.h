@@ -4,16 +4,16 @@
 #include <span>
 #include <vector>
 
-#include "solver/collision/contact_round.h"
-#include "solver/collision/scene_contacts.h"
-#include "solver/fracture.h"
-#include "solver/jacobi_sweep.h"
+#include "solver/contacts/contact_round.h"
+#include "solver/contacts/scene_contacts.h"
+#include "solver/matching/jacobi_sweep.h"
+#include "solver/matching/newton_step.h"
+#include "solver/material/fracture.h"
 #include "solver/momentum.h"
-#include "solver/newton_step.h"
-#include "solver/parallel.h"
-#include "solver/scene.h"
+#include "solver/scene/scene.h"
 #include "solver/sleeping.h"
 #include "solver/step_limit.h"
+#include "solver/threads/parallel.h"
 
 namespace sunder {
 

@@ -3,8 +3,8 @@
 
 #include <span>
 
-#include "solver/live_topology.h"
-#include "solver/shape_matching.h"
+#include "solver/matching/shape_matching.h"
+#include "solver/scene/live_topology.h"
 
 namespace sunder {
 

@@ -5,10 +5,10 @@
 #include <chrono>
 #include <cstdint>
 
-#include "solver/first_of.h"
-#include "solver/plasticity.h"
+#include "solver/matching/unit_schedule.h"
+#include "solver/material/plasticity.h"
 #include "solver/step.h"
-#include "solver/unit_schedule.h"
+#include "solver/threads/first_of.h"
 
 namespace sunder {
 

@@ -1,8 +1,8 @@
 // Contacts of a substep: found, pushed apart between Newton steps, settled at the end.
 #include <algorithm>
 
-#include "solver/collision/contact_memory.h"
-#include "solver/collision/depenetration.h"
+#include "solver/contacts/contact_memory.h"
+#include "solver/contacts/depenetration.h"
 #include "solver/piece_motion.h"
 #include "solver/sleeping.h"
 #include "solver/substep.h"

@@ -4,9 +4,9 @@
 #include <atomic>
 #include <cmath>
 
-#include "solver/group_stretch.h"
-#include "solver/groups_by_size.h"
-#include "solver/plasticity.h"
+#include "solver/matching/groups_by_size.h"
+#include "solver/material/group_stretch.h"
+#include "solver/material/plasticity.h"
 #include "solver/substep.h"
 
 namespace sunder {

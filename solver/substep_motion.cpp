@@ -2,7 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include "solver/motion.h"
+#include "solver/scene/motion.h"
 #include "solver/substep.h"
 
 namespace sunder {

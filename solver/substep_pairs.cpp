@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "solver/momentum.h"
-#include "solver/motion.h"
 #include "solver/piece_motion.h"
+#include "solver/scene/motion.h"
 #include "solver/substep.h"
 
 namespace sunder {

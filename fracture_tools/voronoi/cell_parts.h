@@ -1,7 +1,7 @@
 // Cells that are not in one piece become several.
 #pragma once
 
-#include "fracture_tools/cell_complex.h"
+#include "fracture_tools/cells/cell_complex.h"
 
 namespace sunder {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fracture_tools/parallel_chunks.h"
-#include "fracture_tools/unit_box.h"
+#include "fracture_tools/mesh/parallel_chunks.h"
+#include "fracture_tools/mesh/unit_box.h"
 #include "fracture_tools/voronoi/interface_loops.h"
 #include "fracture_tools/voronoi/interface_triangulation.h"
 

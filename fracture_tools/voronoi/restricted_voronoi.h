@@ -12,7 +12,7 @@
 #include <span>
 #include <string>
 
-#include "fracture_tools/cell_complex.h"
+#include "fracture_tools/cells/cell_complex.h"
 #include "fracture_tools/voronoi/predicates.h"
 #include "solver/data/progress.h"
 #include "solver/data/result.h"

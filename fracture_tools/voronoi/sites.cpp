@@ -5,10 +5,10 @@
 #include <numeric>
 #include <optional>
 
-#include "fracture_tools/kmeans.h"
-#include "fracture_tools/mesh_checks.h"
-#include "fracture_tools/point_grid.h"
-#include "fracture_tools/surface_lookup.h"
+#include "fracture_tools/cells/kmeans.h"
+#include "fracture_tools/mesh/mesh_checks.h"
+#include "fracture_tools/mesh/point_grid.h"
+#include "fracture_tools/mesh/surface_lookup.h"
 #include "fracture_tools/voronoi/interior_sampler.h"
 
 namespace sunder {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "fracture_tools/parallel_chunks.h"
-#include "fracture_tools/point_grid.h"
+#include "fracture_tools/mesh/parallel_chunks.h"
+#include "fracture_tools/mesh/point_grid.h"
 
 namespace sunder {
 namespace {

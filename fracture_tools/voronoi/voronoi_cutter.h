@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "fracture_tools/cell_complex.h"
+#include "fracture_tools/cells/cell_complex.h"
 #include "solver/data/progress.h"
 #include "solver/data/result.h"
 #include "solver/data/tri_mesh.h"

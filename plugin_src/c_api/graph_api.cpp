@@ -1,9 +1,9 @@
 // Graph handles: everything but evaluation.
 #include <string>
 
-#include "nodes/file_io.h"
-#include "nodes/registry.h"
-#include "nodes/strict_json.h"
+#include "nodes/files/file_io.h"
+#include "nodes/graph/registry.h"
+#include "nodes/graph/strict_json.h"
 #include "plugin_src/c_api/handles.h"
 
 using sunder::bad_usage;

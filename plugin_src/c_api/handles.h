@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "nodes/graph.h"
-#include "nodes/value_arrays.h"
+#include "nodes/graph/graph.h"
+#include "nodes/graph/value_arrays.h"
 #include "plugin_src/c_api/sunder.h"
 
 namespace sunder::c_api {

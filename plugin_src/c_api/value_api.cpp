@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "nodes/bake.h"
-#include "nodes/fragment_folder.h"
-#include "nodes/manifest.h"
-#include "nodes/shot_export.h"
+#include "nodes/bake_files/manifest.h"
+#include "nodes/exports/fragment_folder.h"
+#include "nodes/exports/shot_export.h"
 #include "plugin_src/c_api/handles.h"
 
 using sunder::bad_usage;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "nodes/bake.h"
-#include "nodes/strict_json.h"
+#include "nodes/graph/strict_json.h"
 #include "plugin_src/cli/commands.h"
 #include "plugin_src/cli/progress_bar.h"
 #include "plugin_src/cli/report.h"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "nodes/graph.h"
+#include "nodes/graph/graph.h"
 
 namespace sunder::cli {
 

@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <string>
 
-#include "nodes/shot_export.h"
+#include "nodes/exports/shot_export.h"
 #include "plugin_src/cli/commands.h"
 #include "plugin_src/cli/progress_bar.h"
 #include "plugin_src/cli/report.h"

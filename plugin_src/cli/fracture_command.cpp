@@ -6,11 +6,11 @@
 #include <map>
 #include <string>
 
-#include "nodes/file_io.h"
-#include "nodes/fragment_folder.h"
-#include "nodes/mesh_fault_report.h"
-#include "nodes/registry.h"
-#include "nodes/strict_json.h"
+#include "nodes/exports/fragment_folder.h"
+#include "nodes/files/file_io.h"
+#include "nodes/graph/registry.h"
+#include "nodes/graph/strict_json.h"
+#include "nodes/types/mesh_fault_report.h"
 #include "plugin_src/cli/commands.h"
 #include "plugin_src/cli/progress_bar.h"
 #include "plugin_src/cli/report.h"

@@ -2,9 +2,9 @@
 #include <cstdio>
 #include <string>
 
+#include "nodes/bake_files/manifest.h"
 #include "nodes/file_info.h"
-#include "nodes/manifest.h"
-#include "nodes/registry.h"
+#include "nodes/graph/registry.h"
 #include "plugin_src/cli/commands.h"
 #include "plugin_src/cli/progress_bar.h"
 #include "plugin_src/cli/report.h"

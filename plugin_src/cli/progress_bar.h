@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "nodes/graph.h"
+#include "nodes/graph/graph.h"
 
 namespace sunder::cli {
 

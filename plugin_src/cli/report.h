@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "nodes/graph.h"
+#include "nodes/graph/graph.h"
 
 namespace sunder::cli {
 

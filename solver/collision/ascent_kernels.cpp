@@ -9,7 +9,7 @@
 // Compiled once for each instruction set (lanes.h).
 #include "solver/collision/ascent_kernels.h"
 
-#include "solver/collision/lane_vectors.h"
+#include "solver/lanes/lane_vectors.h"
 
 namespace sunder {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "solver/collision/ascent_kernels.h"
 #include "solver/collision/support_ascent.h"
-#include "solver/instruction_set.h"
+#include "solver/lanes/instruction_set.h"
 
 namespace sunder {
 namespace {

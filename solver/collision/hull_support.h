@@ -7,7 +7,7 @@
 
 #include "solver/data/frame_state.h"
 #include "solver/data/simulation_mesh.h"
-#include "solver/parallel.h"
+#include "solver/threads/parallel.h"
 
 namespace sunder {
 

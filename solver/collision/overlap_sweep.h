@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "solver/data/math.h"
-#include "solver/parallel.h"
+#include "solver/threads/parallel.h"
 
 namespace sunder {
 

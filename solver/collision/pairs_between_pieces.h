@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "solver/collision/broad_phase.h"
-#include "solver/parallel.h"
+#include "solver/threads/parallel.h"
 
 namespace sunder {
 

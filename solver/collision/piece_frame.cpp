@@ -5,8 +5,8 @@
 #include <array>
 #include <bit>
 
-#include "solver/instruction_set.h"
-#include "solver/polar_decomposition.h"
+#include "solver/lanes/instruction_set.h"
+#include "solver/matching/polar_decomposition.h"
 
 namespace sunder {
 namespace {

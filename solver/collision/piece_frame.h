@@ -6,7 +6,7 @@
 
 #include "solver/collision/piece_frame_kernels.h"
 #include "solver/data/math.h"
-#include "solver/parallel.h"
+#include "solver/threads/parallel.h"
 
 namespace sunder {
 

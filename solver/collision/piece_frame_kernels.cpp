@@ -2,7 +2,7 @@
 // Compiled once for each instruction set (lanes.h).
 #include "solver/collision/piece_frame_kernels.h"
 
-#include "solver/collision/lane_vectors.h"
+#include "solver/lanes/lane_vectors.h"
 
 namespace sunder {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "solver/collision/broad_phase.h"
 #include "solver/collision/piece_frame.h"
-#include "solver/parallel.h"
+#include "solver/threads/parallel.h"
 
 namespace sunder {
 

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "solver/collision/ellipsoid_distance.h"
-#include "solver/scene.h"
+#include "solver/scene/scene.h"
 
 namespace sunder {
 

@@ -1,7 +1,7 @@
 // Free vibration of the bar, clamped at its foot: how long its lowest modes take, and what beam theory says.
 #pragma once
 
-#include "solver/scene.h"
+#include "solver/scene/scene.h"
 
 namespace sunder::test {
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "fracture_tools/prefracture.h"
+#include "fracture_tools/fragments/prefracture.h"
 #include "fracture_tools/suggest_pieces.h"
 #include "tests/accuracy/bar_cases.h"
 #include "tests/fracture_tools/shapes.h"

@@ -2,13 +2,40 @@
 import re
 from pathlib import Path
 
-# Who may include whom. A folder may always include itself; `solver` and `fracture_tools` do not see one another.
+# Who may include whom. A folder may always include itself; `solver` and `fracture_tools` do not see one another. In a
+# layer each room sees those before it that are named, and what lies in no room of it sees them all.
 MAY_INCLUDE = {
     "solver/data": set(),
-    "solver": {"solver/data"},
-    "fracture_tools": {"solver/data"},
-    "nodes": {"solver", "solver/data", "fracture_tools"},
-    "plugin_src": {"nodes"},
+    "solver/threads": {"solver/data"},
+    "solver/lanes": set(),
+    "solver/scene": {"solver/data", "solver/threads"},
+    "solver/matching": {"solver/data", "solver/threads", "solver/lanes", "solver/scene"},
+    "solver/material": {"solver/data", "solver/threads", "solver/lanes", "solver/scene", "solver/matching"},
+    "solver/collision": {"solver/data", "solver/threads", "solver/lanes", "solver/scene", "solver/matching"},
+    "solver/contacts": {"solver/data", "solver/threads", "solver/lanes", "solver/scene", "solver/matching",
+                        "solver/collision"},
+    "solver": {"solver/data", "solver/threads", "solver/lanes", "solver/scene", "solver/matching", "solver/material",
+               "solver/collision", "solver/contacts"},
+    "fracture_tools/mesh": {"solver/data"},
+    "fracture_tools/repair": {"solver/data", "fracture_tools/mesh"},
+    "fracture_tools/cells": {"solver/data", "fracture_tools/mesh"},
+    "fracture_tools/voronoi": {"solver/data", "fracture_tools/mesh", "fracture_tools/cells"},
+    "fracture_tools/fragments": {"solver/data", "fracture_tools/mesh", "fracture_tools/repair", "fracture_tools/cells",
+                                 "fracture_tools/voronoi"},
+    "fracture_tools/skin": {"solver/data", "fracture_tools/mesh", "fracture_tools/fragments"},
+    "fracture_tools": {"solver/data", "fracture_tools/mesh", "fracture_tools/repair", "fracture_tools/cells",
+                       "fracture_tools/voronoi", "fracture_tools/fragments", "fracture_tools/skin"},
+}
+PHYSICS_AND_MESHES = {"solver", "solver/data", "solver/scene", "solver/threads", "fracture_tools", "fracture_tools/mesh",
+                      "fracture_tools/repair", "fracture_tools/fragments", "fracture_tools/skin"}
+MAY_INCLUDE |= {
+    "nodes/files": PHYSICS_AND_MESHES,
+    "nodes/graph": PHYSICS_AND_MESHES | {"nodes/files"},
+    "nodes/types": PHYSICS_AND_MESHES | {"nodes/files", "nodes/graph"},
+    "nodes/bake_files": PHYSICS_AND_MESHES | {"nodes/files", "nodes/graph"},
+    "nodes/exports": PHYSICS_AND_MESHES | {"nodes/files", "nodes/graph", "nodes/types", "nodes/bake_files"},
+    "nodes": PHYSICS_AND_MESHES | {"nodes/files", "nodes/graph", "nodes/types", "nodes/bake_files", "nodes/exports"},
+    "plugin_src": {"nodes", "nodes/files", "nodes/graph", "nodes/types", "nodes/bake_files", "nodes/exports"},
 }
 # Slow to compile, so they stay in few translation units: never in a header, never outside fracture_tools.
 # Tests of fracture_tools may use them as an oracle.
@@ -21,12 +48,12 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
 
 
 def layer_of(path):
-    """The layer that a path from the root belongs to, or None for what is not in one (tests, system headers)."""
-    if path.startswith("solver/data/"):
-        return "solver/data"
-    top = path.split("/", 1)[0]
-    return top if "/" in path and top in MAY_INCLUDE else None
-
+    """The folder of MAY_INCLUDE that a path from the root is in, or None (tests, system headers)."""
+    top, *below = path.split("/")
+    room = f"{top}/{below[0]}" if len(below) > 1 else top
+    if room in MAY_INCLUDE:
+        return room
+    return top if below and top in MAY_INCLUDE else None
 
 
 def check_include(source, line_number, target, root):

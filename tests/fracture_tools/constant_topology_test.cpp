@@ -3,8 +3,8 @@
 
 #include <map>
 
-#include "fracture_tools/fragment_faces.h"
-#include "fracture_tools/visual_mesh.h"
+#include "fracture_tools/fragments/fragment_faces.h"
+#include "fracture_tools/skin/visual_mesh.h"
 #include "tests/fracture_tools/moving_body.h"
 
 namespace sunder {

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <set>
 
-#include "fracture_tools/mesh_checks.h"
-#include "fracture_tools/mesh_io.h"
-#include "fracture_tools/mesh_repair.h"
-#include "fracture_tools/prefracture.h"
-#include "fracture_tools/simulation_mesh_builder.h"
+#include "fracture_tools/fragments/prefracture.h"
+#include "fracture_tools/fragments/simulation_mesh_builder.h"
+#include "fracture_tools/mesh/mesh_checks.h"
+#include "fracture_tools/mesh/mesh_io.h"
+#include "fracture_tools/repair/mesh_repair.h"
 #include "tests/fracture_tools/voronoi/cut_checks.h"
 
 namespace sunder {

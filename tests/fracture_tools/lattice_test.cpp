@@ -5,8 +5,8 @@
 #include <Eigen/LU>
 #include <map>
 
-#include "fracture_tools/prefracture.h"
-#include "fracture_tools/simulation_mesh_builder.h"
+#include "fracture_tools/fragments/prefracture.h"
+#include "fracture_tools/fragments/simulation_mesh_builder.h"
 
 namespace sunder {
 namespace {

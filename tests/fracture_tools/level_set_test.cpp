@@ -4,8 +4,8 @@
 
 #include <thread>
 
-#include "fracture_tools/mesh_checks.h"
-#include "fracture_tools/mesh_io.h"
+#include "fracture_tools/mesh/mesh_checks.h"
+#include "fracture_tools/mesh/mesh_io.h"
 #include "tests/fracture_tools/shapes.h"
 #include "tests/support/solids.h"
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "fracture_tools/visual_mesh.h"
+#include "fracture_tools/skin/visual_mesh.h"
 #include "tests/fracture_tools/tetrahedral_bodies.h"
 
 namespace sunder::testing {

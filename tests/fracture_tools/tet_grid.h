@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "fracture_tools/cell_complex.h"
+#include "fracture_tools/cells/cell_complex.h"
 #include "tests/fracture_tools/tetrahedral_bodies.h"
 
 namespace sunder::testing {

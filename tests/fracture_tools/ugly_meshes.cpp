@@ -1,6 +1,6 @@
 #include "tests/fracture_tools/ugly_meshes.h"
 
-#include "fracture_tools/mesh_checks.h"
+#include "fracture_tools/mesh/mesh_checks.h"
 
 namespace sunder::testing {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "fracture_tools/prefracture.h"
+#include "fracture_tools/fragments/prefracture.h"
 #include "tests/fracture_tools/shapes.h"
 
 namespace sunder::testing {

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "fracture_tools/mesh_checks.h"
+#include "fracture_tools/mesh/mesh_checks.h"
 #include "tests/fracture_tools/voronoi/cut_checks.h"
 
 namespace sunder {

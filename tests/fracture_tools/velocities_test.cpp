@@ -3,8 +3,8 @@
 
 #include <limits>
 
-#include "fracture_tools/particle_transforms.h"
-#include "fracture_tools/visual_mesh.h"
+#include "fracture_tools/skin/particle_transforms.h"
+#include "fracture_tools/skin/visual_mesh.h"
 #include "tests/fracture_tools/moving_body.h"
 
 namespace sunder {

@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "fracture_tools/mesh_checks.h"
-#include "fracture_tools/polygon_files.h"
+#include "fracture_tools/mesh/mesh_checks.h"
+#include "fracture_tools/mesh/polygon_files.h"
 
 namespace {
 

@@ -6,10 +6,10 @@
 #include <map>
 #include <set>
 
-#include "nodes/bake_folder.h"
-#include "nodes/manifest.h"
-#include "nodes/state_file.h"
-#include "temporary_folder.h"
+#include "nodes/bake_files/bake_folder.h"
+#include "nodes/bake_files/manifest.h"
+#include "nodes/files/state_file.h"
+#include "tests/nodes/temporary_folder.h"
 
 namespace sunder {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "nodes/graph.h"
+#include "nodes/graph/graph.h"
 
 namespace sunder {
 namespace {

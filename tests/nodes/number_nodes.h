@@ -2,8 +2,8 @@
 // use, so that they need no solver and may build wires that Sunder's own types do not allow, such as cycles.
 #pragma once
 
-#include "nodes/graph.h"
-#include "nodes/registry.h"
+#include "nodes/graph/graph.h"
+#include "nodes/graph/registry.h"
 
 namespace sunder::number_nodes {
 

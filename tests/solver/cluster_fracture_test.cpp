@@ -1,7 +1,7 @@
 // Bodies whose fragments are gathered into clusters.
 #include <gtest/gtest.h>
 
-#include "fracture_tools/prefracture.h"
+#include "fracture_tools/fragments/prefracture.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "solver/motion.h"
+#include "solver/scene/motion.h"
 
 namespace sunder {
 namespace {

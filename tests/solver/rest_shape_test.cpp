@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "solver/data/frame_state.h"
-#include "solver/group_shape.h"
-#include "solver/motion.h"
+#include "solver/matching/group_shape.h"
+#include "solver/scene/motion.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder {

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "solver/motion.h"
+#include "solver/scene/motion.h"
 #include "solver/step.h"
 #include "tests/support/lattice_scene.h"
 

@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-#include "solver/motion.h"
+#include "solver/scene/motion.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder {

@@ -2,10 +2,10 @@
 
 #include <random>
 
-#include "solver/instruction_set.h"
-#include "solver/jacobi_sweep.h"
-#include "solver/motion.h"
-#include "solver/newton_step.h"
+#include "solver/lanes/instruction_set.h"
+#include "solver/matching/jacobi_sweep.h"
+#include "solver/matching/newton_step.h"
+#include "solver/scene/motion.h"
 #include "tests/support/lattice_scene.h"
 #include "tests/support/plain_sweep.h"
 

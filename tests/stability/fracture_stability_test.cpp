@@ -5,9 +5,9 @@
 #include <map>
 #include <set>
 
-#include "solver/group_shape.h"
-#include "solver/polar_decomposition.h"
-#include "solver/shape_matching.h"
+#include "solver/matching/group_shape.h"
+#include "solver/matching/polar_decomposition.h"
+#include "solver/matching/shape_matching.h"
 #include "tests/stability/bars.h"
 #include "tests/stability/reversed.h"
 

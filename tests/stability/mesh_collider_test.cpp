@@ -2,9 +2,9 @@
 // ground.
 #include <gtest/gtest.h>
 
+#include "fracture_tools/fragments/prefracture.h"
 #include "fracture_tools/level_set.h"
-#include "fracture_tools/mesh_io.h"
-#include "fracture_tools/prefracture.h"
+#include "fracture_tools/mesh/mesh_io.h"
 #include "solver/collision/grid_distance.h"
 #include "tests/support/energy.h"
 #include "tests/support/lattice_scene.h"

@@ -4,7 +4,7 @@
 
 #include <map>
 
-#include "nodes/registry.h"
+#include "nodes/graph/registry.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder {

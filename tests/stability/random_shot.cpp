@@ -4,8 +4,8 @@
 
 #include <map>
 
-#include "fracture_tools/mesh_io.h"
-#include "fracture_tools/prefracture.h"
+#include "fracture_tools/fragments/prefracture.h"
+#include "fracture_tools/mesh/mesh_io.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder::test {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <set>
 
-#include "solver/scene.h"
+#include "solver/scene/scene.h"
 
 namespace sunder::test {
 

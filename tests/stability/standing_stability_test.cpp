@@ -2,8 +2,8 @@
 // 2 m that began on the floor once rose by 3 cm (Voronoi) to 12 cm (k-means) and never came to rest there.
 #include <gtest/gtest.h>
 
-#include "fracture_tools/prefracture.h"
-#include "fracture_tools/simulation_mesh_builder.h"
+#include "fracture_tools/fragments/prefracture.h"
+#include "fracture_tools/fragments/simulation_mesh_builder.h"
 #include "tests/support/lattice_scene.h"
 #include "tests/support/solids.h"
 

@@ -5,7 +5,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 
-#include "solver/motion.h"
+#include "solver/scene/motion.h"
 #include "solver/solver.h"
 
 namespace sunder::test {

@@ -1,8 +1,8 @@
 // Plastic flow of one group.
 #pragma once
 
-#include "solver/instruction_set.h"
-#include "solver/plasticity.h"
+#include "solver/lanes/instruction_set.h"
+#include "solver/material/plasticity.h"
 
 namespace sunder::test {
 

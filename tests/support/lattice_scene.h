@@ -6,8 +6,8 @@
 #include <functional>
 #include <memory>
 
+#include "fracture_tools/fragments/simulation_mesh_builder.h"
 #include "fracture_tools/lattice.h"
-#include "fracture_tools/simulation_mesh_builder.h"
 #include "solver/solver.h"
 
 namespace sunder::test {

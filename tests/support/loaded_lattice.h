@@ -1,7 +1,7 @@
 // A lattice at rest with loads chosen by the test.
 #pragma once
 
-#include "solver/fracture.h"
+#include "solver/material/fracture.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder::test {

@@ -4,8 +4,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "solver/motion.h"
-#include "solver/polar_decomposition.h"
+#include "solver/matching/polar_decomposition.h"
+#include "solver/scene/motion.h"
 #include "tests/support/reference_stretch.h"
 
 namespace sunder::test {

@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "solver/live_topology.h"
-#include "solver/optimal_stretch.h"
-#include "solver/scene.h"
+#include "solver/matching/optimal_stretch.h"
+#include "solver/scene/live_topology.h"
+#include "solver/scene/scene.h"
 
 namespace sunder::test {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <span>
 
-#include "solver/polar_decomposition.h"
-#include "solver/shape_matching.h"
+#include "solver/matching/polar_decomposition.h"
+#include "solver/matching/shape_matching.h"
 
 namespace sunder::test {
 

@@ -4,7 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
-#include "solver/optimal_stretch.h"
+#include "solver/matching/optimal_stretch.h"
 
 namespace sunder::test {
 

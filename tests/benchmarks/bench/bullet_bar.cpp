@@ -7,7 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "solver/motion.h"
+#include "solver/scene/motion.h"
 #include "tests/benchmarks/bench/scene_parts.h"
 
 namespace sunder::bench {

@@ -1,8 +1,8 @@
 #include <random>
 
-#include "fracture_tools/mesh_io.h"
-#include "fracture_tools/prefracture.h"
-#include "solver/motion.h"
+#include "fracture_tools/fragments/prefracture.h"
+#include "fracture_tools/mesh/mesh_io.h"
+#include "solver/scene/motion.h"
 #include "tests/benchmarks/bench/scene_parts.h"
 #include "tests/support/finer_mesh.h"
 

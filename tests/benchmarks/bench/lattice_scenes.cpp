@@ -3,9 +3,9 @@
 #include <numbers>
 #include <random>
 
+#include "fracture_tools/fragments/simulation_mesh_builder.h"
 #include "fracture_tools/lattice.h"
-#include "fracture_tools/simulation_mesh_builder.h"
-#include "solver/motion.h"
+#include "solver/scene/motion.h"
 #include "tests/benchmarks/bench/scene_parts.h"
 
 namespace sunder::bench {

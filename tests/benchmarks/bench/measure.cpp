@@ -6,7 +6,7 @@
 #include <chrono>
 #include <stdexcept>
 
-#include "solver/parallel.h"
+#include "solver/threads/parallel.h"
 #include "tests/benchmarks/bench/skins.h"
 
 namespace sunder::bench {

@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "fracture_tools/visual_mesh.h"
-#include "solver/parallel.h"
+#include "fracture_tools/skin/visual_mesh.h"
+#include "solver/threads/parallel.h"
 #include "tests/benchmarks/bench/scenes.h"
 
 namespace sunder::bench {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "fracture_tools/fragments/simulation_mesh_builder.h"
 #include "fracture_tools/lattice.h"
-#include "fracture_tools/simulation_mesh_builder.h"
 
 namespace sunder::chart {
 namespace {

@@ -16,9 +16,9 @@
 #include <string>
 #include <vector>
 
-#include "fracture_tools/mesh_checks.h"
-#include "fracture_tools/mesh_io.h"
-#include "fracture_tools/prefracture.h"
+#include "fracture_tools/fragments/prefracture.h"
+#include "fracture_tools/mesh/mesh_checks.h"
+#include "fracture_tools/mesh/mesh_io.h"
 #include "tests/support/finer_mesh.h"
 
 namespace {

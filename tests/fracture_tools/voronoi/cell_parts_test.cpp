@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "fracture_tools/mesh_checks.h"
+#include "fracture_tools/mesh/mesh_checks.h"
 #include "fracture_tools/voronoi/restricted_voronoi.h"
 #include "tests/fracture_tools/shapes.h"
 

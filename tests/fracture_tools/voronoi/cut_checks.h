@@ -6,9 +6,9 @@
 #include <sstream>
 #include <string>
 
-#include "fracture_tools/cell_complex.h"
-#include "fracture_tools/mesh_checks.h"
-#include "fracture_tools/prefracture.h"
+#include "fracture_tools/cells/cell_complex.h"
+#include "fracture_tools/fragments/prefracture.h"
+#include "fracture_tools/mesh/mesh_checks.h"
 
 namespace sunder::testing {
 

@@ -6,8 +6,8 @@
 #include <map>
 #include <numbers>
 
-#include "fracture_tools/fragment_faces.h"
-#include "fracture_tools/mesh_io.h"
+#include "fracture_tools/fragments/fragment_faces.h"
+#include "fracture_tools/mesh/mesh_io.h"
 #include "tests/fracture_tools/voronoi/voronoi_body.h"
 
 namespace sunder {

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <random>
 
-#include "fracture_tools/fragments.h"
+#include "fracture_tools/fragments/fragments.h"
 #include "fracture_tools/voronoi/cell_parts.h"
 #include "fracture_tools/voronoi/voronoi_cutter.h"
 #include "tests/fracture_tools/shapes.h"

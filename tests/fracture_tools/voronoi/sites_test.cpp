@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "fracture_tools/mesh_checks.h"
+#include "fracture_tools/mesh/mesh_checks.h"
 #include "fracture_tools/voronoi/interior_sampler.h"
 #include "tests/fracture_tools/shapes.h"
 

@@ -5,8 +5,8 @@
 #include <numeric>
 #include <random>
 
-#include "fracture_tools/mesh_checks.h"
-#include "fracture_tools/mesh_io.h"
+#include "fracture_tools/mesh/mesh_checks.h"
+#include "fracture_tools/mesh/mesh_io.h"
 #include "tests/fracture_tools/shapes.h"
 #include "tests/fracture_tools/voronoi/voronoi_body.h"
 

@@ -6,9 +6,9 @@
 #include <memory>
 #include <random>
 
-#include "fracture_tools/prefracture.h"
-#include "fracture_tools/simulation_mesh_builder.h"
-#include "fracture_tools/visual_mesh.h"
+#include "fracture_tools/fragments/prefracture.h"
+#include "fracture_tools/fragments/simulation_mesh_builder.h"
+#include "fracture_tools/skin/visual_mesh.h"
 
 namespace sunder::testing {
 

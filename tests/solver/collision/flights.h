@@ -7,7 +7,7 @@
 #include <random>
 
 #include "solver/collision/detection.h"
-#include "solver/motion.h"
+#include "solver/scene/motion.h"
 
 namespace sunder {
 

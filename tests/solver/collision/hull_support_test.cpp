@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "solver/motion.h"
+#include "solver/scene/motion.h"
 #include "tests/solver/collision/collision_cases.h"
 #include "tests/support/lattice_scene.h"
 

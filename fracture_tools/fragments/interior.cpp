@@ -1,0 +1,82 @@
+#include "fracture_tools/fragments/interior.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fracture_tools/fragments/interfaces.h"
+#include "fracture_tools/fragments/prefracture.h"
+#include "fracture_tools/mesh/surface_lookup.h"
+
+namespace sunder {
+namespace {
+
+/// Edges a bump, so that the finer of the two octaves of the noise is seen.
+constexpr double kEdgesPerBump = 4;
+
+}  // namespace
+
+Status InteriorSettings::check(const std::string& where) const {
+    auto refuse = [&](const char* parameter, const char* what) {
+        Error e = bad_input(where, what);
+        e.parameter = parameter;
+        return e;
+    };
+    if (!(detail >= 0 && detail <= 10)) return refuse("interior_detail", "the interior detail must be 0 to 10");
+    if (!(noise >= 0 && noise <= 0.5)) return refuse("noise", "the noise must be 0 to 0.5");
+    if (!(noise_scale >= 0.05 && noise_scale <= 10))
+        return refuse("noise_scale", "the noise's scale must be 0.05 to 10");
+    if (!(rim_width >= 0) || !std::isfinite(rim_width))
+        return refuse("rim_width", "the rim's width must be 0 m or more");
+    if (!(smooth_angle >= 0 && smooth_angle <= 180))
+        return refuse("interior_smooth_angle", "the smooth angle must be 0 to 180 degrees");
+    return {};
+}
+
+Status shape_interior(const InteriorSettings& settings, int threads, const Progress& progress, FragmentSet& io_set) {
+    io_set.interior_smooth_angle = settings.smooth_angle;
+    double volume = 0;
+    for (const Fragment& f : io_set.fragments) volume += f.volume;
+    const double size = std::cbrt(volume / double(io_set.fragments.size()));
+    double longest = settings.detail > 0 ? settings.detail * size : HUGE_VAL;
+    if (settings.noise > 0) longest = std::min(longest, settings.noise_scale / kEdgesPerBump * size);
+    if (longest < HUGE_VAL) {
+        // Normals are those of the planes: thin triangles do not tell them.
+        std::vector<Vec3> normal;
+        for (const Interface& i : io_set.interfaces) normal.push_back(i.normal);
+        refine_interfaces(longest, io_set);
+        assign_interface_uvs(io_set);
+        if (settings.noise > 0) {
+            if (Status s = displace_interfaces(settings.noise * size, settings.noise_scale * size, settings.noise_seed,
+                                               threads, progress, io_set);
+                !s)
+                return s;
+            measure_fragments(io_set);
+        } else {
+            measure_fragments(io_set);
+            for (size_t i = 0; i < normal.size(); ++i) io_set.interfaces[i].normal = normal[i];
+        }
+    }
+    mark_rim(settings.rim_width, io_set);
+    return {};
+}
+
+void mark_rim(double width, FragmentSet& io_set) {
+    std::vector<float> rim(io_set.vertices.size(), 0);
+    std::vector<uint8_t> is_known(io_set.vertices.size(), 0);
+    for (const Triangle& t : io_set.outer_triangles)
+        for (uint32_t v : t) rim[v] = 1, is_known[v] = 1;
+    if (width > 0 && !io_set.outer_triangles.empty()) {
+        const SurfaceLookup outer(MeshView(io_set.vertices, io_set.outer_triangles));
+        for (const Triangle& t : io_set.interface_triangles)
+            for (uint32_t v : t) {
+                if (is_known[v]) continue;
+                is_known[v] = 1;
+                rim[v] = float(std::max(0.0, 1 - outer.nearest(io_set.vertices[v]).distance / width));
+            }
+    }
+    io_set.interface_corner_rim.clear();
+    for (const Triangle& t : io_set.interface_triangles)
+        for (uint32_t v : t) io_set.interface_corner_rim.push_back(rim[v]);
+}
+
+}  // namespace sunder

@@ -1,0 +1,66 @@
+#include "fracture_tools/mesh/corner_normals.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <tuple>
+
+#include "solver/data/disjoint_sets.h"
+
+namespace sunder {
+namespace {
+
+double angle_between(const Vec3& u, const Vec3& v) { return std::atan2(u.cross(v).norm(), u.dot(v)); }
+
+/// Lowest corner that a corner shares its normal with.
+std::vector<uint32_t> smooth_groups(MeshView mesh, const std::vector<Vec3>& normal, double least_cosine) {
+    struct Side {
+        uint32_t low, high, corner;
+    };
+    std::vector<Side> sides;
+    for (uint32_t k = 0; k < 3 * mesh.triangles.size(); ++k) {
+        const Triangle& t = mesh.triangles[k / 3];
+        const auto [low, high] = std::minmax(t[k % 3], t[(k + 1) % 3]);
+        sides.push_back({low, high, k});
+    }
+    std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
+        return std::tie(x.low, x.high, x.corner) < std::tie(y.low, y.high, y.corner);
+    });
+    std::vector<uint32_t> group = disjoint_sets(sides.size());
+    auto next = [](uint32_t corner) { return corner - corner % 3 + (corner + 1) % 3; };
+    for (size_t i = 0; i + 1 < sides.size(); ++i) {
+        if (sides[i].low != sides[i + 1].low || sides[i].high != sides[i + 1].high) continue;
+        const uint32_t k = sides[i].corner, l = sides[i + 1].corner;
+        if (normal[k / 3].dot(normal[l / 3]) < least_cosine) continue;
+        const bool opposite = mesh.triangles[k / 3][k % 3] != mesh.triangles[l / 3][l % 3];
+        unite(group, k, opposite ? next(l) : l);
+        unite(group, next(k), opposite ? l : next(l));
+    }
+    for (uint32_t c = 0; c < group.size(); ++c) group[c] = lowest(group, c);
+    return group;
+}
+
+}  // namespace
+
+std::vector<Vec3f> smooth_corner_normals(MeshView mesh, double smooth_angle) {
+    std::vector<Vec3> normal;
+    for (const auto& [a, b, c] : mesh.triangles)
+        normal.push_back(
+            (mesh.positions[b] - mesh.positions[a]).cross(mesh.positions[c] - mesh.positions[a]).normalized());
+    const std::vector<uint32_t> group = smooth_groups(mesh, normal, std::cos(smooth_angle * std::numbers::pi / 180));
+    std::vector<Vec3> sum(group.size(), Vec3::Zero());
+    for (uint32_t k = 0; k < group.size(); ++k) {
+        const Triangle& t = mesh.triangles[k / 3];
+        const Vec3& p = mesh.positions[t[k % 3]];
+        sum[group[k]] +=
+            angle_between(mesh.positions[t[(k + 1) % 3]] - p, mesh.positions[t[(k + 2) % 3]] - p) * normal[k / 3];
+    }
+    std::vector<Vec3f> corner(group.size());
+    for (uint32_t k = 0; k < group.size(); ++k) {
+        const Vec3& n = sum[group[k]].norm() > 1e-6 ? sum[group[k]] : normal[k / 3];
+        corner[k] = n.normalized().cast<float>();
+    }
+    return corner;
+}
+
+}  // namespace sunder

@@ -1,0 +1,191 @@
+// The only file that includes assimp. PLY and OFF it does not read safely: those are our own (polygon_files.h).
+#include "fracture_tools/mesh/mesh_io.h"
+
+#include <assimp/material.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "fracture_tools/mesh/mesh_assembler.h"
+#include "fracture_tools/mesh/polygon_files.h"
+
+namespace sunder {
+namespace {
+
+constexpr const char* kFormats = "OBJ, PLY, STL, glTF, GLB, FBX or OFF";
+
+std::string lower_extension(const std::string& path) {
+    std::string e = std::filesystem::path(path).extension().string();
+    std::transform(e.begin(), e.end(), e.begin(), [](unsigned char c) { return std::tolower(c); });
+    return e;
+}
+
+/// Gathers the triangles of all nodes into one mesh.
+class Collector {
+public:
+    Collector(const aiScene& scene, std::string path, double scale)
+        : scene_(scene),
+          path_(std::move(path)),
+          scale_(scale),
+          assembler_(has_uvs(scene), has_normals(scene, path_), has_colors(scene)) {
+        number_materials();
+    }
+
+    Result<TriMesh> collect() {
+        if (Status s = visit(*scene_.mRootNode, Eigen::Matrix4d::Identity()); !s) return s.error();
+        if (assembler_.n_triangles() == 0) return bad_input(path_, "the file has no triangles");
+        TriMesh mesh = assembler_.finish();
+        if (default_is_used_ && !material_name_.empty()) material_name_.push_back("default");
+        mesh.material_names = material_name_;
+        return mesh;
+    }
+
+private:
+    static bool has_uvs(const aiScene& scene) {
+        return std::any_of(scene.mMeshes, scene.mMeshes + scene.mNumMeshes,
+                           [](const aiMesh* m) { return m->HasTextureCoords(0); });
+    }
+    static bool has_colors(const aiScene& scene) {
+        return std::any_of(scene.mMeshes, scene.mMeshes + scene.mNumMeshes,
+                           [](const aiMesh* m) { return m->HasVertexColors(0); });
+    }
+    /// STL's normals are those of the triangles and say nothing of what the artist wants smooth.
+    static bool has_normals(const aiScene& scene, const std::string& path) {
+        return lower_extension(path) != ".stl" && std::any_of(scene.mMeshes, scene.mMeshes + scene.mNumMeshes,
+                                                              [](const aiMesh* m) { return m->HasNormals(); });
+    }
+
+    /// Materials keep the order of the file. The one that assimp adds for triangles without comes last: it is known by
+    /// its name, or (glTF) has none and stands last.
+    void number_materials() {
+        std::vector<uint8_t> is_used(scene_.mNumMaterials, 0);
+        for (unsigned m = 0; m < scene_.mNumMeshes; ++m)
+            if (scene_.mMeshes[m]->mMaterialIndex < is_used.size()) is_used[scene_.mMeshes[m]->mMaterialIndex] = 1;
+        for (unsigned m = 0; m < scene_.mNumMaterials; ++m) {
+            const std::string name = scene_.mMaterials[m]->GetName().C_Str();
+            const bool inserted =
+                name == AI_DEFAULT_MATERIAL_NAME || (name.empty() && (!is_used[m] || m + 1 == scene_.mNumMaterials));
+            material_number_.push_back(inserted ? -1 : static_cast<int32_t>(material_name_.size()));
+            if (!inserted) material_name_.push_back(name);
+        }
+    }
+
+    int32_t material_of(const aiMesh& part) {
+        const int32_t number =
+            part.mMaterialIndex < material_number_.size() ? material_number_[part.mMaterialIndex] : -1;
+        if (number >= 0) return number;
+        default_is_used_ = true;
+        return static_cast<int32_t>(material_name_.size());
+    }
+
+    Status visit(const aiNode& node, const Eigen::Matrix4d& above) {
+        Eigen::Matrix4d local;
+        const aiMatrix4x4& m = node.mTransformation;
+        local << m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4, m.d1, m.d2, m.d3, m.d4;
+        const Eigen::Matrix4d to_world = above * local;
+        for (unsigned k = 0; k < node.mNumMeshes; ++k)
+            if (Status s = add(*scene_.mMeshes[node.mMeshes[k]], to_world, node.mName.C_Str()); !s) return s;
+        for (unsigned k = 0; k < node.mNumChildren; ++k)
+            if (Status s = visit(*node.mChildren[k], to_world); !s) return s;
+        return {};
+    }
+
+    Status add(const aiMesh& part, const Eigen::Matrix4d& to_world, const std::string& node) {
+        if (!(part.mPrimitiveTypes & aiPrimitiveType_TRIANGLE)) return {};
+        const Mat3 linear = to_world.topLeftCorner<3, 3>();
+        const Vec3 shift = to_world.topRightCorner<3, 1>();
+        const bool is_mirrored = linear.determinant() < 0;
+        const Mat3 normal_matrix = linear.inverse().transpose();
+        std::vector<FileCorner> corners(part.mNumVertices);
+        for (unsigned v = 0; v < part.mNumVertices; ++v) {
+            const aiVector3D& p = part.mVertices[v];
+            const Vec3 world = scale_ * (linear * Vec3(p.x, p.y, p.z) + shift);
+            if (!world.allFinite())
+                return bad_input(path_, "vertex " + std::to_string(v) + " of mesh '" +
+                                            (part.mName.length ? part.mName.C_Str() : node) +
+                                            "' has a coordinate that is no finite number");
+            corners[v].vertex = assembler_.weld(world);
+            if (part.HasTextureCoords(0))
+                corners[v].uv = Vec2f(part.mTextureCoords[0][v].x, part.mTextureCoords[0][v].y);
+            if (part.HasNormals())
+                corners[v].normal = normal_matrix * Vec3(part.mNormals[v].x, part.mNormals[v].y, part.mNormals[v].z);
+            if (part.HasVertexColors(0)) {
+                const aiColor4D& c = part.mColors[0][v];
+                corners[v].color = {c.r, c.g, c.b, c.a};
+            }
+        }
+        const int32_t material = material_of(part);
+        for (unsigned f = 0; f < part.mNumFaces; ++f) {
+            const aiFace& face = part.mFaces[f];
+            if (face.mNumIndices != 3) continue;
+            std::array<unsigned, 3> of = {face.mIndices[0], face.mIndices[1], face.mIndices[2]};
+            if (*std::max_element(of.begin(), of.end()) >= part.mNumVertices)
+                return bad_input(path_, "triangle " + std::to_string(f) + " names a vertex that is not there");
+            if (is_mirrored) std::swap(of[1], of[2]);
+            assembler_.add_polygon(std::array{corners[of[0]], corners[of[1]], corners[of[2]]}, material);
+        }
+        return {};
+    }
+
+    const aiScene& scene_;
+    std::string path_;
+    double scale_;
+    bool default_is_used_ = false;
+    std::vector<int32_t> material_number_;  // of assimp's materials in ours; -1: inserted by assimp
+    std::vector<std::string> material_name_;
+    MeshAssembler assembler_;
+};
+
+Status check_readable(const std::string& path, const MeshReadSettings& settings) {
+    if (!(settings.scale > 0) || !std::isfinite(settings.scale)) return bad_input(path, "the scale must be above 0");
+    std::error_code code;
+    if (!std::filesystem::exists(path, code)) return bad_input(path, "there is no such file");
+    if (!std::filesystem::is_regular_file(path, code)) return bad_input(path, "this is not a file");
+    const std::string extension = lower_extension(path);
+    for (const char* known : {".obj", ".ply", ".stl", ".gltf", ".glb", ".fbx", ".off"})
+        if (extension == known) return {};
+    return bad_input(path, "this is no mesh format that can be read", std::string("give ") + kFormats);
+}
+
+Result<TriMesh> read_with_assimp(const std::string& path, double scale) {
+    Assimp::Importer importer;
+    const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_SortByPType);
+    if (!scene || !scene->mRootNode) {
+        std::string reason = importer.GetErrorString();
+        std::replace(reason.begin(), reason.end(), '\n', ' ');
+        return bad_input(path, "the file cannot be read: " + reason, std::string("give ") + kFormats);
+    }
+    return Collector(*scene, path, scale).collect();
+}
+
+Result<std::string> read_bytes(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::string bytes((std::istreambuf_iterator<char>(file)), {});
+    if (!file.good() && !file.eof()) return bad_input(path, "the file cannot be read");
+    return bytes;
+}
+
+}  // namespace
+
+Result<TriMesh> read_mesh(const std::string& path, const MeshReadSettings& settings) {
+    if (Status s = check_readable(path, settings); !s) return s.error();
+    try {
+        const std::string extension = lower_extension(path);
+        if (extension != ".ply" && extension != ".off") return read_with_assimp(path, settings.scale);
+        const Result<std::string> bytes = read_bytes(path);
+        if (!bytes) return bytes.error();
+        return extension == ".ply" ? read_ply(*bytes, path, settings.scale) : read_off(*bytes, path, settings.scale);
+    } catch (const std::exception& failure) {
+        return bad_input(path, std::string("the file cannot be read: ") + failure.what(),
+                         std::string("give ") + kFormats);
+    }
+}
+
+}  // namespace sunder

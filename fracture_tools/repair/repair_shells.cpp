@@ -1,0 +1,155 @@
+#include "fracture_tools/repair/repair_shells.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <optional>
+#include <set>
+
+#include "fracture_tools/mesh/mesh_checks.h"
+#include "fracture_tools/repair/repair_holes.h"
+
+namespace sunder {
+namespace {
+
+/// A shell has a volume if it is more than this share of its area to the power of 1.5.
+constexpr double kFlat = 1e-12;
+/// An artist wound a shell if more than this share of its area faces one way.
+constexpr double kAgreement = 0.75;
+/// Winding numbers are whole but for points on the surface.
+constexpr double kNearWhole = 0.1;
+
+struct Shell {
+    std::vector<uint32_t> triangles;
+    Aabb box;
+    double volume = 0, area = 0;  // signed as it is now, m3; m2
+    int facing = 0;               // as the artist has it: 1 outward, -1 inward, 0 this way and that
+    int parent = -1;              // the smallest shell around it
+    bool is_flat() const { return std::abs(volume) <= kFlat * std::pow(area, 1.5); }
+};
+
+std::vector<Shell> measure_shells(const TriMesh& mesh, std::span<const Sense> sense) {
+    const Shells parts = find_shells(mesh);
+    std::vector<Shell> shells(parts.n);
+    for (uint32_t t = 0; t < mesh.triangles.size(); ++t) shells[parts.of_triangle[t]].triangles.push_back(t);
+    for (Shell& s : shells) {
+        double same = 0, judged = 0;
+        for (uint32_t t : s.triangles)
+            for (uint32_t v : mesh.triangles[t]) s.box.extend(mesh.positions[v]);
+        const Vec3 middle = 0.5 * (s.box.min + s.box.max);
+        for (uint32_t t : s.triangles) {
+            const auto& [a, b, c] = mesh.triangles[t];
+            const Vec3 n = 0.5 * (mesh.positions[b] - mesh.positions[a]).cross(mesh.positions[c] - mesh.positions[a]);
+            s.volume += (mesh.positions[a] - middle).dot(n) / 3;
+            s.area += n.norm();
+            const Sense facing = sense.empty() ? Sense::same : sense[t];
+            if (facing != Sense::none) judged += n.norm();
+            if (facing == Sense::same) same += n.norm();
+        }
+        const int outward = s.volume > 0 ? 1 : -1;
+        if (same > kAgreement * judged) s.facing = outward;
+        if (judged - same > kAgreement * judged) s.facing = -outward;
+    }
+    return shells;
+}
+
+/// How often a shell goes round a point (van Oosterom & Strackee 1983), or nothing for a point on it.
+std::optional<int> winding(const TriMesh& mesh, const Shell& shell, const Vec3& p) {
+    double sum = 0;
+    for (uint32_t t : shell.triangles) {
+        const Vec3 a = mesh.positions[mesh.triangles[t][0]] - p, b = mesh.positions[mesh.triangles[t][1]] - p,
+                   c = mesh.positions[mesh.triangles[t][2]] - p;
+        const double x = a.norm(), y = b.norm(), z = c.norm();
+        sum += 2 * std::atan2(a.dot(b.cross(c)), x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y);
+    }
+    const double turns = sum / (4 * std::numbers::pi), whole = std::round(turns);
+    return std::abs(turns - whole) < kNearWhole ? std::optional(int(whole)) : std::nullopt;
+}
+
+bool is_within(const TriMesh& mesh, const Shell& inner, const Shell& outer) {
+    if ((inner.box.min.array() < outer.box.min.array()).any() || (inner.box.max.array() > outer.box.max.array()).any())
+        return false;
+    constexpr size_t kMostTries = 16;  // shells that touch share points, but not all of them
+    const size_t stride = std::max<size_t>(1, inner.triangles.size() / kMostTries);
+    for (size_t k = 0; k < inner.triangles.size(); k += stride) {
+        const auto& [a, b, c] = mesh.triangles[inner.triangles[k]];
+        const Vec3 middle = (mesh.positions[a] + mesh.positions[b] + mesh.positions[c]) / 3;
+        if (const auto turns = winding(mesh, outer, middle)) return *turns != 0;
+    }
+    return false;
+}
+
+/// Shells from the largest to the smallest; the last one found around a shell is the smallest.
+void find_parents(const TriMesh& mesh, std::span<const std::array<uint32_t, 2>> crossing, std::vector<Shell>& io_shells,
+                  std::vector<uint32_t>& out_order) {
+    const Shells parts = find_shells(mesh);
+    std::set<std::array<uint32_t, 2>> crossing_shells;
+    for (const auto& [t, u] : crossing) {
+        const uint32_t a = parts.of_triangle[t], b = parts.of_triangle[u];
+        crossing_shells.insert({std::min(a, b), std::max(a, b)});
+    }
+    out_order.resize(io_shells.size());
+    std::iota(out_order.begin(), out_order.end(), 0u);
+    std::stable_sort(out_order.begin(), out_order.end(), [&](uint32_t x, uint32_t y) {
+        return std::abs(io_shells[x].volume) > std::abs(io_shells[y].volume);
+    });
+    for (size_t i = 0; i < out_order.size(); ++i)
+        for (size_t j = i; j-- > 0;) {
+            const uint32_t inner = out_order[i], outer = out_order[j];
+            if (crossing_shells.contains({std::min(inner, outer), std::max(inner, outer)})) continue;
+            if (!is_within(mesh, io_shells[inner], io_shells[outer])) continue;
+            io_shells[inner].parent = static_cast<int>(outer);
+            break;
+        }
+}
+
+}  // namespace
+
+ShellReport arrange_shells(TriMesh& io_mesh, std::span<const Sense> sense,
+                           std::span<const std::array<uint32_t, 2>> crossing) {
+    std::vector<Shell> shells = measure_shells(io_mesh, sense);
+    std::vector<uint32_t> order;
+    find_parents(io_mesh, crossing, shells, order);
+    struct Place {
+        int filled = 0;              // how often the space just within the shell is filled
+        bool is_inside_out = false;  // it and what is in it
+    };
+    std::vector<Place> places(shells.size());
+    std::vector<uint8_t> mark(io_mesh.triangles.size(), 1);
+    ShellReport report{.n_shells = shells.size()};
+    for (uint32_t s : order) {  // parents first
+        const Shell& shell = shells[s];
+        const Vec3 at = io_mesh.positions[io_mesh.triangles[shell.triangles[0]][0]];
+        const Place around = shell.parent < 0 ? Place() : places[shell.parent];
+        Place& place = places[s] = around;
+        auto drop = [&] {
+            for (uint32_t t : shell.triangles) mark[t] = 0;
+        };
+        if (shell.is_flat()) {
+            if (report.flat++ == 0) report.first_flat = at;
+            drop();
+            continue;
+        }
+        int facing = around.is_inside_out ? -shell.facing : shell.facing;
+        if (facing < 0 && around.filled <= 0) {
+            place.is_inside_out = !around.is_inside_out;
+            facing = 1;
+        }
+        if (facing == 0) facing = around.filled > 0 ? -1 : 1;
+        place.filled = around.filled + facing;
+        if ((place.filled > 0) == (around.filled > 0)) {
+            if (report.buried++ == 0) report.first_buried = at;
+            drop();
+            continue;
+        }
+        report.cavities += facing < 0;
+        report.turned += facing != shell.facing;
+        if ((shell.volume > 0) != (facing > 0))
+            for (uint32_t t : shell.triangles) turn_triangle(io_mesh, t);
+    }
+    if (report.buried + report.flat > 0) keep_marked(io_mesh, mark);
+    return report;
+}
+
+}  // namespace sunder

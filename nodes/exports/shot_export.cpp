@@ -1,0 +1,205 @@
+#include "nodes/exports/shot_export.h"
+
+#include <algorithm>
+
+#include "nodes/exports/shot_solids.h"
+#include "nodes/files/compression.h"
+#include "nodes/files/mesh_frame_file.h"
+#include "nodes/files/output_pattern.h"
+#include "nodes/graph/nearest_name.h"
+
+namespace sunder {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The node that a wire "@node.socket" comes from.
+std::string source_of(const Json& wire) {
+    const std::string text = wire.is_string() ? wire.get<std::string>() : "";
+    return text.size() > 1 ? text.substr(1, text.rfind('.') - 1) : "";
+}
+
+// The body whose mesh a bake node writes; its own name if the graph does not tell.
+std::string body_name(const Json& nodes, const std::string& bake) {
+    const auto upstream = [&](const std::string& node, const char* input) {
+        return nodes.contains(node) && nodes[node].contains(input) ? source_of(nodes[node][input]) : std::string();
+    };
+    const std::string body = upstream(upstream(bake, "mesh"), "body");
+    return body.empty() ? bake : body;
+}
+
+Result<ExportReport> export_sequence(const Shot& shot, const ExportSettings& settings, const Progress& progress) {
+    if (shot.meshes.size() != 1)
+        return bad_input(settings.file.string(),
+                         "a sequence holds one mesh, the shot has " + std::to_string(shot.meshes.size()),
+                         "choose one with --node");
+    ExportReport report;
+    for (size_t i = 0; i < shot.frames.size(); ++i) {
+        if (!progress.report(double(i) / double(shot.frames.size()), "exporting")) return cancelled();
+        auto frame = shot.meshes[0].read(i);
+        if (!frame) return frame.error();
+        FragmentSet names;
+        names.interior_material = frame->interior_material();
+        names.material_names.assign(frame->materials.begin(), frame->materials.end() - 1);
+        const fs::path file =
+            settings.file.parent_path() / output_path(settings.file.filename().string(), shot.frames[i]);
+        const auto bytes = encode_mesh(file.string(), frame->mesh, names);
+        if (!bytes) return bytes.error();
+        const auto stamp = write_file(file, bytes->view());
+        if (!stamp) return stamp.error();
+        report.files.emplace_back(file, *stamp);
+    }
+    return report;
+}
+
+}  // namespace
+
+Result<Shot> baked_shot(const Manifest& manifest, const fs::path& folder, const ShotChoice& choice) {
+    const std::string& node = choice.node;
+    auto looks = read_looks(folder);
+    if (!looks) return looks.error();
+    Shot shot;
+    if (const Json& graph = manifest.graph; graph.contains("frame_rate") && graph["frame_rate"].is_number())
+        shot.frame_rate = graph["frame_rate"].get<double>();
+    if (manifest.frames.empty()) return bad_input(folder.string(), "holds no whole frame yet", "bake it");
+    const std::array<int, 2> whole = {manifest.frames.front().frame, manifest.frames.back().frame};
+    const auto [first, last] = choice.frames.value_or(whole);
+    if (first > last || first < whole[0] || last > whole[1])
+        return bad_input(folder.string(),
+                         "frames " + std::to_string(first) + " to " + std::to_string(last) + " are not all baked",
+                         "baked: " + std::to_string(whole[0]) + " to " + std::to_string(whole[1]));
+    for (int f = first; f <= last; ++f) shot.frames.push_back(f);
+
+    std::vector<std::string> known;
+    const Json& nodes = manifest.graph["nodes"];
+    for (size_t k = 0; k < manifest.frames.front().files.size(); ++k) {
+        const ManifestFile& file = manifest.frames.front().files[k];
+        if (!nodes.contains(file.node) || nodes[file.node]["type"] != "bake_mesh" ||
+            !uncompressed_path(file.path).ends_with(".ply"))
+            continue;
+        known.push_back(file.node);
+        if (!node.empty() && node != file.node) continue;
+        std::vector<fs::path> paths;
+        for (int f = first; f <= last; ++f)
+            paths.push_back(folder / manifest.frames[static_cast<size_t>(f - whole[0])].files[k].path);
+        const std::string body = body_name(nodes, file.node);
+        const Look& look = (*looks)[body];
+        shot.meshes.push_back({.name = look.name.empty() ? body : look.name,
+                               .read = [paths](size_t i) -> Result<MeshFrame> {
+                                   auto bytes = read_baked_file(paths[i]);
+                                   if (!bytes) return bytes.error();
+                                   return decode_mesh_ply(bytes.take(), paths[i].string());
+                               },
+                               .look = look});
+    }
+    if (known.empty())
+        return bad_input(folder.string(), "holds no mesh frames in PLY, from which exports are made",
+                         "bake with a bake_mesh node whose path ends in .ply");
+    if (shot.meshes.empty())
+        return bad_input(folder.string(), "has no bake_mesh node '" + node + "'", permitted_text(node, known));
+    if (choice.has_solids)
+        shot.solids = [source = SolidSource{manifest, folder, choice.graph_folder.value_or(folder), looks.take(),
+                                            shot.frames}](double extent) { return shot_solids(source, extent); };
+    return shot;
+}
+
+Result<Shot> with_solids(const Shot& shot, std::string& out_note) {
+    Shot all = shot;
+    if (!shot.solids) return all;
+    Aabb box;
+    for (const ShotMesh& mesh : shot.meshes) {
+        const auto first = mesh.read(0);
+        if (!first) return first.error();
+        for (const Vec3f& p : first->mesh.positions) box.extend(p.cast<double>());
+    }
+    auto solids = shot.solids(box.diagonal());
+    if (!solids) return solids.error();
+    for (ShotMesh& mesh : solids->meshes) all.meshes.push_back(std::move(mesh));
+    for (const std::string& note : solids->notes) out_note += (out_note.empty() ? "" : "; ") + note;
+    return all;
+}
+
+std::vector<Surface> surfaces_of(const ShotMesh& mesh, const MeshFrame& first) {
+    constexpr std::array<double, 4> kBreak = {0.5, 0.42, 0.36, 1}, kWhite = {1, 1, 1, 1};
+    std::vector<Surface> surfaces;
+    for (size_t m = 0; m < first.materials.size(); ++m) {
+        const bool is_interior = mesh.poses.empty() && m + 1 == first.materials.size();
+        Surface surface;
+        if (is_interior)
+            surface = mesh.look.interior.value_or(Surface{.name = {}, .color = kBreak});
+        else if (m < mesh.look.surfaces.size())
+            surface = mesh.look.surfaces[m];
+        if (surface.name.empty()) surface.name = first.materials[m];
+        if (!first.mesh.corner_colors.empty() && !is_interior) surface.color = kWhite;  // those of vertices count
+        surfaces.push_back(std::move(surface));
+    }
+    return surfaces;
+}
+
+bool is_shot_format(const std::string& extension) {
+    return extension == ".usda" || extension == ".glb" || extension == ".pc2";
+}
+
+std::vector<fs::path> companions(const fs::path& file) {
+    if (file.extension() != ".pc2") return {};
+    return {fs::path(file).replace_extension(".obj")};
+}
+
+Status check_constant_topology(const VisualMesh& first, const VisualMesh& mesh, const std::string& name, int frame,
+                               const std::string& format) {
+    if (mesh.positions.size() == first.positions.size() && mesh.triangles == first.triangles) return {};
+    return bad_input("body '" + name + "'",
+                     "its faces change at frame " + std::to_string(frame) + ", which " + format + " cannot hold",
+                     "bake with the deformer's topology 'constant', or export .usda");
+}
+
+namespace {
+
+Result<ExportReport> export_by_ending(const Shot& shot, const ExportSettings& settings, const Progress& progress) {
+    const std::string name = settings.file.filename().string(), extension = settings.file.extension().string();
+    const bool is_pattern = name.find('#') != std::string::npos;
+    if (is_shot_format(extension) && is_pattern)
+        return bad_input(settings.file.string(), "a " + extension + " file holds all frames", "leave out the ####");
+    if (extension == ".usda") return export_usda(shot, settings, progress);
+    if (extension == ".glb") return export_glb(shot, settings, progress);
+    if (extension == ".pc2") return export_pc2(shot, settings, progress);
+    if (extension != ".ply" && extension != ".obj")
+        return bad_input(settings.file.string(), "shots are not written as '" + extension + "'",
+                         "end the name in .usda, .glb, .pc2, .####.ply or .####.obj");
+    if (Status s = check_output_pattern(name); !s)
+        return bad_input(settings.file.string(), "has no run of #### for the frame", "shot.####" + extension);
+    return export_sequence(shot, settings, progress);
+}
+
+}  // namespace
+
+Result<ExportReport> export_shot(const Shot& shot, const ExportSettings& settings, const Progress& progress) {
+    auto report = export_by_ending(shot, settings, progress);
+    if (report) report->frames = {shot.frames.front(), shot.frames.back()};
+    return report;
+}
+
+Result<ExportReport> export_bake(const BakeExport& wanted, const Progress& progress) {
+    const fs::path& file = wanted.settings.file;
+    if (file.empty()) return bad_usage("no file is given", "as shot.usda");
+    if (!(wanted.settings.tolerance >= 0)) return bad_usage("the tolerance is negative", "a share of the shot's size");
+    std::error_code code;
+    if (!fs::is_directory(wanted.bake, code))
+        return bad_input(wanted.bake.string(), "is no bake folder", "sunder bake GRAPH -o DIR makes one");
+    const auto manifest = read_manifest(wanted.bake);
+    if (!manifest) return manifest.error();
+    ShotChoice choice = wanted.choice;
+    choice.has_solids = choice.node.empty();
+    const auto shot = baked_shot(*manifest, wanted.bake, choice);
+    if (!shot) return shot.error();
+    std::vector<fs::path> files = companions(file);
+    files.push_back(file);
+    for (const fs::path& path : files)
+        if (!wanted.overwrite && fs::exists(fs::symlink_status(path, code)))
+            return bad_input(path.string(), "is there already", "--overwrite replaces it");
+    if (file.has_parent_path())
+        if (Status s = make_folders(file.parent_path()); !s) return s.error();
+    return export_shot(*shot, wanted.settings, progress);
+}
+
+}  // namespace sunder

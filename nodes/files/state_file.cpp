@@ -1,0 +1,327 @@
+#include "nodes/files/state_file.h"
+
+#include <cassert>
+#include <cmath>
+
+#include "nodes/files/compression.h"
+#include "nodes/files/ply_file.h"
+
+namespace sunder {
+namespace {
+
+constexpr const char* kPlacement = "x y z qw qx qy qz vx vy vz wx wy wz";
+constexpr const char* kPlastic = "fp00 fp01 fp02 fp10 fp11 fp12 fp20 fp21 fp22";
+constexpr size_t kParticleDoubles = 13 + 9 + 2;
+
+std::vector<PlyProperty> operator+(std::vector<PlyProperty> a, const std::vector<PlyProperty>& b) {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+}
+
+constexpr size_t kElementsOfVersion1 = 7;  // without what sleeps
+
+// The elements in file order; counts are filled in by the writer and taken over from a file by the reader.
+std::vector<PlyElement> layout(std::string_view version = kStateFileMagic) {
+    const auto doubles = [](std::string_view names) { return ply_scalars(names, PlyType::float64); };
+    const auto ints = [](std::string_view names) { return ply_scalars(names, PlyType::int32); };
+    const bool is_latest = version == kStateFileMagic;
+    const auto contact = doubles(is_latest ? "px py pz force fx fy fz tx ty tz" : "px py pz force fx fy fz");
+    std::vector<PlyElement> elements = {
+        {"particle", 0, doubles(kPlacement) + doubles(kPlastic) + doubles("yield strain") + ints("body fragment")},
+        {"edge", 0, ints("a b") + ply_scalars("intact", PlyType::uint8)},
+        {"group", 0, doubles("qw qx qy qz")},
+        {"rigid_body", 0, doubles(kPlacement)},
+        {"broken_edge", 0, ints("edge") + doubles("time strain")},
+        {"contact", 0, ints("a b") + contact},
+        {"clock", 0, ints("frame") + doubles("time")},
+        {"rest", 0, doubles(is_latest ? "still_time load" : "still_time") + ply_scalars("asleep", PlyType::uint8)},
+        {"rest_condition", 0, ints("low high")}};
+    if (version == kStateFileMagic1) elements.resize(kElementsOfVersion1);
+    return elements;
+}
+
+// The four vectors of a placement, as particles and rigid bodies have them.
+void put_placement(double*& p, const Vec3& x, const Quat& q, const Vec3& v, const Vec3& w) {
+    for (int i = 0; i < 3; ++i) *p++ = x[i];
+    *p++ = q.w(), *p++ = q.x(), *p++ = q.y(), *p++ = q.z();
+    for (int i = 0; i < 3; ++i) *p++ = v[i];
+    for (int i = 0; i < 3; ++i) *p++ = w[i];
+}
+
+void take_placement(const double* p, Vec3& x, Quat& q, Vec3& v, Vec3& w) {
+    x = Vec3(p[0], p[1], p[2]);
+    q = Quat(p[3], p[4], p[5], p[6]);
+    v = Vec3(p[7], p[8], p[9]);
+    w = Vec3(p[10], p[11], p[12]);
+}
+
+// Reads `n` doubles at `p` and says which of them is not finite, or -1. `may_be_infinite`: index that is exempt from
+// infinity (never from NaN).
+int load(const char* p, double* out, int n, int may_be_infinite = -1) {
+    std::memcpy(out, p, sizeof(double) * static_cast<size_t>(n));
+    for (int i = 0; i < n; ++i)
+        if (!std::isfinite(out[i]) && (i != may_be_infinite || std::isnan(out[i]))) return i;
+    return -1;
+}
+
+class Decoder {
+public:
+    Decoder(const PlyFile& file, std::string_view version, const std::string& where)
+        : file_(file), version_(version), where_(where) {}
+
+    Result<StateFile> decode() {
+        for (Status (Decoder::*read)() : {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles,
+                                          &Decoder::read_edges, &Decoder::read_groups, &Decoder::read_rigid_bodies,
+                                          &Decoder::read_broken, &Decoder::read_contacts, &Decoder::read_rest})
+            if (Status s = (this->*read)(); !s) return s.error();
+        return std::move(out_);
+    }
+
+private:
+    Status fault(const std::string& what) const { return bad_input(where_, what, "bake it again"); }
+    Status not_finite(const PlyElement& e, size_t row, int property) const {
+        return fault(e.name + " " + std::to_string(row) + ": " + e.properties[static_cast<size_t>(property)].name +
+                     " is not finite");
+    }
+    const char* row(const PlyElement& e, size_t i) const { return file_.rows(e) + i * PlyFile::row_bytes(e); }
+
+    Status check_layout() {
+        const std::vector<PlyElement> wanted = layout(version_);
+        const std::vector<PlyElement>& found = file_.header().elements;
+        for (size_t e = 0; e < wanted.size(); ++e) {
+            bool same = found.size() == wanted.size() && found[e].name == wanted[e].name &&
+                        found[e].properties.size() == wanted[e].properties.size();
+            for (size_t p = 0; same && p < wanted[e].properties.size(); ++p) {
+                const PlyProperty &a = found[e].properties[p], &b = wanted[e].properties[p];
+                same = a.name == b.name && a.type == b.type && !a.count_type;
+            }
+            if (!same)
+                return fault("the elements are not those of a state frame: '" + wanted[e].name +
+                             "' is missing or differs");
+        }
+        elements_ = &found;
+        return {};
+    }
+
+    Status read_clock() {
+        const PlyElement& e = (*elements_)[6];
+        if (e.count != 1) return fault("has " + std::to_string(e.count) + " clocks instead of one");
+        out_.frame = read_number<int32_t>(row(e, 0));
+        if (load(row(e, 0) + 4, &out_.state.time, 1) >= 0) return not_finite(e, 0, 1);
+        return {};
+    }
+
+    Status read_particles() {
+        const PlyElement& e = (*elements_)[0];
+        const size_t n = e.count;
+        FrameState& s = out_.state;
+        s.position.resize(n), s.orientation.resize(n), s.velocity.resize(n), s.angular_velocity.resize(n);
+        s.plastic_deformation.resize(n), s.yield.resize(n), s.strain.resize(n);
+        out_.body.resize(n), out_.fragment.resize(n);
+        double v[kParticleDoubles];
+        for (size_t i = 0; i < n; ++i) {
+            if (const int bad = load(row(e, i), v, kParticleDoubles, 22); bad >= 0) return not_finite(e, i, bad);
+            take_placement(v, s.position[i], s.orientation[i], s.velocity[i], s.angular_velocity[i]);
+            for (int k = 0; k < 9; ++k) s.plastic_deformation[i](k / 3, k % 3) = v[13 + k];
+            s.yield[i] = v[22], s.strain[i] = v[23];
+            const char* p = row(e, i) + sizeof v;
+            const int32_t body = read_number<int32_t>(p), fragment = read_number<int32_t>(p + 4);
+            if (body < 0 || fragment < 0)
+                return fault("particle " + std::to_string(i) + " has a negative body or fragment");
+            out_.body[i] = static_cast<uint32_t>(body), out_.fragment[i] = static_cast<uint32_t>(fragment);
+        }
+        return {};
+    }
+
+    Status read_edges() {
+        const PlyElement& e = (*elements_)[1];
+        out_.edges.resize(e.count), out_.state.edge_intact.resize(e.count);
+        for (size_t i = 0; i < e.count; ++i) {
+            const char* p = row(e, i);
+            const uint32_t a = read_number<uint32_t>(p), b = read_number<uint32_t>(p + 4);
+            const uint8_t intact = read_number<uint8_t>(p + 8);
+            if (a >= b || b >= out_.body.size())
+                return fault("edge " + std::to_string(i) + " joins particles " + std::to_string(a) + " and " +
+                             std::to_string(b) + " of " + std::to_string(out_.body.size()));
+            if (intact > 1) return fault("edge " + std::to_string(i) + ": intact is neither 0 nor 1");
+            out_.edges[i] = {a, b};
+            out_.state.edge_intact[i] = intact;
+        }
+        return {};
+    }
+
+    Status read_groups() {
+        const PlyElement& e = (*elements_)[2];
+        if (e.count != out_.body.size())
+            return fault("has " + std::to_string(e.count) + " groups for " + std::to_string(out_.body.size()) +
+                         " particles");
+        out_.state.group_rotation.resize(e.count);
+        double q[4];
+        for (size_t i = 0; i < e.count; ++i) {
+            if (const int bad = load(row(e, i), q, 4); bad >= 0) return not_finite(e, i, bad);
+            out_.state.group_rotation[i] = Quat(q[0], q[1], q[2], q[3]);
+        }
+        return {};
+    }
+
+    Status read_rigid_bodies() {
+        const PlyElement& e = (*elements_)[3];
+        out_.state.rigid_bodies.resize(e.count);
+        double v[13];
+        for (size_t i = 0; i < e.count; ++i) {
+            if (const int bad = load(row(e, i), v, 13); bad >= 0) return not_finite(e, i, bad);
+            RigidBodyState& r = out_.state.rigid_bodies[i];
+            take_placement(v, r.position, r.orientation, r.velocity, r.angular_velocity);
+        }
+        return {};
+    }
+
+    Status read_broken() {
+        const PlyElement& e = (*elements_)[4];
+        out_.state.broken.resize(e.count);
+        double v[2];
+        for (size_t i = 0; i < e.count; ++i) {
+            BrokenEdge& b = out_.state.broken[i];
+            b.edge = read_number<uint32_t>(row(e, i));
+            if (b.edge >= out_.edges.size())
+                return fault("broken_edge " + std::to_string(i) + " names edge " + std::to_string(b.edge) + " of " +
+                             std::to_string(out_.edges.size()));
+            if (const int bad = load(row(e, i) + 4, v, 2); bad >= 0) return not_finite(e, i, bad + 1);
+            b.time = v[0], b.strain = v[1];
+        }
+        return {};
+    }
+
+    Status read_contacts() {
+        const PlyElement& e = (*elements_)[5];
+        out_.state.contacts.resize(e.count);
+        const int n = version_ == kStateFileMagic ? 10 : 7;
+        double v[10] = {};
+        for (size_t i = 0; i < e.count; ++i) {
+            ContactMemory& c = out_.state.contacts[i];
+            c.a = read_number<uint32_t>(row(e, i));
+            c.b = read_number<uint32_t>(row(e, i) + 4);
+            if (const int bad = load(row(e, i) + 8, v, n); bad >= 0) return not_finite(e, i, bad + 2);
+            c.point = Vec3(v[0], v[1], v[2]);
+            c.normal_force = v[3];
+            c.friction_force = Vec3(v[4], v[5], v[6]);
+            c.rolling_torque = Vec3(v[7], v[8], v[9]);
+        }
+        return {};
+    }
+
+    Status read_rest() {
+        if (version_ != kStateFileMagic) return {};  // all is awake
+        const PlyElement &rest = (*elements_)[7], &condition = (*elements_)[8];
+        FrameState& s = out_.state;
+        if (rest.count != 0 && rest.count != s.n_particles() + s.rigid_bodies.size())
+            return fault("says of " + std::to_string(rest.count) +
+                         " particles and rigid bodies whether they sleep, of " +
+                         std::to_string(s.n_particles() + s.rigid_bodies.size()));
+        s.still_time.resize(rest.count), s.asleep.resize(rest.count), s.rest_load.resize(rest.count);
+        s.rest_conditions.resize(condition.count);
+        for (size_t i = 0; i < rest.count; ++i) {
+            double v[2];
+            if (const int bad = load(row(rest, i), v, 2); bad >= 0) return not_finite(rest, i, bad);
+            s.still_time[i] = v[0], s.rest_load[i] = v[1];
+            s.asleep[i] = read_number<uint8_t>(row(rest, i) + sizeof v);
+            if (s.asleep[i] > 1) return fault("rest " + std::to_string(i) + ": asleep is neither 0 nor 1");
+        }
+        for (size_t i = 0; i < condition.count; ++i)
+            s.rest_conditions[i] =
+                read_number<uint32_t>(row(condition, i)) | uint64_t{read_number<uint32_t>(row(condition, i) + 4)} << 32;
+        return {};
+    }
+
+    const PlyFile& file_;
+    const std::string_view version_;
+    const std::string& where_;
+    const std::vector<PlyElement>* elements_ = nullptr;
+    StateFile out_;
+};
+
+}  // namespace
+
+ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& rest) {
+    const size_t n = s.n_particles();
+    assert(rest.n_particles() == n && rest.n_edges() == s.edge_intact.size());
+    std::vector<PlyElement> elements = layout();
+    const size_t counts[] = {
+        n, s.edge_intact.size(), s.group_rotation.size(), s.rigid_bodies.size(), s.broken.size(), s.contacts.size(),
+        1, s.asleep.size(),      s.rest_conditions.size()};
+    size_t total = 4096;
+    for (size_t e = 0; e < elements.size(); ++e) {
+        elements[e].count = counts[e];
+        total += counts[e] * PlyFile::row_bytes(elements[e]);
+    }
+    ByteBuffer bytes;
+    bytes.reserve(total);
+    write_ply_header(bytes, {{std::string(kStateFileMagic), "written by sunder " SUNDER_VERSION}, elements});
+    for (size_t i = 0; i < n; ++i) {
+        double v[kParticleDoubles], *p = v;
+        put_placement(p, s.position[i], s.orientation[i], s.velocity[i], s.angular_velocity[i]);
+        for (int k = 0; k < 9; ++k) *p++ = s.plastic_deformation[i](k / 3, k % 3);
+        *p++ = s.yield[i], *p++ = s.strain[i];
+        bytes.append(v, sizeof v);
+        bytes.number(rest.body[i]), bytes.number(rest.fragment[i]);
+    }
+    for (size_t e = 0; e < rest.n_edges(); ++e)
+        bytes.number(rest.edges[e].a), bytes.number(rest.edges[e].b), bytes.number(s.edge_intact[e]);
+    for (const Quat& q : s.group_rotation)
+        bytes.number(q.w()), bytes.number(q.x()), bytes.number(q.y()), bytes.number(q.z());
+    for (const RigidBodyState& r : s.rigid_bodies) {
+        double v[13], *p = v;
+        put_placement(p, r.position, r.orientation, r.velocity, r.angular_velocity);
+        bytes.append(v, sizeof v);
+    }
+    for (const BrokenEdge& b : s.broken) bytes.number(b.edge), bytes.number(b.time), bytes.number(b.strain);
+    for (const ContactMemory& c : s.contacts) {
+        bytes.number(c.a), bytes.number(c.b);
+        const Vec3 &x = c.point, &f = c.friction_force, &t = c.rolling_torque;
+        const double v[10] = {x.x(), x.y(), x.z(), c.normal_force, f.x(), f.y(), f.z(), t.x(), t.y(), t.z()};
+        bytes.append(v, sizeof v);
+    }
+    bytes.number(int32_t{frame}), bytes.number(s.time);
+    for (size_t i = 0; i < s.asleep.size(); ++i)
+        bytes.number(s.still_time[i]), bytes.number(s.rest_load[i]), bytes.number(s.asleep[i]);
+    for (const uint64_t c : s.rest_conditions)
+        bytes.number(static_cast<uint32_t>(c)), bytes.number(static_cast<uint32_t>(c >> 32));
+    return bytes;
+}
+
+Result<StateFile> decode_state(std::string bytes, const std::string& where) {
+    auto file = PlyFile::parse(std::move(bytes), where);
+    if (!file) return file.error();
+    for (const std::string_view version : {kStateFileMagic, kStateFileMagic2, kStateFileMagic1})
+        if (file->has_comment(version)) return Decoder(*file, version, where).decode();
+    for (const std::string& c : file->header().comments)
+        if (c.starts_with(kStateFileMark))
+            return bad_input(where, "is a " + c + ", which this version does not know", "use a newer Sunder");
+    return bad_input(where, "is a PLY file but no state frame of Sunder", "give a file that a bake_state node wrote");
+}
+
+Result<StateFile> read_state_file(const std::string& path) {
+    auto bytes = read_baked_file(path);
+    if (!bytes) return bytes.error();
+    return decode_state(bytes.take(), path);
+}
+
+Status require_same_scene(const StateFile& file, const SimulationMesh& rest, const std::string& where) {
+    const auto differs = [&](const std::string& what) {
+        return bad_input(where, "is of another scene: " + what, "bake again with --restart");
+    };
+    if (file.body.size() != rest.n_particles())
+        return differs(std::to_string(file.body.size()) + " particles instead of " +
+                       std::to_string(rest.n_particles()));
+    if (file.edges.size() != rest.n_edges())
+        return differs(std::to_string(file.edges.size()) + " edges instead of " + std::to_string(rest.n_edges()));
+    for (size_t i = 0; i < file.body.size(); ++i)
+        if (file.body[i] != rest.body[i] || file.fragment[i] != rest.fragment[i])
+            return differs("particle " + std::to_string(i) + " is another fragment");
+    for (size_t e = 0; e < file.edges.size(); ++e)
+        if (file.edges[e][0] != rest.edges[e].a || file.edges[e][1] != rest.edges[e].b)
+            return differs("edge " + std::to_string(e) + " joins other particles");
+    return {};
+}
+
+}  // namespace sunder

@@ -1,0 +1,53 @@
+// State frames on disk: one binary PLY holds one FrameState, bit for bit, and which particles its arrays speak of.
+//
+//   particle    x y z qw qx qy qz vx vy vz wx wy wz fp00..fp22 yield strain (double), body fragment (int)
+//   edge        a b (int), intact (uchar)
+//   group       qw qx qy qz: optimal rotation of each particle's group, warm start of the next one (double)
+//   rigid_body  x y z qw qx qy qz vx vy vz wx wy wz (double)
+//   broken_edge edge (int), time strain (double): broken in the frame that ended here
+//   contact     a b (int), px py pz force fx fy fz tx ty tz (double): what the next substep's contacts start from
+//   clock       frame (int), time (double)
+//   rest        still_time load (double), asleep (uchar): of particles, then rigid bodies
+//   rest_condition  low high (int): hashes of what acts on sleepers
+//
+// docs/files.md says more. Yield may be infinite ("never"); every other number is finite.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "nodes/files/byte_buffer.h"
+#include "solver/data/frame_state.h"
+#include "solver/data/result.h"
+#include "solver/data/simulation_mesh.h"
+
+namespace sunder {
+
+/// First comment of every state frame, in all versions of the format; and in this one.
+inline constexpr std::string_view kStateFileMark = "sunder state frame ";
+inline constexpr std::string_view kStateFileMagic = "sunder state frame 3";
+/// Before anything slept, and before sleepers knew what lay on them and contacts their torques; both are read as if all
+/// were awake.
+inline constexpr std::string_view kStateFileMagic1 = "sunder state frame 1", kStateFileMagic2 = "sunder state frame 2";
+
+struct StateFile {
+    int32_t frame = 0;
+    FrameState state;
+    std::vector<uint32_t> body;                  // (n_particles)
+    std::vector<uint32_t> fragment;              // (n_particles), of that body
+    std::vector<std::array<uint32_t, 2>> edges;  // particles a < b (n_edges)
+};
+
+/// `rest` has as many particles and edges as `state` (asserted).
+ByteBuffer encode_state(int frame, const FrameState& state, const SimulationMesh& rest);
+
+/// Errors name `where` and what is wrong: no state frame, of a later format, truncated, an edge without its particles,
+/// a number that is not finite.
+Result<StateFile> decode_state(std::string bytes, const std::string& where);
+Result<StateFile> read_state_file(const std::string& path);
+
+/// Whether a state frame speaks of the particles and edges of `rest`, in that order; the error tells where not.
+Status require_same_scene(const StateFile& file, const SimulationMesh& rest, const std::string& where);
+
+}  // namespace sunder

@@ -1,0 +1,159 @@
+#include "nodes/graph/common_parameters.h"
+
+#include <numbers>
+
+#include "nodes/files/compression.h"
+
+namespace sunder {
+
+ParameterDescription position_parameter(Animation animation, std::string sentence) {
+    return {.name = "position",
+            .label = "Position",
+            .type = ParameterType::vector3,
+            .unit = "m",
+            .default_value = {0.0, 0.0, 0.0},
+            .sentence = std::move(sentence),
+            .animatable = animation == Animation::animatable};
+}
+
+ParameterDescription rotation_parameter(Animation animation, std::string sentence) {
+    return {.name = "rotation",
+            .label = "Rotation",
+            .type = ParameterType::vector3,
+            .unit = "degrees",
+            .default_value = {0.0, 0.0, 0.0},
+            .sentence = std::move(sentence) + "; Euler angles XYZ: about x first, then y, then z",
+            .animatable = animation == Animation::animatable};
+}
+
+ParameterDescription friction_parameter(Animation animation) {
+    return {.name = "friction",
+            .label = "Friction",
+            .type = ParameterType::number,
+            .min = 0,
+            .max = 10,
+            .default_value = 0.5,
+            .sentence = "Coulomb friction: tangential force per normal force that a contact can bear before it slides",
+            .animatable = animation == Animation::animatable};
+}
+
+ParameterDescription restitution_parameter(Animation animation) {
+    return {.name = "restitution",
+            .label = "Restitution",
+            .type = ParameterType::number,
+            .min = 0,
+            .max = 1,
+            .default_value = 0.0,
+            .sentence = "Share of the approach speed with which a contact bounces",
+            .animatable = animation == Animation::animatable};
+}
+
+ParameterDescription velocity_parameter() {
+    return {.name = "velocity",
+            .label = "Velocity",
+            .type = ParameterType::vector3,
+            .unit = "m/s",
+            .min = -1e4,
+            .max = 1e4,
+            .default_value = {0.0, 0.0, 0.0},
+            .sentence = "Velocity at the first frame"};
+}
+
+ParameterDescription angular_velocity_parameter() {
+    return {
+        .name = "angular_velocity",
+        .label = "Angular Velocity",
+        .type = ParameterType::vector3,
+        .unit = "degrees/s",
+        .min = -1e6,
+        .max = 1e6,
+        .default_value = {0.0, 0.0, 0.0},
+        .sentence = "Rate of turning at the first frame, about the centre of mass: its axis times degrees per second"};
+}
+
+Vec3 radians(const Vec3& degrees) { return degrees * (std::numbers::pi / 180); }
+
+ParameterDescription radius_parameter(std::string sentence) {
+    return {.name = "radius",
+            .label = "Radius",
+            .unit = "m",
+            .min = 0,
+            .max = 1e5,
+            .min_excluded = true,
+            .default_value = 0.5,
+            .sentence = std::move(sentence)};
+}
+
+ParameterDescription size_parameter() {
+    return {.name = "size",
+            .label = "Size",
+            .type = ParameterType::vector3,
+            .unit = "m",
+            .min = 0,
+            .max = 1e5,
+            .min_excluded = true,
+            .default_value = {1.0, 1.0, 1.0},
+            .sentence = "Lengths of the box's sides"};
+}
+
+std::vector<ParameterDescription> region_parameters(std::string sentence, std::vector<Json> choices,
+                                                    std::string group_sentence) {
+    return {{.name = "region",
+             .label = "Region",
+             .type = ParameterType::choice,
+             .default_value = "box",
+             .sentence = std::move(sentence),
+             .choices = std::move(choices)},
+            {.name = "box_min",
+             .label = "Box Min",
+             .type = ParameterType::vector3,
+             .unit = "m",
+             .default_value = {-1.0, -1.0, -1.0},
+             .sentence = "Lowest corner of the box"},
+            {.name = "box_max",
+             .label = "Box Max",
+             .type = ParameterType::vector3,
+             .unit = "m",
+             .default_value = {1.0, 1.0, 1.0},
+             .sentence = "Highest corner of the box"},
+            {.name = "center",
+             .label = "Center",
+             .type = ParameterType::vector3,
+             .unit = "m",
+             .default_value = {0.0, 0.0, 0.0},
+             .sentence = "Of the sphere"},
+            radius_parameter("Of the sphere"),
+            {.name = "group",
+             .label = "Group",
+             .type = ParameterType::text,
+             .default_value = "",
+             .sentence = std::move(group_sentence)}};
+}
+
+ParameterDescription compression_parameter() {
+    return {.name = "compression",
+            .label = "Compression",
+            .type = ParameterType::choice,
+            .default_value = "none",
+            .sentence =
+                "zstd: files are compressed and their names end in .zst; everything of Sunder reads them as "
+                "they are, other programs once `zstd -d` has unpacked them",
+            .choices = {"none", "zstd"}};
+}
+
+std::string compressed_suffix(const std::string& compression) {
+    return compression == "zstd" ? std::string(kCompressedSuffix) : std::string();
+}
+
+Quat euler_xyz(const Vec3& degrees) {
+    const Vec3 angle = radians(degrees);
+    return Quat(Eigen::AngleAxisd(angle.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(angle.y(), Vec3::UnitY()) *
+                Eigen::AngleAxisd(angle.x(), Vec3::UnitX()))
+        .normalized();
+}
+
+Pose pose_of(const Parameters& parameters) {
+    return {parameters.vector3("position"), euler_xyz(parameters.vector3("rotation"))};
+}
+
+}  // namespace sunder

@@ -1,0 +1,39 @@
+// Parameters that several nodes have, described once, and the values that they make.
+#pragma once
+
+#include "nodes/graph/node.h"
+#include "solver/data/math.h"
+
+namespace sunder {
+
+enum class Animation { constant, animatable };
+
+ParameterDescription position_parameter(Animation animation, std::string sentence);  // "position", m
+ParameterDescription rotation_parameter(Animation animation, std::string sentence);  // "rotation", degrees
+ParameterDescription friction_parameter(Animation animation);
+ParameterDescription restitution_parameter(Animation animation);
+ParameterDescription velocity_parameter();          // "velocity", m/s, at the start
+ParameterDescription angular_velocity_parameter();  // "angular_velocity", degrees/s, at the start
+
+ParameterDescription radius_parameter(std::string sentence);  // "radius", m
+ParameterDescription size_parameter();                        // "size" of a box, m
+
+/// "region" with its choices, and what "box" ("box_min", "box_max"), "sphere" ("center", "radius") and "group" take.
+std::vector<ParameterDescription> region_parameters(std::string sentence, std::vector<Json> choices,
+                                                    std::string group_sentence);
+
+/// "compression" of a bake node's files.
+ParameterDescription compression_parameter();
+/// What it adds to their names.
+std::string compressed_suffix(const std::string& compression);
+
+/// Euler angles XYZ in degrees, as Blender means them: about the fixed x axis first, then y, then z; R = R_z R_y R_x.
+Quat euler_xyz(const Vec3& degrees);
+
+/// Of the parameters "position" and "rotation".
+Pose pose_of(const Parameters& parameters);
+
+/// Degrees to radians, of each component.
+Vec3 radians(const Vec3& degrees);
+
+}  // namespace sunder

@@ -1,0 +1,22 @@
+// One function a node type; each has a file of its own.
+#pragma once
+
+#include "nodes/graph/node.h"
+
+namespace sunder {
+
+NodeType mesh_file_node();
+NodeType lattice_node();
+NodeType prefracture_node();
+NodeType fragment_region_node();
+NodeType body_node();
+NodeType rigid_body_node();
+NodeType collider_node();
+NodeType pin_node();
+NodeType force_node();
+NodeType solver_node();
+NodeType deformer_node();
+NodeType bake_mesh_node();
+NodeType bake_state_node();
+
+}  // namespace sunder

@@ -1,0 +1,87 @@
+// What runs through wires: finished, shared, const.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "fracture_tools/skin/visual_mesh.h"
+#include "nodes/files/content_key.h"
+#include "nodes/graph/description.h"
+#include "solver/data/fragment_set.h"
+#include "solver/data/tri_mesh.h"
+#include "solver/scene/scene.h"
+
+namespace sunder {
+
+/// Fragments with a place, a start and, at the frame asked for, a material.
+struct BodyValue {
+    std::string name;    // of the body node; tells bodies of one scene apart
+    ContentKey key = 0;  // of all below but `material`
+    std::shared_ptr<const FragmentSet> fragments;
+    std::shared_ptr<const SimulationMesh> rest;  // as placed: particle i is fragment i
+    Pose pose;                                   // fragment coordinates -> scene, at the start
+    Vec3 velocity = Vec3::Zero();                // m/s, at the start
+    Vec3 angular_velocity = Vec3::Zero();        // rad/s, at the start, about the centre of mass
+    Material material;                           // at the frame
+};
+
+/// A collider and where it is at the frame asked for.
+struct ColliderValue {
+    Collider collider;
+    Pose pose;
+    std::vector<std::string> warnings = {};  // of what was done to its mesh
+};
+
+/// Particles of one body that are held, and where they are held at the frame asked for.
+struct PinValue {
+    std::string name;
+    std::string body;                                        // BodyValue::name
+    ContentKey body_key = 0;                                 // BodyValue::key
+    std::shared_ptr<const std::vector<uint32_t>> particles;  // of that body, ascending
+    Pose pose;                                               // rest placement in the scene -> where it is held
+    Vec3 pivot = Vec3::Zero();                               // of its turns, in the rest placement, m
+    bool active = true;                                      // false after the release frame
+};
+
+/// A frame of a simulation with the scene that its arrays index: scene->rest tells body and fragment of each particle
+/// and the particles of each edge, scene->bodies the ranges of each body.
+struct StateValue {
+    int frame = 0;
+    std::shared_ptr<const Scene> scene;
+    std::shared_ptr<const FrameState> state;
+    std::vector<ContentKey> body_keys;  // BodyValue::key of each of scene->bodies
+    StepReport report;                  // of the step that ended in this frame; zeros at the start
+};
+
+/// The visual mesh of one body at one frame.
+struct BodyMesh {
+    std::string body;                              // BodyValue::name
+    std::shared_ptr<const FragmentSet> fragments;  // material names, interior material
+    VisualMesh mesh;
+};
+
+/// One file to write: what a bake node asks of the bake runner, which alone writes.
+struct BakeItem {
+    std::string path;                         // relative to the output folder, the frame filled in; ends in
+                                              // kCompressedSuffix where the file is to be compressed
+    std::shared_ptr<const BodyMesh> mesh;     // either this
+    std::shared_ptr<const StateValue> state;  // or this
+};
+
+/// In the order of SocketType.
+using Value =
+    std::variant<std::shared_ptr<const TriMesh>, std::shared_ptr<const FragmentSet>, std::shared_ptr<const BodyValue>,
+                 std::shared_ptr<const RigidBody>, std::shared_ptr<const ColliderValue>,
+                 std::shared_ptr<const PinValue>, std::shared_ptr<const Force>, std::shared_ptr<const StateValue>,
+                 std::shared_ptr<const BodyMesh>, std::shared_ptr<const BakeItem>>;
+
+template <class T>
+Value make_value(T content) {
+    return std::make_shared<const T>(std::move(content));
+}
+
+inline SocketType type_of(const Value& value) { return static_cast<SocketType>(value.index()); }
+
+}  // namespace sunder

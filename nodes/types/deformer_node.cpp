@@ -1,0 +1,154 @@
+// deformer: the visual mesh of one body, skinned to a state and split where edges broke.
+#include <algorithm>
+
+#include "fracture_tools/skin/visual_mesh.h"
+#include "nodes/graph/nearest_name.h"
+#include "nodes/graph/node_list.h"
+#include "solver/threads/parallel.h"
+
+namespace sunder {
+namespace {
+
+/// Split topology goes on from the frame before, for as long as the body is the same.
+struct DeformerStore {
+    ContentKey key = 0;
+    VisualTopology topology = VisualTopology::compact;
+    std::unique_ptr<VisualMeshBuilder> builder;
+};
+
+Result<size_t> body_index(CookContext& context, const StateValue& state, const BodyValue& body) {
+    const std::vector<Body>& bodies = state.scene->bodies;
+    const auto found = std::ranges::find(bodies, body.name, &Body::name);
+    const size_t index = static_cast<size_t>(found - bodies.begin());
+    if (found != bodies.end() && state.body_keys[index] == body.key) return index;
+    std::vector<std::string> held;
+    for (const Body& b : bodies) held.push_back(b.name);
+    return context.error("state", "its solver does not move body '" + body.name + "'",
+                         "bodies of that solver: " + list_text(held));
+}
+
+template <class T>
+std::span<const T> slice(const std::vector<T>& array, uint32_t begin, uint32_t end) {
+    return std::span<const T>(array).subspan(begin, end - begin);
+}
+
+/// What one node makes its mesh of.
+struct Inputs {
+    std::shared_ptr<const BodyValue> body;
+    std::shared_ptr<const StateValue> state;
+    size_t index = 0;  // of the body among those of the state
+
+    BodyFrame frame() const {
+        const Body& b = state->scene->bodies[index];
+        const FrameState& s = *state->state;
+        return {.position = slice(s.position, b.particle_begin, b.particle_end),
+                .orientation = slice(s.orientation, b.particle_begin, b.particle_end),
+                .plastic_deformation = slice(s.plastic_deformation, b.particle_begin, b.particle_end),
+                .edge_intact = slice(s.edge_intact, b.edge_begin, b.edge_end),
+                .velocity = slice(s.velocity, b.particle_begin, b.particle_end),
+                .angular_velocity = slice(s.angular_velocity, b.particle_begin, b.particle_end)};
+    }
+};
+
+Result<Inputs> read_inputs(CookContext& context) {
+    Result<std::shared_ptr<const BodyValue>> body = context.input<BodyValue>("body");
+    if (!body) return body.error();
+    Result<std::shared_ptr<const StateValue>> state = context.input<StateValue>("state");
+    if (!state) return state.error();
+    Result<size_t> index = body_index(context, **state, **body);
+    if (!index) return index.error();
+    return Inputs{body.take(), state.take(), *index};
+}
+
+/// What a node keeps, and what it is to be for.
+struct Wanted {
+    DeformerStore* store;
+    const BodyValue* body;
+    VisualTopology topology;
+
+    bool is_kept() const { return store->builder && store->key == body->key && store->topology == topology; }
+    void make() const {
+        store->builder = std::make_unique<VisualMeshBuilder>(body->fragments, *body->rest, body->pose, topology);
+        store->key = body->key, store->topology = topology;
+    }
+};
+
+Wanted wanted_builder(CookContext& context, const BodyValue& body) {
+    const bool is_constant = context.parameters().text("topology") == "constant";
+    return {&context.store().get<DeformerStore>(), &body,
+            is_constant ? VisualTopology::constant : VisualTopology::compact};
+}
+
+std::vector<Result<Value>> cook_together(std::span<CookContext* const> contexts) {
+    std::vector<Result<Inputs>> inputs;
+    for (CookContext* context : contexts) {
+        inputs.push_back(read_inputs(*context));
+        if (!inputs.back() && inputs.back().error().code == ErrorCode::cancelled)
+            return std::vector<Result<Value>>(contexts.size(), cancelled());
+    }
+
+    const std::shared_ptr<const WorkerPool> workers = contexts.front()->workers();
+    std::vector<Wanted> wanted, missing;
+    for (size_t i = 0; i < contexts.size(); ++i)
+        if (inputs[i]) wanted.push_back(wanted_builder(*contexts[i], *inputs[i]->body));
+    std::ranges::copy_if(wanted, std::back_inserter(missing), [](const Wanted& w) { return !w.is_kept(); });
+    workers->for_each(missing.size(), [&](size_t i) { missing[i].make(); });
+
+    std::vector<VisualMesh> meshes(contexts.size());
+    std::vector<MovingBody> bodies;
+    for (size_t i = 0; i < contexts.size(); ++i)
+        if (inputs[i]) bodies.push_back({wanted[bodies.size()].store->builder.get(), inputs[i]->frame(), &meshes[i]});
+    const std::vector<Status> made =
+        build_meshes(bodies, [&](size_t n, size_t grain, const auto& body) { workers->for_range(n, grain, body); });
+
+    std::vector<Result<Value>> values;
+    size_t n_bodies = 0;
+    for (size_t i = 0; i < contexts.size(); ++i) {
+        if (!inputs[i]) {
+            values.push_back(inputs[i].error());
+            continue;
+        }
+        const Status& status = made[n_bodies++];
+        if (status) {
+            const BodyValue& body = *inputs[i]->body;
+            values.push_back(make_value(BodyMesh{body.name, body.fragments, std::move(meshes[i])}));
+        } else {
+            contexts[i]->store().get<DeformerStore>().builder.reset();  // it may have stopped halfway
+            values.push_back(status.error());
+        }
+    }
+    return values;
+}
+
+Result<Value> cook(CookContext& context) {
+    CookContext* const alone = &context;
+    return std::move(cook_together({&alone, 1}).front());
+}
+
+}  // namespace
+
+NodeType deformer_node() {
+    NodeDescription d{
+        .type = "deformer",
+        .label = "Deformer",
+        .category = "simulation",
+        .sentence =
+            "Makes the visual mesh of one body at a frame: it follows the particles and splits where edges broke."};
+    d.inputs = {
+        {.name = "body", .label = "Body", .type = SocketType::body, .sentence = "The body whose mesh is made"},
+        {.name = "state", .label = "State", .type = SocketType::state, .sentence = "Of a solver that moves the body"}};
+    d.outputs = {
+        {.name = "mesh", .label = "Mesh", .type = SocketType::visual_mesh, .sentence = "The mesh at the frame"}};
+    d.parameters = {
+        {.name = "topology",
+         .label = "Topology",
+         .type = ParameterType::choice,
+         .default_value = "compact",
+         .sentence = "compact: no break surface is in the mesh before its edge breaks, so the mesh grows as it tears; "
+                     "constant: all fragments are there from the first frame, break surfaces marked as hidden until "
+                     "they open, so that vertices and faces stay the same for point caches and motion blur",
+         .choices = {"compact", "constant"}}};
+    return {.description = d, .cook = cook, .cook_together = cook_together};
+}
+
+}  // namespace sunder

@@ -1,0 +1,54 @@
+// force: acceleration fields and wind.
+#include "nodes/graph/node_list.h"
+
+namespace sunder {
+namespace {
+
+Result<Value> cook(CookContext& context) {
+    const Parameters& p = context.parameters();
+    Force force;
+    force.acceleration = p.vector3("acceleration");
+    force.wind = p.vector3("wind");
+    force.drag = p.number("drag");
+    return make_value(force);
+}
+
+}  // namespace
+
+NodeType force_node() {
+    NodeDescription d{.type = "force",
+                      .label = "Force",
+                      .category = "simulation",
+                      .sentence = "An acceleration that all particles feel, and a wind that drags them along."};
+    d.outputs = {{.name = "force", .label = "Force", .type = SocketType::force, .sentence = "For a solver"}};
+    d.parameters = {
+        {.name = "acceleration",
+         .label = "Acceleration",
+         .type = ParameterType::vector3,
+         .unit = "m/s2",
+         .min = -1e6,
+         .max = 1e6,
+         .default_value = {0.0, 0.0, 0.0},
+         .sentence = "Added to the solver's gravity",
+         .animatable = true},
+        {.name = "wind",
+         .label = "Wind",
+         .type = ParameterType::vector3,
+         .unit = "m/s",
+         .min = -1e4,
+         .max = 1e4,
+         .default_value = {0.0, 0.0, 0.0},
+         .sentence = "Velocity of the air",
+         .animatable = true},
+        {.name = "drag",
+         .label = "Drag",
+         .unit = "1/s",
+         .min = 0,
+         .max = 1e4,
+         .default_value = 0.0,
+         .sentence = "How fast the wind takes particles along: acceleration = drag x (wind - velocity); 0: no wind",
+         .animatable = true}};
+    return {.description = d, .cook = cook};
+}
+
+}  // namespace sunder

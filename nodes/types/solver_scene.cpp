@@ -1,0 +1,187 @@
+#include "nodes/types/solver_scene.h"
+
+#include <algorithm>
+
+#include "solver/presets.h"
+
+namespace sunder {
+namespace {
+
+void add(KeyHasher& io_hasher, const Shape& s) {
+    io_hasher.add(static_cast<int>(s.kind)).add(s.radius).add(s.half_extents).add(s.half_height);
+    if (s.kind == ShapeKind::mesh) io_hasher.add(s.grid->key);
+}
+
+void add(KeyHasher& io_hasher, const Material& m) {
+    for (const double v : {m.youngs_modulus, m.poisson_ratio, m.damping_time, m.yield, m.flow_rate, m.hardening,
+                           m.toughness, m.compressive_toughness, m.stiffness, m.friction, m.restitution})
+        io_hasher.add(v);
+}
+
+void add(KeyHasher& io_hasher, const std::vector<DrivenPose>& poses) {
+    io_hasher.add(poses.size());
+    for (const DrivenPose& p : poses) io_hasher.add(p.begin).add(p.end).add(p.active).add(p.pivot);
+}
+
+Status add_bodies(CookContext& context, SceneInput& io_input, KeyHasher& io_hasher) {
+    Result<std::vector<std::shared_ptr<const BodyValue>>> bodies =
+        context.inputs_as<BodyValue>("bodies", context.start_frame());
+    if (!bodies) return bodies.error();
+    Scene& scene = io_input.scene;
+    for (const auto& value : *bodies) {
+        Body body;
+        body.name = value->name;
+        body.particle_begin = static_cast<uint32_t>(scene.rest.n_particles());
+        body.edge_begin = static_cast<uint32_t>(scene.rest.n_edges());
+        append_body(scene.rest, *value->rest, Pose{});
+        body.particle_end = static_cast<uint32_t>(scene.rest.n_particles());
+        body.edge_end = static_cast<uint32_t>(scene.rest.n_edges());
+        body.velocity = value->velocity;
+        body.angular_velocity = value->angular_velocity;
+        scene.bodies.push_back(std::move(body));
+        io_input.body_keys.push_back(value->key);
+        io_hasher.add(value->key);
+    }
+    return {};
+}
+
+Status add_pins(CookContext& context, Scene& io_scene, KeyHasher& io_hasher) {
+    Result<std::vector<std::shared_ptr<const PinValue>>> pins =
+        context.inputs_as<PinValue>("pins", context.start_frame());
+    if (!pins) return pins.error();
+    for (const auto& value : *pins) {
+        const auto body = std::ranges::find(io_scene.bodies, value->body, &Body::name);
+        if (body == io_scene.bodies.end())
+            return context.error(
+                "pins", "pin '" + value->name + "' holds body '" + value->body + "', which this solver does not move",
+                "wire '@" + value->body + ".body' to bodies, or remove the pin");
+        Pin pin;
+        pin.name = value->name;
+        for (const uint32_t particle : *value->particles) pin.particles.push_back(body->particle_begin + particle);
+        io_hasher.add(pin.name).add(pin.particles.size());
+        for (const uint32_t particle : pin.particles) io_hasher.add(particle);
+        io_scene.pins.push_back(std::move(pin));
+    }
+    return {};
+}
+
+Status add_solids(CookContext& context, Scene& io_scene, KeyHasher& io_hasher) {
+    Result<std::vector<std::shared_ptr<const ColliderValue>>> colliders =
+        context.inputs_as<ColliderValue>("colliders", context.start_frame());
+    if (!colliders) return colliders.error();
+    for (const auto& value : *colliders) {
+        const Collider& c = value->collider;
+        io_scene.colliders.push_back(c);
+        io_hasher.add(c.name).add(c.friction).add(c.restitution);
+        add(io_hasher, c.shape);
+    }
+    Result<std::vector<std::shared_ptr<const RigidBody>>> rigid_bodies =
+        context.inputs_as<RigidBody>("rigid_bodies", context.start_frame());
+    if (!rigid_bodies) return rigid_bodies.error();
+    for (const auto& value : *rigid_bodies) {
+        const RigidBody& b = *value;
+        io_scene.rigid_bodies.push_back(b);
+        io_hasher.add(b.name)
+            .add(b.mass)
+            .add(b.pose)
+            .add(b.velocity)
+            .add(b.angular_velocity)
+            .add(b.friction)
+            .add(b.restitution);
+        add(io_hasher, b.shape);
+    }
+    return {};
+}
+
+}  // namespace
+
+Result<SceneInput> scene_input(CookContext& context) {
+    SceneInput input;
+    KeyHasher hasher;
+    if (Status ok = add_bodies(context, input, hasher); !ok) return ok.error();
+    if (Status ok = add_pins(context, input.scene, hasher); !ok) return ok.error();
+    if (Status ok = add_solids(context, input.scene, hasher); !ok) return ok.error();
+    input.key = hasher.add(context.start_frame())
+                    .add(input.scene.bodies.size())
+                    .add(input.scene.pins.size())
+                    .add(input.scene.colliders.size())
+                    .key();
+    return input;
+}
+
+SolverSettings settings_of(const Parameters& p) {
+    SolverSettings s;
+    const std::string method = p.text("method");
+    s.method = method == "gauss_seidel" ? Method::gauss_seidel
+               : method == "jacobi"     ? Method::jacobi
+                                        : Method::projective;
+    const Preset& preset = *find_preset(p.text("preset"));
+    s.substeps = p.is_null("substeps") ? preset.substeps : p.integer("substeps");
+    s.iterations = p.is_null("iterations") ? preset.iterations : p.integer("iterations");
+    s.error_budget = p.number("error_budget");
+    s.over_relaxation = p.number("over_relaxation");
+    s.damping = p.number("damping");
+    s.depenetration_speed = p.number("depenetration_speed");
+    s.self_collision = p.boolean("self_collision");
+    s.sleeping = p.boolean("sleeping");
+    return s;
+}
+
+Result<FrameInput> frame_input(CookContext& context, int frame) {
+    FrameInput input;
+    input.duration = 1 / context.frame_rate();
+    input.gravity = context.parameters(frame).vector3("gravity");
+
+    Result<std::vector<std::shared_ptr<const Force>>> forces = context.inputs_as<Force>("forces", frame);
+    if (!forces) return forces.error();
+    for (const auto& force : *forces) input.forces.push_back(*force);
+    Result<std::vector<std::shared_ptr<const BodyValue>>> bodies = context.inputs_as<BodyValue>("bodies", frame);
+    if (!bodies) return bodies.error();
+    for (const auto& body : *bodies) input.materials.push_back(body->material);
+
+    const auto pins_begin = context.inputs_as<PinValue>("pins", frame - 1);
+    if (!pins_begin) return pins_begin.error();
+    const auto pins_end = context.inputs_as<PinValue>("pins", frame);
+    if (!pins_end) return pins_end.error();
+    for (size_t i = 0; i < pins_end->size(); ++i)
+        input.pins.push_back(
+            {(*pins_begin)[i]->pose, (*pins_end)[i]->pose, (*pins_end)[i]->active, (*pins_end)[i]->pivot});
+
+    const auto colliders_begin = context.inputs_as<ColliderValue>("colliders", frame - 1);
+    if (!colliders_begin) return colliders_begin.error();
+    const auto colliders_end = context.inputs_as<ColliderValue>("colliders", frame);
+    if (!colliders_end) return colliders_end.error();
+    for (size_t i = 0; i < colliders_end->size(); ++i)
+        input.colliders.push_back({(*colliders_begin)[i]->pose, (*colliders_end)[i]->pose, true});
+    return input;
+}
+
+ContentKey key_of(const FrameInput& input, const SolverSettings& s) {
+    KeyHasher hasher;
+    hasher.add(static_cast<int>(s.method))
+        .add(s.substeps)
+        .add(s.iterations)
+        .add(s.over_relaxation)
+        .add(s.damping)
+        .add(s.error_budget);
+    hasher.add(s.depenetration_speed)
+        .add(s.self_collision)
+        .add(s.sleeping)
+        .add(input.duration)
+        .add(input.gravity)
+        .add(input.forces.size());
+    for (const Force& f : input.forces) hasher.add(f.acceleration).add(f.wind).add(f.drag);
+    hasher.add(key_of(input.materials));
+    add(hasher, input.pins);
+    add(hasher, input.colliders);
+    return hasher.key();
+}
+
+ContentKey key_of(const std::vector<Material>& materials) {
+    KeyHasher hasher;
+    hasher.add(materials.size());
+    for (const Material& m : materials) add(hasher, m);
+    return hasher.key();
+}
+
+}  // namespace sunder

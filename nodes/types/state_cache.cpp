@@ -1,0 +1,59 @@
+#include "nodes/types/state_cache.h"
+
+namespace sunder {
+
+size_t memory_of(const FrameState& state) {
+    const auto bytes = [](const auto& array) { return array.size() * sizeof(array[0]); };
+    return sizeof state + bytes(state.position) + bytes(state.orientation) + bytes(state.velocity) +
+           bytes(state.angular_velocity) + bytes(state.plastic_deformation) + bytes(state.yield) + bytes(state.strain) +
+           bytes(state.group_rotation) + bytes(state.edge_intact) + bytes(state.rigid_bodies) + bytes(state.contacts) +
+           bytes(state.broken) + bytes(state.still_time) + bytes(state.asleep) + bytes(state.rest_load) +
+           bytes(state.rest_conditions);
+}
+
+bool StateCache::is_kept(int frame) const {
+    return frame == newest_put_ || frame == entries_.begin()->first || (frame - entries_.begin()->first) % stride_ == 0;
+}
+
+void StateCache::put(int frame, Entry entry, size_t limit) {
+    erase(frame);
+    const int before = newest_put_;
+    newest_put_ = frame;
+    bytes_ += memory_of(*entry.state);
+    entries_.emplace(frame, std::move(entry));
+    if (entries_.contains(before) && !is_kept(before)) erase(before);
+    thin(limit);
+}
+
+void StateCache::thin(size_t limit) {
+    while (bytes_ > limit && entries_.size() > 2) {
+        stride_ *= 2;
+        for (auto it = entries_.begin(); it != entries_.end();) {
+            const int frame = (it++)->first;
+            if (!is_kept(frame)) erase(frame);
+        }
+    }
+}
+
+const StateCache::Entry* StateCache::at(int frame) const {
+    const auto found = entries_.find(frame);
+    return found == entries_.end() ? nullptr : &found->second;
+}
+
+bool StateCache::latest(int frame, int& out_frame) const {
+    auto it = entries_.upper_bound(frame);
+    if (it == entries_.begin()) return false;
+    out_frame = (--it)->first;
+    return true;
+}
+
+void StateCache::erase(int frame) {
+    const auto found = entries_.find(frame);
+    if (found == entries_.end()) return;
+    bytes_ -= memory_of(*found->second.state);
+    entries_.erase(found);
+}
+
+void StateCache::clear() { *this = StateCache(); }
+
+}  // namespace sunder

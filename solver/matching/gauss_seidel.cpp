@@ -1,0 +1,30 @@
+#include "solver/matching/gauss_seidel.h"
+
+#include "solver/matching/polar_decomposition.h"
+
+namespace sunder {
+
+void gauss_seidel_sweep(const LiveTopology& live, const GroupShapes& shapes, std::span<const double> stiffness,
+                        std::span<const uint8_t> held, std::span<MovingParticle> io_particles,
+                        std::span<GroupGoal> io_goals) {
+    for (uint32_t g = 0; g < io_goals.size(); ++g) {
+        if (live.count(g) == 1) {
+            io_goals[g].rotation = io_particles[g].d;
+            continue;
+        }
+        const GroupMoments A = group_moments(live, shapes, io_particles, g);
+        const Quat R = optimal_rotation(A.positions + kOrientationWeight * A.ellipsoids, io_goals[g].rotation);
+        io_goals[g].rotation = R;
+        const Mat3 matrix = R.toRotationMatrix();
+        for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
+            const uint32_t j = live.member(s);
+            if (held[j]) continue;
+            MovingParticle& p = io_particles[j];
+            const double k = stiffness[g] * shapes.member[s].weight;
+            p.x += k * (A.center + matrix * shapes.member[s].q - p.x);
+            p.d = p.d.slerp(k, R);
+        }
+    }
+}
+
+}  // namespace sunder

@@ -1,0 +1,184 @@
+#include "solver/matching/newton_step.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "solver/lanes/instruction_set.h"
+#include "solver/scene/motion.h"
+
+namespace sunder {
+namespace {
+
+constexpr uint32_t kLanes = LaneLayout::kLanes;
+// A piece moves freely as a whole, 1 beside the b of its groups in H: with single precision that is 6e-8 of some 7 b.
+constexpr double kStiffestSingle = 5e3;  // largest b, -
+constexpr size_t kSharedUnit = 64;       // blocks; the fewest that all threads work on together
+constexpr size_t kKeptBlocks = 4096;     // scenes of more have rest shapes expanded when they are needed
+
+}  // namespace
+
+NewtonStep::NewtonStep()
+    : sweep_kernels_(&SUNDER_BEST_KERNELS(kSweepKernels)), cg_kernels_(&SUNDER_BEST_KERNELS(kNewtonKernels)) {}
+
+size_t NewtonStep::n_stores(const WorkerPool& workers) const {
+    return layout_.n_blocks() <= kKeptBlocks ? layout_.units().size() : static_cast<size_t>(workers.threads());
+}
+
+size_t NewtonStep::store_of(size_t unit, size_t slot) const { return layout_.n_blocks() <= kKeptBlocks ? unit : slot; }
+
+// Squared, of the whole scene, for a unit of size 1.
+double NewtonStep::mean_residual() const {
+    double magnitude = 0, size = 0;
+    for (const BlockResidual& block : block_residual_) magnitude += block.magnitude, size += block.size;
+    return magnitude / size;
+}
+
+template <class Real, class Change>
+void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration, const SweepInput& in,
+                                const WorkerPool& workers, std::span<GroupGoal> io_goals,
+                                std::span<const MovingParticle> particles, const Change& change) {
+    ConjugateGradients<Real>& gradients = precision.gradients;
+    gradients.fit(layout_);
+    precision.stores.resize(n_stores(workers));
+    for_units(layout_, kSharedUnit, workers, [&](size_t u, size_t slot, const UnitBlocks& blocks) {
+        const LaneLayout::Unit& unit = layout_.units()[u];
+        SweepStore<double>& store = stores_[store_of(u, slot)];
+        Scratch& scratch = scratch_[slot];
+        scratch.particles.resize(unit.n_blocks()), scratch.ellipsoids.resize(kLanes * unit.n_blocks());
+        store.take_up(in, layout_, u, *sweep_kernels_, blocks);
+        SweepArrays<double> arrays = store.arrays();
+        arrays.ellipsoids = scratch.ellipsoids.data();
+        if constexpr (std::is_same_v<Real, float>)
+            arrays.newton = gradients.groups(unit);
+        else
+            arrays.newton_full = gradients.groups(unit);
+        const NewtonRecords records{moving_records(particles), in.shapes.particle_moment.data()->data(),
+                                    in.rest.mass.data(),       in.held.data(),
+                                    in.brace.data(),           store.lane_particles()};
+        blocks([&](size_t begin, size_t end) {
+            store.load(in, io_goals, begin, end);
+            sweep_kernels_->take_in_for_newton(records, scratch.particles.data(), store.particles(),
+                                               scratch.ellipsoids.data(), begin, end);
+        });
+        blocks([&](size_t begin, size_t end) {
+            sweep_kernels_->match_for_newton(arrays, begin, end);
+            store.give_rotations(io_goals, begin, end);
+        });
+        blocks([&](size_t begin, size_t end) {
+            if constexpr (std::is_same_v<Real, float>)
+                sweep_kernels_->gather_residual(arrays, scratch.particles.data(), gradients.particles(unit), begin,
+                                                end);
+            else
+                sweep_kernels_->gather_residual_full(arrays, scratch.particles.data(), gradients.particles(unit), begin,
+                                                     end);
+        });
+        change(u, blocks, std::span(scratch.particles), precision.stores[store_of(u, slot)]);
+        UnitResidual& residual = residual_[u];
+        residual.now = residual.size = 0;
+        for (size_t block = 0; block < unit.n_blocks(); ++block) {
+            const NewtonParticles& p = scratch.particles[block];
+            block_residual_[unit.begin_block + block] = {p.magnitude, p.size};
+            residual.now += p.magnitude, residual.size += p.size;
+        }
+        if (first_iteration) residual.reference = residual.now;
+        gradients.take_residual(unit, scratch.particles, residual, blocks);
+    });
+}
+
+template <class Real, class Move>
+void NewtonStep::solve(Precision<Real>& precision, const NewtonKernels<Real>& kernels, const SweepInput& in,
+                       const WorkerPool& workers, const Move& move) {
+    const double mean = mean_residual();
+    for_units(layout_, kSharedUnit, workers, [&](size_t u, size_t slot, const UnitBlocks& blocks) {
+        const LaneLayout::Unit& unit = layout_.units()[u];
+        CgStore<Real>& store = precision.stores[store_of(u, slot)];
+        const double scale =
+            precision.gradients.solve(in, layout_, u, residual_[u], mean, *sweep_kernels_, kernels, blocks, store);
+        if (scale == 0) return;
+        const CgParticles<Real>* solved = precision.gradients.particles(unit);
+        blocks([&](size_t begin, size_t end) {
+            for (size_t lane = begin * kLanes; lane < end * kLanes; ++lane) {
+                if (solved[lane / kLanes].inverse_diagonal[lane % kLanes] == 0) continue;  // held, or padding
+                move(layout_.particle(size_t{kLanes} * unit.begin_block + lane), Vec3(store.shift(lane) / scale),
+                     Vec3(store.turn(lane) / scale));
+            }
+        });
+    });
+}
+
+template <class Real>
+void NewtonStep::apply_in(Precision<Real>& precision, const NewtonKernels<Real>& kernels, bool first_iteration,
+                          const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,
+                          std::span<MovingParticle> io_particles, std::span<double> io_cosine) {
+    find_residuals(precision, first_iteration, in, workers, io_goals, io_particles, [](const auto&...) {});
+    solve(precision, kernels, in, workers, [&](uint32_t j, const Vec3& shift, const Vec3& turn) {
+        MovingParticle& p = io_particles[j];
+        const Quat before = p.d;
+        p.x += shift;
+        p.d = (rotation_of(turn) * p.d).normalized();
+        io_cosine[j] = std::abs(before.dot(p.d));
+    });
+}
+
+template <class Real>
+void NewtonStep::damp_in(Precision<Real>& precision, const NewtonKernels<Real>& kernels, const SweepInput& in,
+                         const WorkerPool& workers, std::span<GroupGoal> io_goals,
+                         std::span<const MovingParticle> particles, std::span<Vec3> io_shift, std::span<Vec3> io_turn) {
+    const auto take_motion = [&](size_t u, const UnitBlocks& blocks, std::span<NewtonParticles> io_newton,
+                                 CgStore<Real>& io_store) {
+        const size_t first = size_t{kLanes} * layout_.units()[u].begin_block;
+        blocks([&](size_t begin, size_t end) {
+            for (size_t lane = begin * kLanes; lane < end * kLanes; ++lane) {
+                const uint32_t j = layout_.particle(first + lane);
+                if (j == LaneLayout::kNone) continue;
+                NewtonParticles& block = io_newton[lane / kLanes];
+                put_lane(io_shift[j], lane % kLanes, block.residual);
+                put_lane(io_turn[j], lane % kLanes, block.residual + 3);
+                io_shift[j] = io_turn[j] = Vec3::Zero();
+            }
+        });
+        precision.gradients.pull_on_motion(in, layout_, u, io_newton, *sweep_kernels_, kernels, blocks, io_store);
+    };
+    find_residuals(precision, true, in, workers, io_goals, particles, take_motion);
+    solve(precision, kernels, in, workers,
+          [&](uint32_t j, const Vec3& shift, const Vec3& turn) { io_shift[j] = shift, io_turn[j] = turn; });
+}
+
+bool NewtonStep::take_up(const SweepInput& in, const WorkerPool& workers) {
+    if (layout_.update(in.live, workers)) {
+        residual_.resize(layout_.units().size());
+        block_residual_.resize(layout_.n_blocks());
+    }
+    stores_.resize(n_stores(workers));
+    scratch_.resize(static_cast<size_t>(workers.threads()));
+    std::atomic<bool> any{false};
+    workers.for_range(in.stiffness.size(), kParticleGrain, [&](size_t first, size_t last) {
+        double stiffest = 0;
+        for (size_t g = first; g < last; ++g) {
+            const GroupStiffness& s = in.stiffness[g];
+            stiffest = std::max(stiffest, in.span[g] * in.span[g] * s.k * (1 + s.volume_ratio));
+        }
+        if (stiffest > kStiffestSingle) any = true;
+    });
+    return any;
+}
+
+void NewtonStep::apply(bool first_iteration, const SweepInput& in, const WorkerPool& workers,
+                       std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles,
+                       std::span<double> io_cosine) {
+    if (take_up(in, workers))
+        apply_in(full_, cg_kernels_->full, first_iteration, in, workers, io_goals, io_particles, io_cosine);
+    else
+        apply_in(single_, cg_kernels_->single, first_iteration, in, workers, io_goals, io_particles, io_cosine);
+}
+
+void NewtonStep::damp(const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,
+                      std::span<const MovingParticle> particles, std::span<Vec3> io_shift, std::span<Vec3> io_turn) {
+    if (take_up(in, workers))
+        damp_in(full_, cg_kernels_->full, in, workers, io_goals, particles, io_shift, io_turn);
+    else
+        damp_in(single_, cg_kernels_->single, in, workers, io_goals, particles, io_shift, io_turn);
+}
+
+}  // namespace sunder

@@ -1,0 +1,21 @@
+// What acts on sleepers, as hashes: where one changed from frame to frame, it wakes them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "solver/scene/scene.h"
+
+namespace sunder {
+
+inline bool moves(const DrivenPose& d) {
+    return d.begin.position != d.end.position || d.begin.orientation.coeffs() != d.end.orientation.coeffs();
+}
+
+enum class FrameEnd { begin, end };
+
+/// The sleepers themselves; gravity, forces and self-collision; then one each of the materials, pins and colliders.
+std::vector<uint64_t> rest_conditions(const FrameInput& input, bool self_collision, FrameEnd at,
+                                      const FrameState& state);
+
+}  // namespace sunder

@@ -1,0 +1,202 @@
+#include "nodes/files/state_file.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <random>
+
+#include "tests/nodes/temporary_folder.h"
+
+namespace sunder {
+namespace {
+
+struct Example {
+    SimulationMesh rest;
+    FrameState state;
+};
+
+// Three particles of two bodies with numbers that a sloppy format would lose: denormal, -0, infinite yield.
+Example example() {
+    Example e;
+    const size_t n = 3;
+    e.rest.rest_position.resize(n);
+    e.rest.body = {0, 0, 1};
+    e.rest.fragment = {0, 1, 0};
+    e.rest.edges = {{0, 1, 0.5}, {1, 2, 0.25}};
+    std::mt19937_64 random(7);
+    std::uniform_real_distribution<double> number(-1e3, 1e3);
+    const auto vec = [&] { return Vec3(number(random), number(random), number(random)); };
+    const auto quat = [&] { return Quat(number(random), number(random), number(random), number(random)); };
+    FrameState& s = e.state;
+    s.time = 0.1 + 0.2;
+    for (size_t i = 0; i < n; ++i) {
+        s.position.push_back(vec()), s.orientation.push_back(quat());
+        s.velocity.push_back(vec()), s.angular_velocity.push_back(vec());
+        Mat3 m;
+        for (int k = 0; k < 9; ++k) m(k / 3, k % 3) = number(random);  // not symmetric: rows must not become columns
+        s.plastic_deformation.push_back(m);
+        s.yield.push_back(number(random)), s.strain.push_back(number(random));
+        s.group_rotation.push_back(quat());
+    }
+    s.position[0].x() = 4.9e-324, s.velocity[1].y() = -0.0;
+    s.yield[1] = std::numeric_limits<double>::infinity();
+    s.edge_intact = {1, 0};
+    s.rigid_bodies = {{vec(), quat(), vec(), vec()}};
+    s.broken = {{1, 0.125, 0.3}};
+    s.contacts = {{1, 0x80000000u, vec(), 12.5, vec(), vec()}};
+    s.still_time = {0.25, 0.5, 0.1, 0.0}, s.rest_load = {0, 12.5, 0, 0}, s.asleep = {0, 1, 0, 0};
+    s.rest_conditions = {0xfedcba9876543210u, 7};
+    return e;
+}
+
+std::string bytes_of(const Example& e, int frame = 24) {
+    return std::string(encode_state(frame, e.state, e.rest).view());
+}
+
+std::string fault_of(const std::string& bytes) {
+    const auto file = decode_state(bytes, "sim.0024.ply");
+    if (file) return "";
+    EXPECT_EQ(file.error().code, ErrorCode::bad_input);
+    EXPECT_EQ(file.error().where, "sim.0024.ply");
+    return file.error().what;
+}
+
+bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+TEST(StateFile, every_bit_comes_back) {
+    const Example e = example();
+    const auto file = decode_state(bytes_of(e), "a");
+    ASSERT_TRUE(file) << file.error().text();
+    EXPECT_EQ(file->frame, 24);
+    EXPECT_EQ(file->state, e.state);
+    EXPECT_EQ(state_hash(file->state), state_hash(e.state));  // tells -0 from 0, which == does not
+    EXPECT_EQ(file->body, e.rest.body);
+    EXPECT_EQ(file->fragment, e.rest.fragment);
+    EXPECT_TRUE(require_same_scene(*file, e.rest, "a"));
+    EXPECT_EQ(bytes_of({e.rest, file->state}), bytes_of(e));
+}
+
+TEST(StateFile, an_empty_state_comes_back) {
+    const auto file = decode_state(bytes_of({}), "a");
+    ASSERT_TRUE(file) << file.error().text();
+    EXPECT_EQ(file->state, FrameState());
+}
+
+// Bakes of former versions can be gone on with: nothing in them sleeps.
+TEST(StateFile, frames_of_former_versions_are_awake) {
+    Example e = example();
+    const std::string load = "property double load\n",
+                      torque = "property double tx\nproperty double ty\nproperty double tz\n";
+    const std::string rest = "element rest 0\nproperty double still_time\nproperty uchar asleep\n";
+    const std::string condition = "element rest_condition 0\nproperty int low\nproperty int high\n";
+    const auto erase = [](std::string& text, const std::string& part) {
+        ASSERT_TRUE(has(text, part));
+        text.erase(text.find(part), part.size());
+    };
+    e.state.still_time.clear(), e.state.rest_load.clear(), e.state.asleep.clear(), e.state.rest_conditions.clear();
+    for (ContactMemory& c : e.state.contacts) c.rolling_torque.setZero();
+    std::string bytes = bytes_of(e);
+    erase(bytes, load), erase(bytes, torque);
+    // The one contact is followed by the clock only.
+    const size_t clock = sizeof(int32_t) + sizeof(double), torques = 3 * sizeof(double);
+    bytes.erase(bytes.size() - clock - torques, torques);
+    bytes[bytes.find("state frame 3") + 12] = '2';
+    auto file = decode_state(bytes, "a");
+    ASSERT_TRUE(file) << file.error().text();
+    EXPECT_EQ(file->state, e.state);
+
+    // One particle of version 2 that slept: a time and a byte each.
+    std::string slept = bytes;
+    slept.replace(slept.find("element rest 0"), 14, "element rest 4");
+    for (int i = 0; i < 4; ++i) slept += std::string(8, '\0') + (i == 1 ? '\1' : '\0');
+    file = decode_state(slept, "a");
+    ASSERT_TRUE(file) << file.error().text();
+    EXPECT_EQ(file->state, e.state);
+
+    erase(bytes, rest), erase(bytes, condition);
+    bytes[bytes.find("state frame 2") + 12] = '1';
+    file = decode_state(bytes, "a");
+    ASSERT_TRUE(file) << file.error().text();
+    EXPECT_EQ(file->state, e.state);
+}
+
+TEST(StateFile, keeps_the_columns_that_scripts_rely_on) {
+    const std::string text = bytes_of(example());
+    std::string expected = "element particle 3\n";
+    for (const char* name :
+         {"x",  "y",    "z",    "qw",   "qx",   "qy",   "qz",   "vx",   "vy",   "vz",   "wx",    "wy",
+          "wz", "fp00", "fp01", "fp02", "fp10", "fp11", "fp12", "fp20", "fp21", "fp22", "yield", "strain"})
+        expected += std::string("property double ") + name + "\n";
+    expected +=
+        "property int body\nproperty int fragment\nelement edge 2\nproperty int a\nproperty int b\nproperty uchar "
+        "intact\n";
+    EXPECT_TRUE(has(text, expected));
+    EXPECT_TRUE(text.starts_with("ply\nformat binary_little_endian 1.0\ncomment sunder state frame 3\n"));
+}
+
+TEST(StateFile, every_truncation_is_noticed) {
+    const std::string whole = bytes_of(example());
+    for (size_t n = 0; n < whole.size(); ++n)
+        ASSERT_NE(fault_of(whole.substr(0, n)), "") << n << " of " << whole.size() << " bytes";
+    EXPECT_NE(fault_of(whole + '\0'), "");
+}
+
+TEST(StateFile, damaged_bytes_never_crash_and_never_give_edges_without_particles) {
+    const std::string whole = bytes_of(example());
+    std::mt19937 random(1);
+    for (int round = 0; round < 20'000; ++round) {
+        std::string bytes = whole;
+        for (int k = 0; k < 3; ++k) bytes[random() % bytes.size()] = static_cast<char>(random());
+        const auto file = decode_state(bytes, "a");
+        if (!file) continue;
+        ASSERT_EQ(file->edges.size(), file->state.edge_intact.size());
+        ASSERT_EQ(file->state.group_rotation.size(), file->state.n_particles());
+        for (const auto& [a, b] : file->edges) ASSERT_TRUE(a < b && b < file->state.n_particles());
+        for (const BrokenEdge& b : file->state.broken) ASSERT_LT(b.edge, file->edges.size());
+    }
+}
+
+TEST(StateFile, numbers_gone_bad_are_named) {
+    Example e = example();
+    e.state.velocity[2].z() = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_TRUE(has(fault_of(bytes_of(e)), "particle 2: vz is not finite"));
+    e = example();
+    e.state.yield[0] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_TRUE(has(fault_of(bytes_of(e)), "particle 0: yield is not finite"));
+    e = example();
+    e.state.strain[0] = std::numeric_limits<double>::infinity();
+    EXPECT_TRUE(has(fault_of(bytes_of(e)), "particle 0: strain is not finite"));
+    e = example();
+    e.state.rigid_bodies[0].position.x() = std::numeric_limits<double>::infinity();
+    EXPECT_TRUE(has(fault_of(bytes_of(e)), "rigid_body 0: x is not finite"));
+}
+
+TEST(StateFile, foreign_frames_are_refused) {
+    EXPECT_TRUE(has(fault_of("solid"), "not a PLY file"));
+    EXPECT_TRUE(has(fault_of("ply\nformat binary_little_endian 1.0\nelement vertex 0\nproperty float x\nend_header\n"),
+                    "no state frame"));
+    std::string later = bytes_of(example());
+    later.replace(later.find("state frame 3"), 13, "state frame 9");
+    EXPECT_TRUE(has(fault_of(later), "does not know"));
+    std::string other = bytes_of(example());
+    other.replace(other.find("double vx"), 9, "double ux");
+    EXPECT_TRUE(has(fault_of(other), "'particle'"));
+}
+
+TEST(StateFile, a_frame_of_another_scene_is_told_from_ours) {
+    const Example e = example();
+    const auto file = decode_state(bytes_of(e), "a");
+    ASSERT_TRUE(file);
+    SimulationMesh other = e.rest;
+    other.fragment[1] = 5;
+    EXPECT_TRUE(has(require_same_scene(*file, other, "a").error().what, "particle 1"));
+    other = e.rest;
+    other.edges[0].b = 2;
+    EXPECT_TRUE(has(require_same_scene(*file, other, "a").error().what, "edge 0"));
+    other = e.rest;
+    other.edges.pop_back();
+    EXPECT_TRUE(has(require_same_scene(*file, other, "a").error().what, "2 edges instead of 1"));
+}
+
+}  // namespace
+}  // namespace sunder

@@ -1,0 +1,245 @@
+#include "solver/contacts/contact_response.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/lattice_scene.h"
+
+namespace sunder {
+namespace {
+
+using test::advance;
+
+// Scenes on a floor at z = 0 under gravity.
+struct Floor {
+    Scene scene;
+    Material material;
+    SolverSettings settings;
+
+    Floor() {
+        Collider floor;
+        floor.name = "floor";
+        floor.shape.kind = ShapeKind::plane;
+        scene.colliders.push_back(floor);
+    }
+    FrameInput input() const {
+        FrameInput in = test::quiet_input(scene, material);
+        in.gravity = Vec3(0, 0, -9.81);
+        return in;
+    }
+    FrameState run(int frames, double* o_fastest = nullptr) const {
+        const auto solver = test::make_solver(scene);
+        FrameState state = solver->initial_state(std::vector<Material>(scene.bodies.size(), material));
+        for (int f = 0; f < frames; ++f) {
+            advance(*solver, input(), settings, state);
+            for (const Vec3& v : state.velocity)
+                if (o_fastest) *o_fastest = std::max(*o_fastest, v.norm());
+        }
+        return state;
+    }
+};
+
+RigidBody box(const Vec3& position, double mass, double half = 0.1) {
+    RigidBody b;
+    b.name = "box";
+    b.shape.kind = ShapeKind::box;
+    b.shape.half_extents = Vec3::Constant(half);
+    b.mass = mass;
+    b.pose.position = position;
+    return b;
+}
+
+double fastest(const FrameState& s) {
+    double v = 0;
+    for (const Vec3& x : s.velocity) v = std::max(v, x.norm());
+    for (const RigidBodyState& r : s.rigid_bodies) v = std::max(v, r.velocity.norm());
+    return v;
+}
+
+// Section 3.3 of the paper: fallen bodies must not keep turning.
+TEST(contacts, a_fallen_body_comes_to_complete_rest) {
+    Floor floor;
+    floor.material.youngs_modulus = 5e5;
+    Pose tilted;
+    tilted.position = Vec3(0, 0, 0.4);
+    tilted.orientation = Quat(Eigen::AngleAxisd(0.3, Vec3(1, 0.4, 0).normalized()));
+    test::add_body(floor.scene, test::lattice_mesh({{5, 4, 3}, 0.08, 6, 1000, {}}), tilted);
+    const FrameState early = floor.run(192), state = floor.run(240);
+    for (size_t i = 0; i < state.n_particles(); ++i) {
+        EXPECT_LE((state.position[i] - early.position[i]).norm(), 1e-5);  // in two seconds
+        EXPECT_LE(state.orientation[i].angularDistance(early.orientation[i]), 1e-4);
+        // What the momentum of a lying body is put down as: contacts and groups balance to 1e-4 of its weight.
+        EXPECT_LE(state.velocity[i].norm(), 1e-4);
+        EXPECT_LE(state.angular_velocity[i].norm(), 2e-4);
+    }
+    for (const Vec3& x : state.position) EXPECT_GE(x.z(), 0.04 - 1e-3);  // spheres of radius 0.04: not sunk in
+}
+
+TEST(contacts, friction_holds_below_its_angle_and_lets_go_above) {
+    for (const auto& [slope, slides] : {std::pair{0.9, false}, std::pair{1.1, true}}) {
+        Floor floor;
+        floor.scene.colliders[0].friction = 0.5;
+        RigidBody b = box(Vec3(0, 0, 0.1), 2);
+        b.friction = 0.5;
+        floor.scene.rigid_bodies.push_back(b);
+        const auto solver = test::make_solver(floor.scene);
+        FrameState state = solver->initial_state({});
+        FrameInput in = floor.input();
+        const double angle = std::atan(0.5 * slope);
+        in.gravity = 9.81 * Vec3(std::sin(angle), 0, -std::cos(angle));
+        for (int f = 0; f < 48; ++f) advance(*solver, in, floor.settings, state);
+        const double moved = state.rigid_bodies[0].position.x();
+        // Sliding for two seconds at g (sin a - mu cos a) is 0.8 m here; sticking moves by less than a hundredth.
+        const double expected = 0.5 * 9.81 * (std::sin(angle) - 0.5 * std::cos(angle)) * 4;
+        if (slides)
+            EXPECT_NEAR(moved, expected, 0.1 * expected);
+        else
+            EXPECT_LE(std::abs(moved), 5e-3);
+    }
+}
+
+TEST(contacts, restitution_returns_its_share_of_the_speed) {
+    for (double e : {0.0, 0.5, 1.0}) {
+        Floor floor;
+        RigidBody ball = box(Vec3(0, 0, 1.1), 1);
+        ball.shape.kind = ShapeKind::sphere;
+        ball.shape.radius = 0.1;
+        ball.restitution = e;
+        floor.scene.rigid_bodies.push_back(ball);
+        const auto solver = test::make_solver(floor.scene);
+        FrameState state = solver->initial_state({});
+        double top = 0;
+        bool touched = false;
+        for (int f = 0; f < 24; ++f) {
+            advance(*solver, floor.input(), floor.settings, state);
+            touched = touched || state.rigid_bodies[0].position.z() < 0.25 || state.rigid_bodies[0].velocity.z() > 0;
+            if (touched && state.rigid_bodies[0].velocity.z() > 0)
+                top = std::max(top, state.rigid_bodies[0].position.z() - 0.1);
+        }
+        EXPECT_NEAR(top, e * e * 1.0, 0.06) << e;  // a substep of 1/192 s at 4.4 m/s is 0.023 m, twice
+    }
+}
+
+// 4 kg come at 2 m/s, and the push stops a part of that; what it does not, something else stopped, or the bounce itself
+// has to. No more energy than these lost comes back.
+TEST(contacts, a_bounce_takes_no_more_than_its_own_push_lost) {
+    constexpr double kMass = 4, kCame = 2, kRestitution = 0.5, kStep = 0.01;  // kg, m/s, -, s
+    const std::vector<double> inverse_mass = {1 / kMass};
+    const std::vector<uint32_t> piece = {0}, which = {0};
+    const std::vector<Vec3> start = {Vec3::Zero()}, spin = start;
+    const std::vector<Quat> rotation = {Quat::Identity()};
+    const std::vector<MovingParticle> moving(1);
+    std::vector<ContactPiece> pieces(1);
+    pieces[0].rigid = true, pieces[0].inverse_mass = 1 / kMass;
+    const ContactBodies bodies{inverse_mass, piece, start, rotation, moving, pieces};
+    const auto leaves = [&](double stopped, double speed) {  // m/s
+        std::vector<ActiveContact> contacts(1);
+        ActiveContact& c = contacts[0];
+        c.contact.b = Contact::kStatic, c.restitution = kRestitution, c.approach_speed = kCame;
+        c.impulse.normal = kMass * stopped * kStep, c.inverse_mass_normal = 1 / kMass;
+        std::vector<Vec3> velocity = {speed * Vec3::UnitZ()};
+        std::vector<PieceVelocity> change(1);
+        settle_velocities(bodies, kStep, 0.1, contacts, which, spin, velocity, change);
+        return velocity[0].z() + change[0].velocity.z();
+    };
+    EXPECT_NEAR(leaves(kCame, 0), kRestitution * kCame, 1e-12);
+    EXPECT_NEAR(leaves(0.75 * kCame, -0.25 * kCame), kRestitution * kCame, 1e-12);  // the gap was to be closed first
+    EXPECT_NEAR(leaves(0.01 * kCame, -2 * kCame), kRestitution * kCame, 1e-12);     // driven on by another's bounce
+    EXPECT_NEAR(leaves(0.25 * kCame, 0), kRestitution * 0.5 * kCame, 1e-12);        // a quarter of the energy
+    EXPECT_NEAR(leaves(2 * kCame, 0), kRestitution * kCame, 1e-12);                 // a heavy thing behind it
+    EXPECT_NEAR(leaves(0.01 * kCame, 0.3), 0.3, 1e-12);                             // what leaves already
+}
+
+TEST(contacts, momentum_passes_between_rigid_bodies_in_the_ratio_of_masses) {
+    Floor floor;
+    floor.scene.colliders.clear();
+    floor.scene.rigid_bodies = {box(Vec3(0, 0, 0), 3), box(Vec3(0.5, 0.03, 0.02), 1)};
+    floor.scene.rigid_bodies[0].velocity = Vec3(2, 0, 0);
+    const auto solver = test::make_solver(floor.scene);
+    FrameState state = solver->initial_state({});
+    for (int f = 0; f < 24; ++f)
+        advance(*solver, test::quiet_input(floor.scene, floor.material), floor.settings, state);
+    const Vec3 momentum = 3 * state.rigid_bodies[0].velocity + state.rigid_bodies[1].velocity;
+    EXPECT_LE((momentum - Vec3(6, 0, 0)).norm(), 1e-9);
+    EXPECT_GT(state.rigid_bodies[1].velocity.x(), 1.0);
+}
+
+TEST(contacts, a_stack_of_boxes_stands) {
+    Floor floor;
+    for (int k = 0; k < 5; ++k) floor.scene.rigid_bodies.push_back(box(Vec3(0, 0, 0.1 + 0.2 * k), 5));
+    const auto solver = test::make_solver(floor.scene);
+    FrameState state = solver->initial_state({});
+    for (int f = 0; f < 240; ++f) advance(*solver, floor.input(), floor.settings, state);
+    for (int k = 0; k < 5; ++k) {
+        EXPECT_NEAR(state.rigid_bodies[k].position.z(), 0.1 + 0.2 * k, 2e-3) << k;
+        EXPECT_LE(state.rigid_bodies[k].position.head<2>().norm(), 0.02) << k;
+    }
+    EXPECT_LE(fastest(state), 5e-3);
+}
+
+// Pieces that overlap from the start part no faster than the depenetration speed.
+TEST(contacts, deep_overlap_does_not_explode) {
+    Floor floor;
+    floor.scene.colliders.clear();
+    const SimulationMesh cell = test::lattice_mesh({{1, 1, 1}, 0.1, 6, 1000, {}});
+    for (int k = 0; k < 8; ++k)
+        test::add_body(floor.scene, cell,
+                       {Vec3(0.01 * (k % 2), 0.012 * (k / 2 % 2), 0.011 * (k / 4)), Quat::Identity()});
+    const auto solver = test::make_solver(floor.scene);
+    FrameState state = solver->initial_state(std::vector<Material>(8, floor.material));
+    double speed = 0;
+    for (int f = 0; f < 96; ++f) {
+        advance(*solver, test::quiet_input(floor.scene, floor.material), floor.settings, state);
+        speed = std::max(speed, fastest(state));
+    }
+    EXPECT_LE(speed, floor.settings.depenetration_speed);
+    for (int i = 0; i < 8; ++i)
+        for (int j = 0; j < i; ++j)
+            EXPECT_GE((state.position[i] - state.position[j]).norm(), 0.09);  // diameters 0.1: parted
+}
+
+TEST(contacts, neighbours_whose_edge_broke_are_not_thrown_apart) {
+    Floor floor;
+    floor.scene.colliders.clear();
+    LatticeSettings slab;
+    SimulationMesh mesh = test::lattice_mesh({{4, 4, 4}, 0.1, 6, 1000, {}});
+    for (Vec3& r : mesh.radii) r *= 1.3;  // ellipsoids that overlap at rest, as those of clustered fragments do
+    test::add_body(floor.scene, mesh);
+    const auto solver = test::make_solver(floor.scene);
+    FrameState state = solver->initial_state({floor.material});
+    std::fill(state.edge_intact.begin(), state.edge_intact.end(), uint8_t{0});
+    for (int f = 0; f < 48; ++f)
+        advance(*solver, test::quiet_input(floor.scene, floor.material), floor.settings, state);
+    EXPECT_LE(fastest(state), 1e-9);
+    for (size_t i = 0; i < state.n_particles(); ++i)
+        EXPECT_LE((state.position[i] - floor.scene.rest.rest_position[i]).norm(), 1e-9);
+}
+
+TEST(contacts, a_fast_projectile_does_not_pass_through_a_thin_plate) {
+    for (double speed : {5.0, 50.0}) {  // normal, and ten times that: 0.26 m a substep through 0.05 m
+        Floor floor;
+        floor.scene.colliders.clear();
+        floor.material.youngs_modulus = 1e7;
+        test::add_body(floor.scene, test::lattice_mesh({{12, 12, 1}, 0.05, 26, 1000, {}}));
+        RigidBody ball = box(Vec3(0.01, 0.02, 0.6), 0.5);
+        ball.shape.kind = ShapeKind::sphere;
+        ball.shape.radius = 0.05;
+        ball.velocity = Vec3(0, 0, -speed);
+        floor.scene.rigid_bodies.push_back(ball);
+        const auto solver = test::make_solver(floor.scene);
+        FrameState state = solver->initial_state({floor.material});
+        for (int f = 0; f < 12; ++f) {
+            advance(*solver, test::quiet_input(floor.scene, floor.material), floor.settings, state);
+            // The plate, or what lies near the ball's path, is in front of it.
+            const RigidBodyState& r = state.rigid_bodies[0];
+            double lowest = 1e9, plate = 0;
+            for (const Vec3& x : state.position) {
+                plate += x.z() / double(state.n_particles());
+                if ((x - r.position).head<2>().norm() < 0.1) lowest = std::min(lowest, x.z());
+            }
+            EXPECT_LT(std::min(lowest, plate), r.position.z()) << speed << " m/s, frame " << f;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace sunder
