@@ -1,10 +1,12 @@
 #include "solver/piece_motion.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "solver/free_rotation.h"
+#include "solver/matching/polar_decomposition.h"
 #include "solver/matching/unit_schedule.h"
 #include "solver/scene/motion.h"
 
@@ -18,6 +20,8 @@ constexpr double kGive = 3;
 // away before it does: it turns so far and no further, and the rest of the couple is lost, rad.
 constexpr double kMostTurn = std::numbers::pi / 2;
 constexpr double kTiny = 1e-300;
+// Of turns below it nothing is lost to be seen; above it velocities, which are ways of a substep, tell too little, rad.
+constexpr double kLeastTumble = 0.02, kMostTumble = 0.5;
 
 Vec3 ellipsoid_inertia(const SimulationMesh& rest, uint32_t i) {
     const Vec3 squared = rest.radii[i].cwiseProduct(rest.radii[i]);
@@ -110,6 +114,19 @@ void move_piece(const SimulationMesh& rest, std::span<const uint32_t> particles,
     }
 }
 
+// How far a piece turned since the start of the substep, in the mean.
+Quat mean_turn(const SimulationMesh& rest, std::span<const uint32_t> particles, const Vec3& start_center,
+               const Vec3& center, const Workspace& w) {
+    Mat3 A = Mat3::Zero();
+    for (uint32_t j : particles) {
+        const MovingParticle& p = w.moving[j];
+        const Mat3 H = to_matrix(w.inertia[j]), moment = 0.5 * H.trace() * Mat3::Identity() - H;
+        A += rest.mass[j] * (p.x - center) * (w.start_position[j] - start_center).transpose() +
+             (p.d * w.start_rotation[j].conjugate()).toRotationMatrix() * moment;
+    }
+    return optimal_rotation(A, Quat::Identity());
+}
+
 }  // namespace
 
 void remember_pieces(const StepContext& context, double h, Workspace& w) {
@@ -145,6 +162,31 @@ void remember_pieces(const StepContext& context, double h, Workspace& w) {
         c.inverse_inertia = D * inverse.asDiagonal() * D.transpose();
         c.turned = h * w.angular_velocity[i] + c.inverse_inertia * w.push[i].torque;
     }
+}
+
+void tumble_pieces(const StepContext& context, double h, Workspace& w) {
+    const SimulationMesh& rest = context.scene.rest;
+    for_pieces(w.live, kParticleGrain, context.workers, [&](size_t piece) {
+        const ContactPiece& c = w.pieces[piece];
+        const auto particles = w.live.piece_particles(piece);
+        if (moves_alone(c) || w.is_touched[piece]) return;
+        const Vec3& L = w.piece_angular[piece];
+        const double turn = h * (c.inverse_inertia * L).norm();
+        if (turn < kLeastTumble || turn > kMostTumble || resolves_waves(w, particles, h)) return;
+        const Eigen::SelfAdjointEigenSolver<Mat3> eigen(c.inverse_inertia);
+        Mat3 axes = eigen.eigenvectors();
+        axes.col(2) *= axes.determinant();
+        const Quat start(axes);
+        const Quat wanted = turn_freely(start, eigen.eigenvalues().cwiseInverse(), L, h).frame * start.conjugate();
+        const Vec3 center = piece_center(rest, particles, w.moving, &MovingParticle::x);
+        const Quat more = wanted * mean_turn(rest, particles, c.center, center, w).conjugate();
+        for (uint32_t j : particles) {
+            MovingParticle& p = w.moving[j];
+            p.x = center + more * (p.x - center);
+            p.d = (more * p.d).normalized();
+            w.goals[j].rotation = (more * w.goals[j].rotation).normalized();
+        }
+    });
 }
 
 void turn_pieces(const StepContext& context, uint32_t island, Workspace& w) {

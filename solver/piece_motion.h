@@ -13,6 +13,12 @@ constexpr double kWavePerWeight = 0.29;
 /// so far; of what is held, or bound and in a pair, that it is so. Call before contacts are prepared.
 void remember_pieces(const StepContext& context, double h, Workspace& io_work);
 
+/// Of free pieces of several particles that nothing touches: what is so stiff that its waves are not resolved turns as
+/// a rigid body turns. An implicit step of it ends with a torque that is small beside those within it, but not beside
+/// what turns all of it: with all of its angular momentum it came to spin about its longest axis, at up to twice its
+/// energy. Call after shape matching.
+void tumble_pieces(const StepContext& context, double h, Workspace& io_work);
+
 /// Fills `own_share` of the pieces of an island of contacts. A push on a bound particle in an implicit
 /// step moves the particle by (H^-1)_jj, which lies between 1/(m_j (1 + sum_g b_g)), were its neighbours held, and
 /// 1/m_j, were they absent. Before another sweep of shape matching the upper bound is taken for pieces with broken

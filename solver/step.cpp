@@ -177,6 +177,7 @@ Status substep(const StepContext& context, Stage stage, double h, double begin, 
     if (!io_work.woken.empty()) return {};
     s.pair_up();
     s.correct(context.settings.iterations);
+    tumble_pieces(context, h, io_work);
     const bool has_flowed = s.run_cracks(), pushed = s.contacts_push();
     {
         Stopwatch watch(io_report.momentum_s);
