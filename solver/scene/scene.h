@@ -130,7 +130,7 @@ struct SolverSettings {
     int substeps = 8;                  // per frame, 1 .. 1000
     int iterations = 2;                // sweeps per substep, 1 .. 1000
     double error_budget = 0;           // 0 .. 1; above 0 the solver chooses substeps and iterations (error_budget.h)
-    double over_relaxation = 1.5;      // 0.1 .. 1.9; 1 with a single iteration
+    double over_relaxation = 1.5;      // 0.1 .. 1.9; at most 1 with one iteration, 1.58 with three
     double damping = 0;                // 1/s, >= 0: velocities decay as exp(-damping t)
     double depenetration_speed = 1.0;  // m/s, > 0: fastest push apart of what overlapped already
     bool self_collision = true;        // particles of one body against one another
