@@ -91,6 +91,64 @@ Shot::Shot(uint64_t seed) {
     scene.rigid_bodies.push_back(weight);
 }
 
+// Left out is what gives energy there: `depenetration_speed`, a restitution of 1, and spins of half a radian a substep
+// (docs/performance-log.md).
+std::string Shot::go_far(uint64_t seed) {
+    Draw draw(seed);
+    const auto number = [&](const char* name, double& parameter, double low, double high) {
+        parameter = draw.logarithmic(low, high);
+        return name + (" " + std::to_string(parameter));
+    };
+    const auto rubbed = [&](const std::string& told) {
+        scene.colliders[0].friction = material.friction;
+        for (RigidBody& r : scene.rigid_bodies) r.friction = material.friction;
+        return told;
+    };
+    const auto count = [&](const char* name, int& parameter, std::initializer_list<int> some) {
+        parameter = draw.of(some);
+        return name + (" " + std::to_string(parameter));
+    };
+    const auto fast = [&] {
+        double times = 1;
+        const std::string told = number("times as fast", times, 1, 100);
+        for (Body& b : scene.bodies) b.velocity *= times;
+        return told;
+    };
+    const auto sweeps = [&] {
+        settings.method = draw.of({Method::jacobi, Method::gauss_seidel}), settings.error_budget = 0;
+        material.stiffness = draw.uniform(0, 1), settings.iterations = draw.of({1, 2, 3, 4, 5, 9});
+        return number("sweeps over-relaxed", settings.over_relaxation, 0.1, 1.9);
+    };
+    switch (draw.index(13)) {
+        case 0:
+            return number("youngs_modulus", material.youngs_modulus, 1, 1e12);
+        case 1:
+            return number("damping_time", material.damping_time, 1e-6, 1);
+        case 2:
+            return number("yield", material.yield, 1e-6, 10);
+        case 3:
+            return number("flow_rate", material.flow_rate, 1e-3, 1e6);
+        case 4:
+            return number("hardening", material.hardening, 1e-3, 1e3);
+        case 5:
+            return number("toughness", material.toughness, 1e-7, 100);
+        case 6:
+            return number("compressive_toughness", material.compressive_toughness, 1e-7, 100);
+        case 7:
+            return rubbed(number("friction", material.friction, 0.01, 100));
+        case 8:
+            return count("substeps", settings.substeps, {5, 7, 20, 32, 64});
+        case 9:
+            return count("iterations", settings.iterations, {1, 4, 10, 20, 50});
+        case 10:
+            return number("damping", settings.damping, 1e-3, 1e4);
+        case 11:
+            return fast();
+        default:
+            return sweeps();
+    }
+}
+
 FrameInput Shot::input() const {
     FrameInput in = quiet_input(scene, material);
     in.materials = materials(), in.gravity = Vec3(0, 0, -gravity);

@@ -1,9 +1,10 @@
 // Shots with everything drawn at random: rabbits in needles, slabs, crumbs and pieces of like size above a floor and
-// under weights, of any stiffness, toughness and size, at any step.
+// under weights, of any stiffness, toughness and size, at any step; and some far beyond what an artist asks for.
 #pragma once
 
 #include <cmath>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "solver/solver.h"
@@ -38,6 +39,8 @@ struct Shot {
     double gravity = 9.81;  // m/s2
 
     explicit Shot(uint64_t seed);
+    /// Takes one parameter from anywhere in its range instead; which one, and its value.
+    std::string go_far(uint64_t seed);
     std::vector<Material> materials() const { return std::vector(scene.bodies.size(), material); }
     FrameInput input() const;  // of a frame
 };

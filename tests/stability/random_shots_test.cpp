@@ -16,8 +16,7 @@ struct Outcome {
     size_t broken = 0;
     std::string error;
 };
-Outcome shoot(uint64_t seed) {
-    const test::Shot shot(seed);
+Outcome shoot(const test::Shot& shot) {
     const auto solver = test::make_solver(shot.scene);
     FrameState state = solver->initial_state(shot.materials());
     const FrameInput in = shot.input();
@@ -42,7 +41,7 @@ TEST(random_shots, gain_nothing) {
     uint64_t worst = 0;
     size_t shots = 0, torn = 0;
     const auto check = [&](uint64_t seed) {
-        const Outcome outcome = shoot(seed);
+        const Outcome outcome = shoot(test::Shot(seed));
         EXPECT_EQ(outcome.error, "") << "shot " << seed;
         // A contact's work is taken along the straight path of the substep; a hundredth covers its error.
         EXPECT_LE(outcome.gained, 0.01) << "shot " << seed;
@@ -54,6 +53,20 @@ TEST(random_shots, gain_nothing) {
     std::printf("%zu shots, %zu torn; most energy gained: %.4f of the start, shot %d\n", shots, torn, most,
                 static_cast<int>(worst));
     EXPECT_GE(torn, shots / 2) << "else this tells little";
+}
+
+TEST(random_shots, gain_nothing_with_a_parameter_from_anywhere_in_its_range) {
+    double most = 0;
+    std::string worst;
+    for (uint64_t seed = 0; seed < 100; ++seed) {
+        test::Shot shot(seed);
+        const std::string what = "shot " + std::to_string(seed) + ", " + shot.go_far(seed + 1000);
+        const Outcome outcome = shoot(shot);
+        EXPECT_EQ(outcome.error, "") << what;
+        EXPECT_LE(outcome.gained, 0.01) << what;
+        if (outcome.gained > most) most = outcome.gained, worst = what;
+    }
+    std::printf("most energy gained: %.4f of the start, %s\n", most, worst.c_str());
 }
 
 }  // namespace
