@@ -15,8 +15,8 @@ void remember_pieces(const StepContext& context, double h, Workspace& io_work);
 
 /// Of free pieces of several particles that nothing touches: what is so stiff that its waves are not resolved turns as
 /// a rigid body turns. An implicit step of it ends with a torque that is small beside those within it, but not beside
-/// what turns all of it: with all of its angular momentum it came to spin about its longest axis, at up to twice its
-/// energy. Call after shape matching.
+/// what turns all of it: with all of its angular momentum it came to spin about its longest axis, at 1.35 times
+/// its energy. Call after shape matching.
 void tumble_pieces(const StepContext& context, double h, Workspace& io_work);
 
 /// Fills `own_share` of the pieces of an island of contacts. A push on a bound particle in an implicit

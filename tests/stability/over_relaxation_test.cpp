@@ -30,6 +30,7 @@ TEST(over_relaxation, what_flies_gains_nothing_by_any_number_of_sweeps) {
                 for (int frame = 0; frame < 36; ++frame) {
                     ASSERT_TRUE(solver->advance(input, settings, state));
                     most = std::max(most, energy() / start);
+                    // Single precision and vibrations come and go: a hundredth is far above both.
                     EXPECT_LE(energy(), 1.01 * start)
                         << youngs_modulus << " Pa, " << over_relaxation << ", " << sweeps << " sweeps, frame " << frame;
                 }

@@ -63,7 +63,7 @@ TEST(random_shots, gain_nothing_with_a_parameter_from_anywhere_in_its_range) {
         const std::string what = "shot " + std::to_string(seed) + ", " + shot.go_far(seed + 1000);
         const Outcome outcome = shoot(shot);
         EXPECT_EQ(outcome.error, "") << what;
-        EXPECT_LE(outcome.gained, 0.01) << what;
+        EXPECT_LE(outcome.gained, 0.01) << what;  // as above
         if (outcome.gained > most) most = outcome.gained, worst = what;
     }
     std::printf("most energy gained: %.4f of the start, %s\n", most, worst.c_str());
