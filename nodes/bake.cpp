@@ -179,18 +179,25 @@ private:
         return {};
     }
 
+    // What is there goes when the first frame is to be written, so that a graph that cannot be evaluated costs nothing.
     Status restart(const std::string& text) {
-        std::set<std::string> known;  // exports, that may be there without a stamp
+        std::set<std::string> own;
+        replaced_.emplace();
         if (const auto old = parse_manifest(text, settings_.folder)) {
             for (const ManifestFrame& frame : old->frames)
-                for (const ManifestFile& f : frame.files)
-                    if (Status s = folder_->remove_own(f); !s) return s;
-            for (const ManifestFile& f : old->exports) {
-                known.insert(f.path);
-                if (Status s = folder_->remove_own(f); !s) return s;
-            }
+                replaced_->insert(replaced_->end(), frame.files.begin(), frame.files.end());
+            for (const ManifestFile& f : *replaced_)
+                if (folder_->is_own(f)) own.insert(f.path);
+            for (const ManifestFile& f : old->exports) own.insert(f.path), replaced_->push_back(f);
         }
-        if (Status s = check_free(known); !s) return s;
+        return check_free(own);  // exports may be there without a stamp
+    }
+
+    Status remove_replaced() {
+        if (!replaced_) return {};
+        for (const ManifestFile& f : *replaced_)
+            if (Status s = folder_->remove_own(f); !s) return s;
+        replaced_.reset();
         if (Status s = folder_->write_manifest(manifest_); !s) return s;
         return folder_->prune_resume_states({});
     }
@@ -308,6 +315,7 @@ private:
         done.other_nodes_s = seconds_since(begin);
         if (!progress.report(1, text)) return cancelled();
 
+        if (Status s = remove_replaced(); !s) return s;
         return writer.put({std::move(items), std::move(states), done});
     }
 
@@ -325,7 +333,8 @@ private:
     std::vector<WantedExport> exports_;
     std::array<int, 2> frames_ = {0, 0};
     std::map<std::string, std::string> paths_;  // every file of the bake -> its node
-    Manifest manifest_;                         // as on disk
+    Manifest manifest_;                         // as on disk, once nothing is to be replaced
+    std::optional<std::vector<ManifestFile>> replaced_;
     BakeReport report_;
 };
 

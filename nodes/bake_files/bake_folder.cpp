@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "nodes/files/compression.h"
 #include "nodes/files/mesh_frame_file.h"
 #include "nodes/files/state_file.h"
 
@@ -21,10 +22,12 @@ constexpr size_t kMarkBytes = 200;  // our mark stands within the first bytes of
 bool bears_mark(const fs::path& path) {
     const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
     if (fd < 0) return false;
-    char head[kMarkBytes];
-    const ssize_t n = ::read(fd, head, sizeof head);
+    const bool compressed = is_compressed(path.native());
+    std::string head(compressed ? kCompressedHead : kMarkBytes, '\0');
+    const ssize_t n = ::read(fd, head.data(), head.size());
     ::close(fd);
-    const std::string_view text(head, n > 0 ? static_cast<size_t>(n) : 0);
+    head.resize(n > 0 ? static_cast<size_t>(n) : 0);
+    const std::string text = compressed ? decompress_head(head, kMarkBytes) : head;
     return text.find(kStateFileMark) != std::string_view::npos || text.find(kMeshFileMagic) != std::string_view::npos;
 }
 
@@ -102,7 +105,7 @@ Status BakeFolder::check_writable(const std::string& path, const std::set<std::s
     if (fs::is_regular_file(fs::symlink_status(full, code)) &&
         (listed.contains(path) || (has_manifest() && bears_mark(full))))
         return {};
-    return bad_input(full.string(), "is there already and is not part of this bake",
+    return bad_input(full.string(), "is there already and is not what a bake wrote there",
                      "choose another folder, or move it away");
 }
 
@@ -128,16 +131,17 @@ Status BakeFolder::write_manifest(const Manifest& manifest) const {
     return {};
 }
 
-Status BakeFolder::remove_own(const ManifestFile& file) const {
+bool BakeFolder::is_own(const ManifestFile& file) const {
     const fs::path full = path_ / file.path;
-    if (!check_inside(file.path) || !is_there(full)) return {};
     std::error_code code;
-    if (!fs::is_regular_file(fs::symlink_status(full, code))) return {};
-    if (!bears_mark(full)) {
-        const auto stamp = stamp_of_file(full);
-        if (!stamp || *stamp != file.stamp) return {};
-    }
-    return remove_file(full);
+    if (!check_inside(file.path) || !fs::is_regular_file(fs::symlink_status(full, code))) return false;
+    if (bears_mark(full)) return true;
+    const auto stamp = stamp_of_file(full);
+    return stamp && *stamp == file.stamp;
+}
+
+Status BakeFolder::remove_own(const ManifestFile& file) const {
+    return is_own(file) ? remove_file(path_ / file.path) : Status();
 }
 
 Status BakeFolder::prune_resume_states(const std::vector<ManifestFile>& keep) const {

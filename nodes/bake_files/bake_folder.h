@@ -43,7 +43,9 @@ public:
     Result<FileWriter> begin(const std::string& path, std::string_view bytes) const;
     Status write_manifest(const Manifest& manifest) const;
 
-    /// Removes a file that we wrote: one whose contents are as listed, or that bears our mark. Leaves all others alone.
+    /// Whether the file is there and we wrote it: its contents are as listed, or bear our mark.
+    bool is_own(const ManifestFile& file) const;
+    /// Removes it if it is. Leaves all others alone.
     Status remove_own(const ManifestFile& file) const;
     /// Removes the states to resume from that `keep` does not list.
     Status prune_resume_states(const std::vector<ManifestFile>& keep) const;

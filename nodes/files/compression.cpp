@@ -69,6 +69,16 @@ Result<std::string> decompress(std::string_view bytes, const std::string& where)
     return out;
 }
 
+std::string decompress_head(std::string_view bytes, size_t n) {
+    const std::unique_ptr<ZSTD_DCtx, size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(), ZSTD_freeDCtx);
+    std::string head(n, '\0');
+    ZSTD_inBuffer from{bytes.data(), bytes.size(), 0};
+    ZSTD_outBuffer to{head.data(), head.size(), 0};
+    if (!context || ZSTD_isError(ZSTD_decompressStream(context.get(), &to, &from))) return {};
+    head.resize(to.pos);
+    return head;
+}
+
 Result<std::string> read_baked_file(const std::filesystem::path& path) {
     auto bytes = read_file(path);
     if (!bytes || !is_compressed(path.native())) return bytes;

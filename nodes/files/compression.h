@@ -23,6 +23,11 @@ Result<ByteBuffer> compress(std::string_view bytes);
 /// Errors (`where` names the file): not compressed, cut off, damaged, bytes left over.
 Result<std::string> decompress(std::string_view bytes, const std::string& where);
 
+/// The first `n` bytes, or fewer, of what begins with `bytes`; none where these are not compressed, or are less than
+/// kCompressedHead of a larger file.
+inline constexpr size_t kCompressedHead = size_t{160} << 10;  // a block, of which the standard has 128 KB at most
+std::string decompress_head(std::string_view bytes, size_t n);
+
 /// A whole baked file, compressed or not, as its name tells. Errors: as of read_file and decompress.
 Result<std::string> read_baked_file(const std::filesystem::path& path);
 

@@ -192,6 +192,53 @@ TEST(Bake, restart_removes_what_it_wrote_and_nothing_else) {
                                             "other/block.0002.ply", "state/sim.0001.ply", "state/sim.0002.ply"}));
 }
 
+TEST(Bake, a_restart_that_is_refused_loses_nothing) {
+    TemporaryFolder folder;
+    Graph graph = scene();
+    ASSERT_TRUE(bake(graph, settings(folder / "b", BakeStart::fresh, {{1, 3}})));
+    const auto whole = contents(folder / "b");
+    const auto restart = [&] { return refused(bake(graph, settings(folder / "b", BakeStart::restart, {{1, 3}}))); };
+    // A graph that is found to be bad only when it is evaluated.
+    const Json stiffness = *graph.parameter("clay", "youngs_modulus");
+    ASSERT_TRUE(graph.set("clay", "youngs_modulus", 1e-30));
+    EXPECT_TRUE(has(restart().text(), "youngs_modulus is 1e-30"));
+    EXPECT_EQ(contents(folder / "b"), whole);
+    ASSERT_TRUE(graph.set("clay", "youngs_modulus", stiffness));
+    // A file that somebody else put in the place of a frame.
+    const std::string frame = slurp(folder / "b/state/sim.0002.ply");
+    spill(folder / "b/state/sim.0002.ply", "mine");
+    auto with_mine = whole;
+    with_mine["state/sim.0002.ply"] = "mine";
+    EXPECT_TRUE(has(restart().text(), "sim.0002.ply: is there already"));
+    EXPECT_EQ(contents(folder / "b"), with_mine);
+    spill(folder / "b/state/sim.0002.ply", frame);
+    ASSERT_TRUE(bake(graph, settings(folder / "b", BakeStart::restart, {{1, 3}})));
+    EXPECT_EQ(contents(folder / "b"), whole);
+}
+
+// As of a bake that was killed when a frame's first files were there and its manifest was not.
+TEST(Bake, frames_that_no_manifest_lists_yet_do_not_hinder_resuming) {
+    for (const char* compression : {"none", "zstd"}) {
+        TemporaryFolder folder;
+        const auto begin = [&] {
+            Graph graph = scene();
+            for (const char* node : {"out", "cache"}) EXPECT_TRUE(graph.set(node, "compression", compression));
+            return graph;
+        };
+        Graph whole = begin(), stopped = begin(), resumed = begin();
+        ASSERT_TRUE(bake(whole, settings(folder / "whole")));
+        ASSERT_TRUE(bake(stopped, settings(folder / "b", BakeStart::fresh, {{1, 4}})));
+        const auto wanted = contents(folder / "whole");
+        size_t n = 0;
+        for (const auto& [path, bytes] : wanted)
+            if (has(path, "005.")) spill(folder / "b" / path, bytes), ++n;
+        ASSERT_EQ(n, 2u);
+        const auto rest = bake(resumed, settings(folder / "b", BakeStart::resume));
+        ASSERT_TRUE(rest) << compression << ": " << rest.error().text();
+        EXPECT_EQ(contents(folder / "b"), wanted) << compression;
+    }
+}
+
 TEST(Bake, restart_mends_a_manifest_that_was_cut_off) {
     TemporaryFolder folder;
     Graph graph = scene();
