@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 
 #include "solver/awake_scene.h"
@@ -18,14 +19,17 @@ namespace {
 constexpr double kLongestFrame = 1000;  // s
 
 std::string number(double v) {
-    std::string s = std::to_string(v);
-    return s;
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", v);
+    return text;
 }
 
 Status in_range(const std::string& where, const char* name, double value, double low, double high) {
     if (value >= low && value <= high) return {};  // a NaN fails both
-    return bad_input(where, std::string(name) + " is " + number(value),
-                     "permitted: " + number(low) + " to " + number(high));
+    Error e = bad_input(where, std::string(name) + " is " + number(value),
+                        "permitted: " + number(low) + " to " + number(high));
+    e.parameter = name;
+    return e;
 }
 
 // Of the first of n particles that is not sound.

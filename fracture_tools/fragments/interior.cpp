@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "fracture_tools/fragments/interfaces.h"
 #include "fracture_tools/fragments/prefracture.h"
@@ -12,6 +13,28 @@ namespace {
 
 /// Edges a bump, so that the finer of the two octaves of the noise is seen.
 constexpr double kEdgesPerBump = 4;
+/// That refining makes of a square whose sides are the longest edge permitted.
+constexpr double kTrianglesPerSquare = 7;
+/// Triangles of break surfaces, by estimate: what a cut may grow to, some 3 GB.
+constexpr double kMostTriangles = 5e6;
+
+/// Refuses edges so short that the triangles would not fit into memory.
+Status check_fineness(const InteriorSettings& settings, double longest, double size, const FragmentSet& set) {
+    double area = 0;
+    for (const Interface& i : set.interfaces) area += i.area;
+    const double n = kTrianglesPerSquare * area / (longest * longest);
+    if (n <= kMostTriangles) return {};
+    const bool by_noise = settings.noise > 0 && settings.noise_scale / kEdgesPerBump * size == longest;
+    const char* parameter = by_noise ? "noise_scale" : "interior_detail";
+    const double given = by_noise ? settings.noise_scale : settings.detail;
+    char text[200];
+    std::snprintf(text, sizeof text, "%g is too fine: break surfaces would have %.1e triangles", given, n);
+    Error e = bad_input(parameter, text);
+    std::snprintf(text, sizeof text, "permitted for this cut: %.2g and more, or fewer pieces",
+                  given * std::sqrt(n / kMostTriangles));
+    e.parameter = parameter, e.mend = text;
+    return e;
+}
 
 }  // namespace
 
@@ -43,7 +66,8 @@ Status shape_interior(const InteriorSettings& settings, int threads, const Progr
         // Normals are those of the planes: thin triangles do not tell them.
         std::vector<Vec3> normal;
         for (const Interface& i : io_set.interfaces) normal.push_back(i.normal);
-        refine_interfaces(longest, io_set);
+        if (Status s = check_fineness(settings, longest, size, io_set); !s) return s;
+        if (Status s = refine_interfaces(longest, progress, io_set); !s) return s;
         assign_interface_uvs(io_set);
         if (settings.noise > 0) {
             if (Status s = displace_interfaces(settings.noise * size, settings.noise_scale * size, settings.noise_seed,

@@ -22,13 +22,14 @@ struct InteriorSettings {
 };
 
 /// Refines, displaces and marks the break surfaces of a set that is measured and has UVs; both are brought up to date.
-/// Fragments stay closed and share what they shared. Deterministic with any number of threads. Error: cancelled.
+/// Fragments stay closed and share what they shared. Deterministic with any number of threads. Errors: more triangles
+/// than fit into memory; cancelled.
 Status shape_interior(const InteriorSettings& settings, int threads, const Progress& progress, FragmentSet& io_set);
 
 /// Splits edges of interface triangles at their middles until none is longer than `longest`, m, and turns edges in flat
 /// places so that triangles come near to Delaunay's. The outer surface keeps its shape: triangles that meet a long edge
-/// of an interface get a vertex on it, with attributes between those of its ends.
-void refine_interfaces(double longest, FragmentSet& io_set);
+/// of an interface get a vertex on it, with attributes between those of its ends. Error: cancelled.
+Status refine_interfaces(double longest, const Progress& progress, FragmentSet& io_set);
 
 /// Moves the vertices of interfaces that are not on the outer surface by up to `amplitude`, along the interfaces'
 /// normals, after a solid noise with bumps `scale` apart, m. Both sides of an interface are the same triangles and move

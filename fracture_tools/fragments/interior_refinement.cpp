@@ -208,14 +208,16 @@ void turn_edges(FragmentSet& io_set) {
 
 }  // namespace
 
-void refine_interfaces(double longest, FragmentSet& io_set) {
+Status refine_interfaces(double longest, const Progress& progress, FragmentSet& io_set) {
     for (int pass = 0; pass < kMostPasses; ++pass) {
+        if (!progress.report(0, "making break surfaces finer")) return cancelled();
         const Middles middles = split_long_edges(longest, io_set);
-        if (middles.empty()) return;
+        if (middles.empty()) return {};
         cut_outer(middles, io_set);
         cut_interfaces(middles, io_set);
         turn_edges(io_set);
     }
+    return {};
 }
 
 }  // namespace sunder

@@ -143,6 +143,9 @@ ByteBuffer encode_piece(const TriMesh& piece) {
 
 Status write_fragments(const FragmentSet& set, const fs::path& folder, const Progress& progress) {
     const fs::path listing = folder / "fragments.json";
+    if (fs::is_symlink(folder / "pieces"))
+        return bad_input((folder / "pieces").string(), "leads out of the output folder through a link",
+                         "remove the link, or choose another folder");
     if (Status s = require_own_listing(listing); !s) return s;
     auto earlier = earlier_pieces(folder);
     if (!earlier) return earlier.error();

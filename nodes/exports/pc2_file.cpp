@@ -19,7 +19,7 @@ Result<ExportReport> export_pc2(const Shot& shot, const ExportSettings& settings
     auto cache = FileWriter::open(settings.file);
     if (!cache) return cache.error();
     VisualMesh first;
-    std::vector<std::string> materials;
+    FragmentSet names;
     for (size_t i = 0; i < shot.frames.size(); ++i) {
         if (!progress.report(double(i) / double(shot.frames.size()), "exporting")) return cancelled();
         auto frame = source.read(i);
@@ -31,16 +31,13 @@ Result<ExportReport> export_pc2(const Shot& shot, const ExportSettings& settings
             bytes.number(int32_t{1}), bytes.number(static_cast<int32_t>(first.positions.size()));
             bytes.number(static_cast<float>(shot.frames[0])), bytes.number(1.0f);
             bytes.number(static_cast<int32_t>(shot.frames.size()));
-            materials = frame->materials;
+            names = material_names_of(source, *frame);
         } else if (Status s = check_constant_topology(first, frame->mesh, source.name, shot.frames[i], ".pc2"); !s) {
             return s.error();
         }
         bytes.append(frame->mesh.positions.data(), sizeof(Vec3f) * frame->mesh.positions.size());
         if (Status s = cache->append(bytes.view()); !s) return s.error();
     }
-    FragmentSet names;
-    names.interior_material = static_cast<int32_t>(materials.size()) - 1;
-    names.material_names.assign(materials.begin(), materials.end() - 1);
     ExportReport report;
     const std::filesystem::path mesh = companions(settings.file)[0];
     const auto mesh_stamp = write_file(mesh, encode_mesh_obj(first, names).view());

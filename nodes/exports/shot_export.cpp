@@ -38,12 +38,9 @@ Result<ExportReport> export_sequence(const Shot& shot, const ExportSettings& set
         if (!progress.report(double(i) / double(shot.frames.size()), "exporting")) return cancelled();
         auto frame = shot.meshes[0].read(i);
         if (!frame) return frame.error();
-        FragmentSet names;
-        names.interior_material = frame->interior_material();
-        names.material_names.assign(frame->materials.begin(), frame->materials.end() - 1);
         const fs::path file =
             settings.file.parent_path() / output_path(settings.file.filename().string(), shot.frames[i]);
-        const auto bytes = encode_mesh(file.string(), frame->mesh, names);
+        const auto bytes = encode_mesh(file.string(), frame->mesh, material_names_of(shot.meshes[0], *frame));
         if (!bytes) return bytes.error();
         const auto stamp = write_file(file, bytes->view());
         if (!stamp) return stamp.error();
@@ -134,6 +131,14 @@ std::vector<Surface> surfaces_of(const ShotMesh& mesh, const MeshFrame& first) {
         surfaces.push_back(std::move(surface));
     }
     return surfaces;
+}
+
+FragmentSet material_names_of(const ShotMesh& mesh, const MeshFrame& first) {
+    FragmentSet names;
+    names.interior_material = first.interior_material();
+    for (const Surface& surface : surfaces_of(mesh, first)) names.material_names.push_back(surface.name);
+    names.material_names.pop_back();
+    return names;
 }
 
 bool is_shot_format(const std::string& extension) {

@@ -57,6 +57,9 @@ Result<Shot> with_solids(const Shot& shot, std::string& out_note);
 /// Surfaces of a frame's materials: those of the mesh's look, filled up with plain ones.
 std::vector<Surface> surfaces_of(const ShotMesh& mesh, const MeshFrame& first);
 
+/// The same names as encode_mesh asks for them.
+FragmentSet material_names_of(const ShotMesh& mesh, const MeshFrame& first);
+
 struct ExportSettings {
     std::filesystem::path file;  // its ending tells the format; with #### a sequence
     /// .glb: how far a vertex may be from where its rigid node takes it, in diagonals of the shot's first frame.

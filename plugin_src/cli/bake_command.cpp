@@ -1,6 +1,7 @@
 // sunder bake: a graph's bake nodes, frame by frame, to files.
 #include <charconv>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,7 @@ namespace {
 struct Options {
     std::string graph, folder, frames;
     std::vector<std::string> settings;
-    int threads = -1;  // not given
+    std::optional<int> threads;
     bool resume = false, restart = false;
 };
 
@@ -45,8 +46,8 @@ Result<Graph> load_graph(const Options& options) {
     if (!graph) return graph.error();
     for (const std::string& setting : options.settings)
         if (Status s = apply_setting(*graph, setting); !s) return s.error();
-    if (options.threads >= 0)
-        if (Status s = graph->set_threads(options.threads); !s) return s.error();
+    if (options.threads)
+        if (Status s = graph->set_threads(*options.threads); !s) return s.error();
     return graph;
 }
 

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "nodes/exports/fragment_folder.h"
@@ -22,7 +23,8 @@ constexpr const char* kReader = "mesh";  // names of the two nodes, as errors te
 constexpr const char* kCutter = "fracture";
 
 struct Options {
-    std::string mesh, folder;
+    std::string mesh;
+    std::optional<std::string> folder;
     bool only_checks = false, as_json = false;
     std::map<std::string, std::map<std::string, std::string>> parameters;  // node -> parameter -> text
 };
@@ -41,10 +43,10 @@ Status set_up(Graph& graph, const Options& options) {
     return {};
 }
 
-Status write_faces(const MeshFaultReport& report, const std::string& folder) {
-    if (folder.empty() || report.faces.view().empty()) return {};
-    if (Status s = make_folders(folder); !s) return s;
-    const Result<FileStamp> written = write_file(std::filesystem::path(folder) / "faults.ply", report.faces.view());
+Status write_faces(const MeshFaultReport& report, const std::optional<std::string>& folder) {
+    if (!folder || report.faces.view().empty()) return {};
+    if (Status s = make_folders(*folder); !s) return s;
+    const Result<FileStamp> written = write_file(std::filesystem::path(*folder) / "faults.ply", report.faces.view());
     return written ? Status() : Status(written.error());
 }
 
@@ -59,7 +61,7 @@ int run_check(const Options& options) {
     const auto cut = graph.evaluate(kCutter, "fragments", graph.frame_range()[0], bar.progress().part(0.1, 1));
     bar.clear();
     if (!cut && cut.error().code == ErrorCode::cancelled) return fail(cut.error(), "sunder fracture");
-    if (Status s = write_faces(report, options.folder); !s) return fail(s.error(), options.folder);
+    if (Status s = write_faces(report, options.folder); !s) return fail(s.error(), *options.folder);
 
     const std::string prefix = std::string("node '") + kCutter + "': ";
     Json told = Json::array();
@@ -78,7 +80,7 @@ int run_check(const Options& options) {
         for (const Json& line : told) std::printf("repair: %s\n", line.get<std::string>().c_str());
     }
     if (!cut) return fail(cut.error(), "sunder fracture");
-    return std::fflush(stdout) == 0 ? kDone : kFailed;
+    return kDone;
 }
 
 int run_fracture(const Options& options) {
@@ -90,7 +92,7 @@ int run_fracture(const Options& options) {
     if (!value) return fail((bar.clear(), value.error()), "sunder fracture");
     FragmentSet set = *std::get<std::shared_ptr<const FragmentSet>>(*value);
     set.source_path = options.mesh;
-    const std::string folder = options.folder.empty() ? "fragments" : options.folder;
+    const std::string folder = options.folder.value_or("fragments");
     const Status written = write_fragments(set, folder, bar.progress().part(kCuttingShare, 1));
     bar.clear();
     if (!written) return fail(written.error(), "sunder fracture");
@@ -135,6 +137,8 @@ void add_fracture_command(CLI::App& app, Run& out_run) {
     add_parameters(command, kCutter, "prefracture", *options);
     add_parameters(command, kReader, "mesh_file", *options);
     command->callback([options, &out_run] {
+        if (options->folder && options->folder->empty())
+            throw CLI::ValidationError("--output", "no output folder is given");
         out_run = [options] { return options->only_checks ? run_check(*options) : run_fracture(*options); };
     });
 }

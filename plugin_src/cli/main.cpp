@@ -8,6 +8,12 @@
 
 namespace {
 
+std::string names_of_commands(const CLI::App& app) {
+    std::string names;
+    for (const CLI::App* command : app.get_subcommands({})) names += (names.empty() ? "" : ", ") + command->get_name();
+    return names;
+}
+
 int run_program(int argc, char** argv) {
     using namespace sunder::cli;
     CLI::App app("Sunder: ductile fracture with oriented particles", "sunder");
@@ -27,10 +33,16 @@ int run_program(int argc, char** argv) {
         if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
         std::string command = "sunder";
         for (const CLI::App* chosen : app.get_subcommands()) command += " " + chosen->get_name();
-        return fail(sunder::bad_usage(e.what(), command + " --help tells what is permitted"), command);
+        std::string what = e.what();
+        if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-')
+            what = "'" + std::string(argv[1]) + "' is no command (permitted: " + names_of_commands(app) + ")";
+        return fail(sunder::bad_usage(what, command + " --help tells what is permitted"), command);
     }
     watch_interrupts();
-    return run();
+    const int status = run();
+    if (std::fflush(stdout) != 0 && status == kDone)
+        return fail(sunder::io_error("standard output", "cannot be written"), "sunder");
+    return status;
 }
 
 }  // namespace

@@ -154,6 +154,7 @@ def test_an_unknown_cut_method_is_refused(sunder, tmp_path):
         (["bake", "SCENE", "--frames", "9:2"], 3),
         (["bake", "SCENE", "--frames", "-3:2"], 3),
         (["bake", "SCENE", "--threads", "99999"], 3),
+        (["bake", "SCENE", "--threads", "-7"], 3),
         (["bake", "SCENE", "--set", "sim.substeps=many"], 3),
         (["bake", "SCENE", "--set", "sum.substeps=3"], 3),
         (["bake", "gone.json"], 3),
@@ -245,3 +246,13 @@ def test_a_manifest_that_was_cut_off_is_found_out_and_mended_by_restart(sunder, 
         refused(run, "manifest.json")  # an empty file might be anybody's
     else:
         assert run.status == 0 and path.read_text() == text, run.err
+
+
+def test_a_command_that_is_none_is_named_beside_those_that_are(sunder):
+    refused(sunder("foo"), "'foo'", "fracture", "verify", status=2)
+
+
+def test_no_output_folder_is_not_the_folder_of_the_default(sunder, tmp_path):
+    (tmp_path / "cube.obj").write_text(obj_text())
+    refused(sunder("fracture", "cube.obj", "-o", ""), "output", status=2)
+    assert contents(tmp_path) == {"cube.obj": obj_text().encode()}

@@ -205,6 +205,17 @@ def test_sequences(sunder, baked, tmp_path):
     assert text.count("\nv ") == len(frames[4].positions) and text.count("\nf ") == len(frames[4].triangles)
 
 
+def test_obj_files_have_the_host_s_names_of_materials(sunder, baked, tmp_path):
+    baked(constant_scene())
+    (tmp_path / "bake/looks.json").write_text(
+        json.dumps({"sunder_looks": 1, "nodes": {"clay": {"materials": [{"name": "Paint Red"}]}}}))
+    export(sunder, "-o", "shot.####.obj")
+    export(sunder, "-o", "cache.pc2")
+    for name in ("shot.0001.obj", "cache.obj"):
+        lines = (tmp_path / name).read_text().splitlines()
+        assert {line for line in lines if line.startswith("usemtl")} == {"usemtl Paint_Red", "usemtl interior"}, name
+
+
 class Glb:
     """A binary glTF taken apart by the specification: every byte accounted for."""
 

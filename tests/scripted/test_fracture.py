@@ -151,3 +151,24 @@ def test_sites_that_cannot_be_chosen_are_refused(sunder, tmp_path, arguments, ne
     run = sunder("fracture", "cube.obj", "-o", "cut", *arguments)
     assert run.status == 3 and needle in run.err
     assert not (tmp_path / "cut").exists()
+
+
+@pytest.mark.parametrize(
+    "arguments, parameter",
+    [(["--interior-detail", "1e-9"], "interior_detail"), (["--noise", "0.5", "--noise-scale", "0.05"], "noise_scale")],
+)
+def test_break_surfaces_that_no_memory_would_hold_are_refused(sunder, tmp_path, arguments, parameter):
+    (tmp_path / "cube.obj").write_text(obj_text())
+    run = sunder("fracture", "cube.obj", "-o", "cut", "--pieces", "300", *arguments)
+    assert run.status == 3 and parameter in run.err and "permitted for this cut" in run.err
+    assert not (tmp_path / "cut").exists()
+
+
+def test_pieces_do_not_leave_the_output_folder_through_a_link(sunder, tmp_path):
+    (tmp_path / "cube.obj").write_text(obj_text())
+    (tmp_path / "cut").mkdir()
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "cut" / "pieces").symlink_to(tmp_path / "elsewhere")
+    run = sunder("fracture", "cube.obj", "-o", "cut", "--pieces", "3")
+    assert run.status == 3 and "cut/pieces" in run.err
+    assert not any((tmp_path / "elsewhere").iterdir())
