@@ -14,6 +14,11 @@ def volume(corners):
     return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
 
 
+def rounded(*numbers):
+    """As whole 10,000ths, to be looked for in a set."""
+    return tuple(np.rint(np.multiply(numbers, 1e4)).astype(int))
+
+
 class Meshes(ObjectCase):
     def test_a_body_stands_where_its_object_does_scaled_turned_and_sheared(self):
         parent = self.cube(name="Parent")
@@ -104,6 +109,83 @@ class Meshes(ObjectCase):
         found = {(tuple(np.round(p, 4)), tuple(np.round(uv, 4)))
                  for p, uv in zip(corners.reshape(-1, 3), mesh.uvs.reshape(-1, 2))}
         self.assertEqual(found, known)
+
+    def test_colours_of_corners_and_points_bytes_and_floats_arrive_linear(self):
+        for kind, domain in (("BYTE_COLOR", "CORNER"), ("FLOAT_COLOR", "POINT"), ("FLOAT_COLOR", "CORNER")):
+            thing = self.cube()
+            thing.scale.x = -1  # mirrored: corners are taken in the other order
+            thing.data.color_attributes.new("Other", "FLOAT_COLOR", "POINT")
+            layer = thing.data.color_attributes.new("Paint", kind, domain)
+            thing.data.color_attributes.render_color_index = thing.data.color_attributes.find("Paint")
+            for n, point in enumerate(layer.data):
+                point.color = (0.1 * (n % 10), 0.5, 0.02 * n, 1)
+            tree, _ = self.tree(thing)
+            mesh = self.graph(tree).evaluate("mesh_file.mesh")
+            own = addon("scene_input").placement(thing.matrix_world)[2]
+            known = {rounded(*(own @ thing.data.vertices[l.vertex_index].co),
+                             *layer.data[l.vertex_index if domain == "POINT" else l.index].color) for l in thing.data.loops}
+            corners = mesh.positions[mesh.triangles].reshape(-1, 3)
+            found = {rounded(*p, *c) for p, c in zip(corners, mesh.colors)}
+            self.assertEqual(found, known, (kind, domain))
+
+    def test_of_several_parts_those_without_colours_are_white(self):
+        group = bpy.data.collections.new("Parts")
+        self.scene.collection.children.link(group)
+        for name, x in (("A", 0.0), ("B", 1.0)):
+            group.objects.link(self.cube(location=(x, 0, 1), name=name))
+        for point in bpy.data.objects["B"].data.color_attributes.new("Paint", "FLOAT_COLOR", "POINT").data:
+            point.color = (0.2, 0.3, 0.4, 1)
+        tree, nodes = self.tree(bpy.data.objects["A"], pieces=4)
+        nodes["mesh_file"].source, nodes["mesh_file"].collection = "COLLECTION", group
+        mesh = self.graph(tree).evaluate("mesh_file.mesh")
+        is_first = mesh.positions[mesh.triangles][..., 0].ravel() < 0.5
+        np.testing.assert_allclose(mesh.colors[is_first], 1)
+        np.testing.assert_allclose(mesh.colors[~is_first], np.tile((0.2, 0.3, 0.4, 1), (36, 1)), rtol=1e-6)
+
+    def test_the_uv_map_that_renders_show_arrives_whichever_is_selected(self):
+        thing = self.cube()
+        layers = thing.data.uv_layers
+        for point in layers.new(name="Selected").data:
+            point.uv = (0.5, 0.5)
+        layers.active_index, layers["UVMap"].active_render = 1, True
+        tree, _ = self.tree(thing)
+        uvs = self.graph(tree).evaluate("mesh_file.mesh").uvs
+        self.assertEqual({tuple(np.round(uv, 4)) for uv in uvs}, {tuple(np.round(d.uv, 4)) for d in layers["UVMap"].data})
+
+    def test_other_colours_and_another_map_to_render_make_a_bake_out_of_date(self):
+        thing = self.cube()
+        layers = thing.data.uv_layers
+        for point in layers.new(name="Other").data:
+            point.uv = (0.5, 0.5)
+        layer = thing.data.color_attributes.new("Paint", "BYTE_COLOR", "CORNER")
+        tree, _ = self.tree(thing, pieces=4)
+        self.bake(tree)
+        self.assertFalse(self.status(tree).is_stale)
+        layer.data[0].color = (1, 0, 0, 1)
+        thing.data.update()
+        bpy.context.view_layer.update()
+        self.assertTrue(self.status(tree).is_stale)
+        self.bake(tree)
+        layers["Other"].active_render = True
+        bpy.context.view_layer.update()
+        self.assertTrue(self.status(tree).is_stale)
+
+    def test_what_is_squeezed_flat_is_told_by_its_name_on_its_node(self):
+        thing = self.cube()
+        tree, nodes = self.tree(thing)
+        parent = self.cube(name="Parent")
+        parent.scale, parent.rotation_euler = (1, 1, 0), (0.3, 0.2, 0)
+        for scale, owner in (((1, 1, 0), None), ((0, 0, 0), None), ((1, 1, 1), parent)):
+            thing.scale, thing.parent = scale, owner
+            self.assertRegex(self.refusal(tree), "'Block' is squeezed flat: its scale, .* is 0 along an axis")
+            self.assertIn("squeezed flat", nodes["mesh_file"].error)
+        thing.parent, thing.scale = None, (1, 1, 1e-3)  # thin, but there
+        self.assertEqual(self.bake(tree), {"FINISHED"})
+        wall = self.cube(name="Wall")
+        wall.scale.x = 0
+        nodes["collider"].source, nodes["collider"].object, nodes["collider"].shape = "OBJECT", wall, "mesh"
+        self.assertIn("'Wall' is squeezed flat", self.refusal(tree))
+        self.assertIn("squeezed flat", nodes["collider"].error)
 
     def test_an_object_in_edit_mode_is_refused(self):
         tree, _ = self.tree()

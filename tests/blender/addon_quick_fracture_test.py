@@ -65,6 +65,14 @@ class QuickFracture(AddonCase):
         with self.assertRaisesRegex(RuntimeError, "has no faces.*depth"):
             bpy.ops.sunder.quick_fracture(pieces=4)
 
+    def test_what_is_squeezed_flat_is_refused_and_nothing_is_left_behind(self):
+        thing = self.cube()
+        thing.scale.z = 0
+        with self.assertRaisesRegex(RuntimeError, "'Block' is squeezed flat"):
+            bpy.ops.sunder.quick_fracture(pieces=4)
+        self.assertEqual([thing.hide_get(), thing.hide_render], [False, False])
+        self.assertEqual([list(bpy.data.objects), addon("tree").trees()], [[thing], []])
+
     def test_sheets_get_walls_whatever_their_mesh(self):
         for make in (lambda: bpy.ops.mesh.primitive_plane_add(location=(0, 0, 1)),
                      lambda: bpy.ops.mesh.primitive_grid_add(x_subdivisions=20, y_subdivisions=20, location=(0, 0, 1)),
@@ -129,9 +137,30 @@ class QuickFracture(AddonCase):
         result, _ = self.quick(self.cube(), pieces=4, bake=False)
         self.assertFalse(bpy.ops.sunder.quick_fracture.poll())
 
+    def test_the_result_takes_over_what_the_source_is_besides_its_mesh(self):
+        hero = bpy.data.collections.new("Hero")
+        self.scene.collection.children.link(hero)
+        thing = self.cube()
+        self.scene.collection.objects.unlink(thing)
+        hero.objects.link(thing)
+        thing.pass_index, thing.color, thing.visible_shadow, thing.is_holdout = 7, (1, 0, 0, 0.5), False, True
+        thing["seed"], thing["tags"], thing["group"] = 3.0, ["a", "b"], {"x": 1}
+        thing.id_properties_ui("seed").update(max=9)
+        result, _ = self.quick(thing, pieces=4, bake=False)
+        self.assertEqual([c.name for c in result.users_collection], ["Hero"])
+        self.assertEqual([result.pass_index, list(result.color), result.is_holdout], [7, [1, 0, 0, 0.5], True])
+        self.assertEqual([result.visible_shadow, result.visible_camera], [False, True])
+        self.assertEqual([result["seed"], list(result["tags"]), result["group"].to_dict()], [3, ["a", "b"], {"x": 1}])
+        self.assertEqual(result.id_properties_ui("seed").as_dict()["max"], 9)
+        self.assertEqual([result.hide_render, result.sunder.node], [False, "deformer"])
+
     def test_it_can_be_undone(self):
         bpy.context.preferences.edit.use_global_undo = True
+        hero = bpy.data.collections.new("Hero")
+        self.scene.collection.children.link(hero)
         thing = self.cube()
+        hero.objects.link(thing)
+        thing["seed"] = 3.0
         bpy.ops.ed.undo_push(message="cube")
         self.quick(thing, pieces=4)
         bpy.ops.ed.undo_push(message="fracture")
@@ -139,6 +168,7 @@ class QuickFracture(AddonCase):
         self.scene = bpy.context.scene
         self.assertEqual([t.name for t in addon("tree").trees()], [])
         self.assertEqual([o.name for o in bpy.data.objects], ["Block"])
+        self.assertEqual([o.name for o in bpy.data.collections["Hero"].objects], ["Block"])
         self.assertFalse(bpy.data.objects["Block"].hide_render)
 
     def test_break_surfaces_suit_the_preset(self):
@@ -173,6 +203,69 @@ class QuickFracture(AddonCase):
                 again, = self.results_of(tree)
                 self.assertEqual(list(again.data.materials), [outer, inner])
         self.assertNotIn("Sunder Interior", bpy.data.materials)
+
+    def painted(self, name, color=None):
+        """A material, and its shader's Base Color."""
+        material = bpy.data.materials.new(name)
+        material.use_nodes = True
+        socket = material.node_tree.nodes["Principled BSDF"].inputs["Base Color"]
+        if color:
+            socket.default_value = (*color, 1)
+        return material, socket
+
+    def test_break_surfaces_suit_the_slot_that_covers_most_of_the_source(self):
+        slots = [self.painted(name)[0] for name in ("Sticker", "Stone")]
+        for preset, wanted in (("CLAY", "Stone Inside"), ("GLASS", "Stone")):
+            thing = self.cube()
+            for material in slots:
+                thing.data.materials.append(material)
+            for polygon in thing.data.polygons:
+                polygon.material_index = polygon.index > 0
+            result, _ = self.quick(thing, preset=preset, pieces=4, bake=False)
+            self.assertEqual(result.data.materials[-1].name, wanted)
+        thing = self.cube()  # area counts, not the number of faces
+        for material in slots:
+            thing.data.materials.append(material)
+        thing.scale = (10, 10, 0.1)
+        for polygon in thing.data.polygons:
+            polygon.material_index = abs(polygon.normal.z) > 0.5
+        result, _ = self.quick(thing, preset="CLAY", pieces=4, bake=False)
+        self.assertEqual(result.data.materials[-1].name, "Stone Inside")
+
+    def inside(self, material, paint=None):
+        """Base Color that clay gets inside, as a share of what it is outside; `paint`: colour of an attribute 'Col'."""
+        thing = self.cube()
+        thing.data.materials.append(material)
+        if paint:
+            for point in thing.data.color_attributes.new("Col", "FLOAT_COLOR", "POINT").data:
+                point.color = (*paint, 1)
+        result, _ = self.quick(thing, preset="CLAY", pieces=4, bake=False)
+        inner = result.data.materials[-1]
+        np.testing.assert_allclose(inner.diffuse_color[:3], addon("looks").surface(inner)["color"][:3], rtol=1e-5)
+        return np.array(addon("looks").surface(inner)["color"][:3]) / 0.55
+
+    def test_clay_inside_has_the_mean_colour_of_what_gives_it_outside(self):
+        for is_float, space, wanted in ((False, "sRGB", 0.0331), (False, "Non-Color", 0.2), (True, "sRGB", 0.2)):
+            material, socket = self.painted("Image")
+            links, image = material.node_tree.links, bpy.data.images.new("i", 64, 32, float_buffer=is_float)
+            image.colorspace_settings.name = space
+            image.pixels = ([0.2, 0.2, 0, 1] + [0.2, 0.2, 0.0, 1] + [0.9, 0.9, 0.9, 0.0]) * 682 + [0, 0, 0, 0] * 2
+            texture, tint = (material.node_tree.nodes.new("ShaderNode" + n) for n in ("TexImage", "HueSaturation"))
+            texture.image = image
+            links.new(texture.outputs["Color"], tint.inputs["Color"]), links.new(tint.outputs["Color"], socket)
+            np.testing.assert_allclose(self.inside(material), (wanted, wanted, 0), atol=2e-3)  # 8 bits a channel
+        material, socket = self.painted("Attribute")
+        node = material.node_tree.nodes.new("ShaderNodeVertexColor")
+        material.node_tree.links.new(node.outputs["Color"], socket)
+        np.testing.assert_allclose(self.inside(material, (0.3, 0.1, 0.6)), (0.3, 0.1, 0.6), rtol=1e-5)
+
+    def test_clay_inside_without_such_a_mean_takes_what_was_set_by_hand(self):
+        for color, wanted in (((0.4, 0.1, 0.2), (0.4, 0.1, 0.2)), (None, (0.5, 0.6, 0.7))):
+            material, socket = self.painted("Noise", color)
+            material.diffuse_color = (0.5, 0.6, 0.7, 1)
+            noise = material.node_tree.nodes.new("ShaderNodeTexNoise")
+            material.node_tree.links.new(noise.outputs["Color"], socket)
+            np.testing.assert_allclose(self.inside(material), wanted, rtol=1e-5)
 
     def test_presets_do_what_they_say(self):
         self.scene.frame_end = 16

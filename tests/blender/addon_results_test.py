@@ -6,10 +6,10 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from addon_case import AddonCase, addon, attribute, main, positions
+from addon_case import ObjectCase, addon, attribute, main, positions
 
 
-class Shown(AddonCase):
+class Shown(ObjectCase):
     def test_the_result_is_the_librarys_mesh_at_every_frame(self):
         tree, nodes = self.tree()
         thing, = self.results(tree)
@@ -177,6 +177,66 @@ class Shown(AddonCase):
         for uv in known:  # the library takes UVs a little inside a triangle, so that seams do not run across it
             self.assertLess(np.linalg.norm(found - uv, axis=1).min(), 2e-3, uv)
         self.assertTrue(0 <= found.min() and found.max() <= 1)
+
+    def test_colours_and_the_uv_map_of_renders_come_back_under_their_own_names(self):
+        thing = self.cube()
+        thing.data.uv_layers.new(name="Wall").active_render = True
+        thing.data.uv_layers.active_index = 0
+        layer = thing.data.color_attributes.new("Col", "BYTE_COLOR", "CORNER")
+        for loop in thing.data.loops:  # a colour for each side, none of which are the same in sRGB and linear
+            side = thing.data.polygons[loop.index // 4].normal
+            layer.data[loop.index].color = (*(0.5 + 0.3 * c for c in side), 1)
+        wanted = {tuple(np.rint(np.multiply(d.color, 1000))) for d in layer.data}
+        tree, _ = self.tree(thing)
+        result, = self.results(tree)
+        self.bake(tree)
+        for frame in (1, 6):
+            self.scene.frame_set(frame)
+            mesh = result.data
+            self.assertEqual([u.name for u in mesh.uv_layers if u.active_render], ["Wall"])
+            self.assertEqual([c.name for c in mesh.color_attributes], ["Col"])
+            self.assertEqual(mesh.color_attributes[mesh.color_attributes.render_color_index].name, "Col")
+            colors = addon("mesh_export").layer_colors(mesh.color_attributes["Col"]).reshape(-1, 3, 4)
+            inner = attribute(result, "interior")
+            self.assertEqual({tuple(np.rint(1000 * c)) for c in colors[~inner].reshape(-1, 4)}, wanted)
+            self.assertEqual(inner.any(), frame == 6)
+            np.testing.assert_array_equal(colors[inner], 1)  # break surfaces have none: white
+
+    def test_names_of_maps_are_those_of_the_first_source_that_has_one(self):
+        group = bpy.data.collections.new("Parts")
+        self.scene.collection.children.link(group)
+        for name in ("A", "B"):
+            group.objects.link(self.cube(name=name, location=(0, 0, 0.5 + (name == "B"))))
+        plain, painted = (bpy.data.objects[n].data for n in ("A", "B"))
+        plain.uv_layers.remove(plain.uv_layers[0])
+        painted.uv_layers[0].name = "Wall"
+        painted.color_attributes.new("Paint", "FLOAT_COLOR", "POINT")
+        tree, nodes = self.tree(bpy.data.objects["A"])
+        nodes["mesh_file"].source, nodes["mesh_file"].collection = "COLLECTION", group
+        result, = self.results(tree)
+        self.bake(tree)
+        self.assertEqual([[u.name for u in result.data.uv_layers], [c.name for c in result.data.color_attributes]],
+                         [["Wall"], ["Paint"]])
+
+    def test_results_stand_beside_their_sources(self):
+        shelf, away = (bpy.data.collections.new(n) for n in ("Shelf", "Away"))  # the second is of no scene
+        self.scene.collection.children.link(shelf)
+        thing, ball = self.cube(), self.cube(size=0.2, location=(0.1, 0, 2), name="Ball")
+        for source in (thing, ball):
+            for collection in source.users_collection:
+                collection.objects.unlink(source)
+            shelf.objects.link(source), away.objects.link(source)
+        tree, nodes = self.tree(thing)
+        node = self.node(tree, "rigid_body", mass=5)
+        node.source, node.collection = "COLLECTION", shelf
+        self.connect(node, "rigid_body", nodes["solver"], "rigid_bodies")
+        cut = nodes["prefracture"]
+        cut.sites, cut.points_source, cut.points_collection = "points", "COLLECTION", shelf
+        before = self.compiled(tree).description["nodes"]["prefracture"]["points"]
+        for made in self.results(tree):
+            self.assertEqual([c.name for c in made.users_collection], ["Shelf"], made.name)
+        # Results are no sites.
+        self.assertEqual(self.compiled(tree).description["nodes"]["prefracture"]["points"], before)
 
     def test_the_last_baked_frame_is_shown_and_the_node_says_so(self):
         tree, nodes = self.tree()

@@ -224,8 +224,11 @@ class _Compiler:
         scene_input.check_evaluated(thing, depsgraph, node)
         if thing.type not in pickers.SURFACES:
             raise core.Refused(f"object '{thing.name}' is a {thing.type.lower()}, not a mesh", node.graph_name)
-        data = mesh_export.ply_bytes(
-            mesh_export.geometry(thing, depsgraph, scene_input.placement(thing.matrix_world)[2], True))
+        own = scene_input.placement(thing.matrix_world)[2]
+        try:
+            data = mesh_export.ply_bytes(mesh_export.geometry(thing, depsgraph, own, True))
+        except core.Refused as error:
+            raise core.Refused(str(error), node.graph_name) from error
         path = mesh_export.path_of(name.replace(":", "_"), data)
         self.result.files[path] = data
         return {"path": path}

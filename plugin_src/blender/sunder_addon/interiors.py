@@ -1,5 +1,8 @@
 """Materials of break surfaces, and of sources that have none: what each Quick Fracture preset looks like, inside and out."""
 import bpy
+import numpy as np
+
+from . import mesh_export
 
 INTERIOR = "Sunder Interior"
 _RAW = {"color": (0.45, 0.36, 0.28), "roughness": 0.9}
@@ -8,6 +11,10 @@ _SOCKETS = {  # a Principled BSDF's, as Blender has named them: the first that i
     "transmission": ("Transmission Weight", "Transmission"),
 }
 _DARKER = 0.55  # what lay inside has not dried and faded
+_DEFAULT = 0.8  # of Base Color, each channel
+_SAMPLES = 100_000  # pixels that an image's mean is taken of
+_CHANGE_COLORS = ("REROUTE", "MIX", "MIX_RGB", "HUE_SAT", "BRIGHTCONTRAST", "GAMMA", "CURVE_RGB")  # not beyond recognition
+_LONGEST = 20  # chain of such nodes that is followed: links may go round
 
 # preset: look of a source without materials, of what was inside. None: as outside; "darker": the same, darker
 LOOKS = {
@@ -54,8 +61,46 @@ def raw():
     return _made(INTERIOR, _RAW)
 
 
-def _darker(outer):
-    """A material's copy, darker and rougher; plain where a texture gave its colour."""
+def _image_mean(image):
+    """Mean linear colour of an image, the less of a pixel the more it is seen through; None if there are no pixels."""
+    pixels = np.empty(len(image.pixels), np.float32)
+    if len(pixels) == 0 or image.channels < 3:
+        return None
+    image.pixels.foreach_get(pixels)
+    pixels = pixels.reshape(-1, image.channels)
+    pixels = pixels[::len(pixels) // _SAMPLES | 1].astype(np.float64)  # odd steps do not fall in with patterns
+    color, alpha = pixels[:, :3], pixels[:, 3:].ravel()
+    if not image.is_float and image.colorspace_settings.name == "sRGB":  # floats are linear once they are loaded
+        color = np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4)
+    return tuple(np.average(color, axis=0, weights=alpha if alpha.any() else None))
+
+
+def _mean_color(socket, mesh):
+    """Mean linear colour of the image or of the mesh's colour attribute that feeds a socket; None if neither does."""
+    for _ in range(_LONGEST):
+        node = socket.links[0].from_node
+        if node.type == "TEX_IMAGE":
+            return _image_mean(node.image) if node.image else None
+        if node.type in ("VERTEX_COLOR", "ATTRIBUTE"):
+            name = node.layer_name if node.type == "VERTEX_COLOR" else node.attribute_name
+            layer = mesh.color_attributes.get(name) if name else mesh_export.render_colors(mesh)
+            return tuple(mesh_export.layer_colors(layer)[:, :3].mean(0)) if layer and len(layer.data) else None
+        socket = next((s for s in node.inputs if s.type == "RGBA" and s.is_linked), None)
+        if node.type not in _CHANGE_COLORS or socket is None:
+            return None
+    return None
+
+
+def _seen_color(socket, outer, mesh):
+    """One colour for a Base Color that is linked: what feeds it, else what it was set to before, else the viewport's."""
+    found = _mean_color(socket, mesh)
+    if found is None and any(abs(c - _DEFAULT) > 1e-4 for c in socket.default_value[:3]):
+        found = socket.default_value[:3]
+    return (*found, 1.0) if found is not None else tuple(outer.diffuse_color)
+
+
+def _darker(outer, mesh):
+    """A material's copy, darker and rougher; plain where a texture, or a colour attribute of `mesh`, gave its colour."""
     name = f"{outer.name} Inside"
     known = bpy.data.materials.get(name)
     if known is not None:
@@ -66,23 +111,27 @@ def _darker(outer):
     shader = _principled(material)
     if shader is not None:
         color = shader.inputs["Base Color"]
-        for link in list(color.links):
-            material.node_tree.links.remove(link)
-            color.default_value = outer.diffuse_color
+        if color.is_linked:
+            color.default_value = _seen_color(color, outer, mesh)
+            material.node_tree.links.remove(color.links[0])
+            material.diffuse_color = [_DARKER * c for c in color.default_value[:3]] + [outer.diffuse_color[3]]
         color.default_value = [_DARKER * c for c in color.default_value[:3]] + [color.default_value[3]]
         if not shader.inputs["Roughness"].is_linked:
             shader.inputs["Roughness"].default_value = max(0.85, shader.inputs["Roughness"].default_value)
     return material
 
 
-def materials(preset, outer):
-    """(materials of the outer slots, that of break surfaces). `outer`: the source's; `preset`: "" if none was chosen."""
+def materials(preset, outer, areas, mesh):
+    """(materials of the outer slots, that of break surfaces, which suits the outer one of the largest area).
+
+    `preset`: "" if none was chosen; outer, areas: materials of the source's slots, and how much of it each covers; `mesh`:
+    what its colour attributes are read from."""
     if preset not in LOOKS:
         return outer, raw()
     plain, inside = LOOKS[preset]
     if not any(outer):
         outer = [_made(f"Sunder {preset.title()}", plain)] * len(outer)
-    first = next(m for m in outer if m)
+    _, largest = max(((a, m) for a, m in zip(areas, outer) if m), key=lambda found: found[0])
     if inside is None:
-        return outer, first
-    return outer, _darker(first) if inside == "darker" else _made(f"Sunder {preset.title()} Inside", inside)
+        return outer, largest
+    return outer, _darker(largest, mesh) if inside == "darker" else _made(f"Sunder {preset.title()} Inside", inside)

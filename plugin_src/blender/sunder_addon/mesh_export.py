@@ -1,4 +1,4 @@
-"""Blender meshes as PLY files that the library reads: vertices as Blender numbers them, normals, UVs and materials."""
+"""Blender meshes as PLY files that the library reads: vertices as Blender numbers them, normals, UVs, colours, materials."""
 import hashlib
 import os
 import re
@@ -7,16 +7,17 @@ import numpy as np
 
 from . import core
 
+_MOST_SQUEEZED = 1e6  # largest scale over smallest: matrices have seven digits
 _VERTEX = np.dtype([(n, "<f8") for n in "xyz"] + [(n, "<f4") for n in ("nx", "ny", "nz")])
 
 
 class Geometry:
     """positions (v, 3) f64, corners (t, 3) int32, corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None,
-    material (t,) int32; groups {name: [vertex, ...]}; maps {name: (v,) f32}."""
+    colors (3t, 4) f32, linear, or None; material (t,) int32; groups {name: [vertex, ...]}; maps {name: (v,) f32}."""
 
-    def __init__(self, positions, corners, corner_normals, uvs, material, groups, maps):
+    def __init__(self, positions, corners, corner_normals, uvs, colors, material, groups, maps):
         self.positions, self.corners, self.corner_normals = positions, corners, corner_normals
-        self.uvs, self.material, self.groups, self.maps = uvs, material, groups, maps
+        self.uvs, self.colors, self.material, self.groups, self.maps = uvs, colors, material, groups, maps
 
 
 def _read(sequence, attribute, width, dtype):
@@ -32,6 +33,34 @@ def _corner_normals(mesh):
     return _read(mesh.loops, "normal", 3, np.float32)
 
 
+def render_uvs(mesh):
+    """The UV map that renders show, whichever is selected; None if there is none."""
+    return next((layer for layer in mesh.uv_layers if layer.active_render), None)
+
+
+def render_colors(mesh):
+    """The colour attribute that renders show where a material names none; None if there is none."""
+    index = mesh.color_attributes.render_color_index
+    return mesh.color_attributes[index] if 0 <= index < len(mesh.color_attributes) else None
+
+
+def layer_uvs(layer):
+    return _read(layer.data, "uv", 2, np.float32)
+
+
+def layer_colors(layer):
+    """(n, 4) f32 of a colour attribute's points or corners, linear whether it holds bytes or floats."""
+    return _read(layer.data, "color", 4, np.float32)
+
+
+def check_scale(thing, matrix):
+    """Refuses an object without extent along an axis: it has no inside, and its normals no direction."""
+    linear = np.array(matrix.to_3x3(), np.float64)
+    if np.all(np.isfinite(linear)) and np.linalg.cond(linear) > _MOST_SQUEEZED:
+        raise core.Refused(f"object '{thing.name}' is squeezed flat: its scale, or that of a parent, is 0 along an axis; "
+                           "give it another one")
+
+
 def vertex_numbers(thing, mesh, name):
     """(v,) f32 of a vertex group (0 outside) or of an attribute of `mesh`, colours by their mean; None if there is none."""
     if name in thing.vertex_groups:
@@ -41,7 +70,7 @@ def vertex_numbers(thing, mesh, name):
     if attribute is None or attribute.domain != "POINT":
         return None
     if attribute.data_type in ("FLOAT_COLOR", "BYTE_COLOR"):
-        return _read(attribute.data, "color", 4, np.float32)[:, :3].mean(1)
+        return layer_colors(attribute)[:, :3].mean(1)
     if attribute.data_type in ("FLOAT", "INT", "BOOLEAN"):
         kind = {"FLOAT": np.float32, "INT": np.int32, "BOOLEAN": bool}[attribute.data_type]
         return _read(attribute.data, "value", 1, kind).astype(np.float32)
@@ -55,7 +84,8 @@ def map_property(name):
 
 
 def geometry(thing, depsgraph, matrix, use_modifiers, group_names=(), map_names=()):
-    """An object's mesh, its vertices taken through `matrix`. Refuses maps that it has not."""
+    """An object's mesh, its vertices taken through `matrix`. Refuses maps that it has not, and what is squeezed flat."""
+    check_scale(thing, matrix)
     source = thing.evaluated_get(depsgraph) if use_modifiers else thing
     mesh = source.to_mesh()
     try:
@@ -67,12 +97,12 @@ def geometry(thing, depsgraph, matrix, use_modifiers, group_names=(), map_names=
         loops = _read(mesh.loop_triangles, "loops", 3, np.int32)
         material = _read(mesh.loop_triangles, "material_index", 1, np.int32)
         normals = _corner_normals(mesh).astype(np.float64) @ np.linalg.inv(linear)
-        layer = mesh.uv_layers.active
-        uvs = _read(layer.data, "uv", 2, np.float32) if layer else None
+        uv_map, colors = render_uvs(mesh), render_colors(mesh)
         if np.linalg.det(linear) < 0:  # a mirror turns the surface inside out
             corners, loops = corners[:, ::-1], loops[:, ::-1]
         length = np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
         flat = loops.ravel()
+        painted = corners.ravel() if colors and colors.domain == "POINT" else flat
         indices = {g.name: g.index for g in thing.vertex_groups}
         groups = {name: [] for name in group_names if name in indices}
         if groups:
@@ -86,9 +116,19 @@ def geometry(thing, depsgraph, matrix, use_modifiers, group_names=(), map_names=
             if values is None:
                 raise core.Refused(f"object '{thing.name}' has neither a vertex group nor a vertex attribute '{name}'")
         return Geometry(positions, corners.astype(np.int32), (normals / length)[flat].astype(np.float32),
-                        None if uvs is None else uvs[flat], material, groups, maps)
+                        layer_uvs(uv_map)[flat] if uv_map else None, layer_colors(colors)[painted] if colors else None,
+                        material, groups, maps)
     finally:
         source.to_mesh_clear()
+
+
+def _joined_corners(parts, field, missing):
+    """A field of all corners, `missing` for parts that have it not; None if none has."""
+    found = [getattr(g, field) for g in parts]
+    if all(values is None for values in found):
+        return None
+    return np.concatenate([np.tile(np.float32(missing), (len(g.corner_normals), 1)) if values is None else values
+                           for g, values in zip(parts, found)])
 
 
 def joined(parts):
@@ -96,7 +136,6 @@ def joined(parts):
     if len(parts) == 1:
         return parts[0]
     offset = np.cumsum([0] + [len(g.positions) for g in parts[:-1]])
-    has_uvs = any(g.uvs is not None for g in parts)
     groups = {}
     for g, first in zip(parts, offset):
         for name, members in g.groups.items():
@@ -105,8 +144,8 @@ def joined(parts):
         np.concatenate([g.positions for g in parts]),
         np.concatenate([g.corners + np.int32(first) for g, first in zip(parts, offset)]),
         np.concatenate([g.corner_normals for g in parts]),
-        np.concatenate([np.zeros((len(g.corner_normals), 2), np.float32) if g.uvs is None else g.uvs for g in parts])
-        if has_uvs else None,
+        _joined_corners(parts, "uvs", (0, 0)),
+        _joined_corners(parts, "colors", (1, 1, 1, 1)),
         np.concatenate([g.material for g in parts]),
         groups,
         {name: np.concatenate([g.maps[name] for g in parts]) for name in parts[0].maps},
@@ -114,14 +153,17 @@ def joined(parts):
 
 
 def ply_bytes(g):
-    """The file: Blender's vertices first, which number the welded mesh, then one vertex a corner with its normal."""
+    """The file: Blender's vertices first, which number the welded mesh, then one vertex a corner: normal, colour."""
     n, t = len(g.positions), len(g.corners)
     flat = g.corners.ravel()
     maps = {map_property(name): values for name, values in g.maps.items()}
-    vertex = np.zeros(n + 3 * t, np.dtype(_VERTEX.descr + [(name, "<f4") for name in maps]))
+    channels = () if g.colors is None else ("red", "green", "blue", "alpha")
+    vertex = np.zeros(n + 3 * t, np.dtype(_VERTEX.descr + [(name, "<f4") for name in (*channels, *maps)]))
     for axis, name in enumerate("xyz"):
         vertex[name] = np.concatenate([g.positions[:, axis], g.positions[flat, axis]])
         vertex["n" + name][n:] = g.corner_normals[:, axis]
+    for k, name in enumerate(channels):
+        vertex[name][n:] = g.colors[:, k]
     for name, values in maps.items():
         vertex[name] = np.concatenate([values, values[flat]])
     fields = [("count", "u1"), ("vertex_indices", "<i4", 3), ("material", "<i4")]
@@ -135,7 +177,7 @@ def ply_bytes(g):
     if g.uvs is not None:
         face["texcoords"], face["texcoord"] = 6, g.uvs.reshape(-1, 6)
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertex)}"]
-    header += [f"property double {n}" for n in "xyz"] + [f"property float {n}" for n in ("nx", "ny", "nz", *maps)]
+    header += [f"property double {n}" for n in "xyz"] + [f"property float {n}" for n in ("nx", "ny", "nz", *channels, *maps)]
     header += [f"element face {t}", *(f"property {line}" for line in lines), "end_header\n"]
     return "\n".join(header).encode() + vertex.tobytes() + face.tobytes()
 

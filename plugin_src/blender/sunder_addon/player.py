@@ -33,6 +33,8 @@ class SunderObject(bpy.types.PropertyGroup):
     interior_slot: IntProperty(name="Interior Slot", description="Material slot of break surfaces, from 0", min=0,
                                options=set())
     uv_map: StringProperty(name="UV Map", description="Name of the UV map that is written", default="UVMap")
+    color_attribute: StringProperty(name="Color Attribute", description="Name of the colour attribute that is written",
+                                    default="Color")
     use_exact_normals: BoolProperty(
         name="Exact Normals", default=True, options=set(),
         description="Smooth outside and sharp at breaks, as simulated. Off: plays faster, shades across breaks",
@@ -131,7 +133,7 @@ def _show_mesh(thing, folder, manifest, shown, is_playing):
     interior = _interior_material(folder, manifest, node)
     attributes = _attributes(folder, manifest, shown, node, frame)
     result_mesh.set_property(mesh, SHOWN, "")  # until all is written
-    stamp = result_mesh.face_stamp(frame, thing.sunder.uv_map, interior, thing.sunder.interior_slot)
+    stamp = result_mesh.face_stamp(frame, thing.sunder.uv_map, thing.sunder.color_attribute, interior, thing.sunder.interior_slot)
     if result_mesh.write_geometry(mesh, frame, stamp):
         _write_faces(thing, mesh, frame, interior)
         result_mesh.set_property(mesh, result_mesh.FACES, stamp)
@@ -154,7 +156,8 @@ def _write_faces(thing, mesh, frame, interior):
     for name, kind, domain, values in (
         ("fragment", "INT", "FACE", frame.fragment), ("interior", "BOOLEAN", "FACE", frame.material >= interior),
         ("hidden", "BOOLEAN", "FACE", frame.hidden), ("interface", "INT", "FACE", frame.interface),
-        ("rim", "FLOAT", "CORNER", frame.rim), ("Color", "FLOAT_COLOR", "CORNER", frame.colors),
+        ("rim", "FLOAT", "CORNER", frame.rim),
+        (thing.sunder.color_attribute, "FLOAT_COLOR", "CORNER", frame.colors),
     ):
         if values is not None:
             result_mesh.write_attribute(mesh, name, kind, domain, values)

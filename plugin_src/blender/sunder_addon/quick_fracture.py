@@ -3,7 +3,7 @@ import bpy
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
-from . import drawing, nodes, pickers, presets, results, scene_input, tree as trees, wiring
+from . import core, drawing, mesh_export, nodes, pickers, presets, results, scene_input, tree as trees, wiring
 
 _HOLES = 0.1  # larger ones are the open side of a sheet, not holes of a solid
 _SHEET = 0.02  # thickness that a sheet gets, as a share of its size
@@ -157,6 +157,13 @@ class SUNDER_OT_quick_fracture(bpy.types.Operator):
     def execute(self, context):
         others = [o for o in context.selected_objects if o != context.object and pickers.has_mesh(None, o)]
         things = [context.object, *sorted(others, key=lambda o: o.name)]
+        context.evaluated_depsgraph_get()  # a script may just have moved them
+        try:
+            for thing in things:
+                mesh_export.check_scale(thing, thing.matrix_world)
+        except core.Refused as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
         tree = build(things, self.preset, self.pieces, self.seed, self.fall_speed, self.has_floor)
         for node in tree.nodes:
             thing = wiring.upstream(node, "mesh_file").object if node.sunder_type == "prefracture" else None

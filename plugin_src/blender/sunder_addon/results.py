@@ -2,10 +2,13 @@
 import types
 
 import bpy
+import numpy as np
 
-from . import core, interiors, player, runtime, scene_input, wiring
+from . import core, interiors, mesh_export, player, runtime, scene_input, wiring
 
 _NO_SLOT = types.SimpleNamespace(material=None)
+_TAKEN_OVER = ("pass_index", "color", "is_holdout", "is_shadow_catcher", "visible_camera", "visible_diffuse", "visible_glossy",
+               "visible_shadow", "visible_transmission", "visible_volume_scatter")
 
 
 def _sources(deformer):
@@ -17,9 +20,51 @@ def _sources(deformer):
         return []
 
 
-def _link(thing, scene, tree, graph_name):
+def _survey(sources, depsgraph):
+    """(Area in the scene of the faces of each slot, m2, in the order of all slots; names of UV map and colour attribute: of
+    the first source that has one)."""
+    areas, uv_map, color_attribute = [], "", ""
+    for source in sources:
+        evaluated = source.evaluated_get(depsgraph)
+        mesh = evaluated.to_mesh()
+        mesh.transform(source.matrix_world)
+        uvs, colors = mesh_export.render_uvs(mesh), mesh_export.render_colors(mesh)
+        uv_map = uv_map or (uvs.name if uvs else "")
+        color_attribute = color_attribute or (colors.name if colors else "")
+        area, slot = np.empty(len(mesh.polygons), np.float32), np.empty(len(mesh.polygons), np.int32)
+        mesh.polygons.foreach_get("area", area)
+        mesh.polygons.foreach_get("material_index", slot)
+        evaluated.to_mesh_clear()
+        last = max(0, len(source.material_slots) - 1)
+        areas += list(np.bincount(np.minimum(slot, last), area, last + 1))
+    return areas or [0], uv_map or "UVMap", color_attribute or "Color"
+
+
+def _take_over(thing, source):
+    """What a source is to renders and scripts besides its mesh."""
+    for name in _TAKEN_OVER:
+        setattr(thing, name, getattr(source, name))
+    for name in source.keys():
+        if name in source.bl_rna.properties:  # no property of the artist's, but an add-on's
+            continue
+        thing[name] = source[name]
+        try:
+            thing.id_properties_ui(name).update_from(source.id_properties_ui(name))
+        except TypeError:
+            pass  # groups have no ranges
+
+
+def _collections(source, scene):
+    """The scene's collections that a source lies in; the scene's own if that is in none of them."""
+    known = {scene.collection, *scene.collection.children_recursive}
+    beside = [c for c in source.users_collection if c in known and not c.library and not c.override_library] if source else []
+    return beside or [scene.collection]
+
+
+def _link(thing, scene, tree, graph_name, source):
     thing.sunder.tree, thing.sunder.node = tree, graph_name
-    scene.collection.objects.link(thing)
+    for collection in _collections(source, scene):
+        collection.objects.link(thing)
     # Without the lock Blender draws the viewport while a render's frame change writes meshes, and crashes.
     scene.render.use_lock_interface = True
 
@@ -29,7 +74,8 @@ def _is_there(tree, graph_name):
 
 
 def add_mesh_result(deformer, scene):
-    """A mesh object that plays a deformer: outer materials in the slots of its sources, then the interior one."""
+    """A mesh object that plays a deformer: outer materials in the slots of its sources, then the interior one.
+    For the rest it is what its first source is."""
     sources = _sources(deformer)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     if sources:
@@ -37,18 +83,20 @@ def add_mesh_result(deformer, scene):
         mesh.transform(sources[0].matrix_world)
     else:
         mesh = bpy.data.meshes.new("result")
-    layer = mesh.uv_layers.active
     mesh.materials.clear()
     outer = [slot.material for source in sources for slot in source.material_slots or (_NO_SLOT,)] or [None]
-    outer, interior = interiors.materials(deformer.id_data.preset, outer)
+    areas, uv_map, color_attribute = _survey(sources, depsgraph)
+    outer, interior = interiors.materials(deformer.id_data.preset, outer, areas, mesh)
     for material in (*outer, interior):
         mesh.materials.append(material)
     name = f"{sources[0].name} fractured" if sources else f"{deformer.id_data.name} {deformer.graph_name}"
     mesh.name = name
     thing = bpy.data.objects.new(name, mesh)
     thing.sunder.interior_slot = len(outer)
-    thing.sunder.uv_map = layer.name if layer else "UVMap"
-    _link(thing, scene, deformer.id_data, deformer.graph_name)
+    thing.sunder.uv_map, thing.sunder.color_attribute = uv_map, color_attribute
+    if sources:
+        _take_over(thing, sources[0])
+    _link(thing, scene, deformer.id_data, deformer.graph_name, sources[0] if sources else None)
     return thing
 
 
@@ -64,7 +112,7 @@ def add_rigid_results(node, scene):
         thing.animation_data_clear()
         thing.constraints.clear()
         thing.parent, thing.hide_render = None, False
-        _link(thing, scene, node.id_data, graph_name)
+        _link(thing, scene, node.id_data, graph_name, source)
         thing.matrix_world = source.matrix_world
         made.append((source, thing))
     return made

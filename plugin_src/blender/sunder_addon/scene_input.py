@@ -163,11 +163,13 @@ def wanted(tree, node, parameters_of):
 
 
 def points_objects(node, name):
-    """The objects that a list of points is taken from."""
+    """The objects that a list of points is taken from; results that stand beside their sources are none."""
     source = getattr(node, f"{name}_{getattr(node, name + '_source').lower()}")
     if source is None:
         return []
-    return sorted(source.all_objects, key=lambda o: o.name) if isinstance(source, bpy.types.Collection) else [source]
+    if not isinstance(source, bpy.types.Collection):
+        return [source]
+    return sorted((o for o in source.all_objects if not o.sunder.tree), key=lambda o: o.name)
 
 
 def points(node, name, depsgraph):

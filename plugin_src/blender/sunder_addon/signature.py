@@ -32,10 +32,11 @@ def _mesh_hash(thing, use_modifiers):
         array = np.empty(len(sequence) * width, dtype)
         sequence.foreach_get(attribute, array)
         digest.update(array.tobytes())
-    if mesh.uv_layers.active:
-        array = np.empty(2 * len(mesh.loops), np.float32)
-        mesh.uv_layers.active.data.foreach_get("uv", array)
-        digest.update(array.tobytes())
+    uv_map, colors = mesh_export.render_uvs(mesh), mesh_export.render_colors(mesh)
+    if uv_map:
+        digest.update(mesh_export.layer_uvs(uv_map).tobytes())
+    if colors:
+        digest.update(mesh_export.layer_colors(colors).tobytes())
     source.to_mesh_clear()
     if deforms:
         for m in thing.modifiers:
