@@ -109,6 +109,7 @@ Result<TetMesh> run(const MeshView& mesh, const TetrahedralizeSettings& settings
     Param::internal::Mesh_3_options options;
     options.maximal_number_of_vertices = settings.max_vertices;
     options.pointer_to_error_code = &code;
+    options.pointer_to_stop_atomic_boolean = settings.stop;
     const Complex complex =
         CGAL::make_mesh_3<Complex>(domain, criteria, has_features ? Param::features(domain) : Param::no_features(),
                                    Param::no_perturb(), Param::no_exude(), options);

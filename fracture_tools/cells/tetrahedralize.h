@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <string>
 #include <vector>
 
@@ -16,14 +17,15 @@ struct TetMesh {
 };
 
 struct TetrahedralizeSettings {
-    double cell_size = 0.1;          // radius of the circumscribed spheres at most, m, > 0
-    double surface_distance = 0.01;  // how far the new surface may lie from the mesh, m, > 0
-    double sharp_angle = 0;          // degrees; edges sharper than this stay edges; 0: none is kept
-    size_t max_vertices = 0;         // ends a run that does not settle; 0: no end
+    double cell_size = 0.1;             // radius of the circumscribed spheres at most, m, > 0
+    double surface_distance = 0.01;     // how far the new surface may lie from the mesh, m, > 0
+    double sharp_angle = 0;             // degrees; edges sharper than this stay edges; 0: none is kept
+    size_t max_vertices = 0;            // ends a run that does not settle; 0: no end
+    std::atomic<bool>* stop = nullptr;  // set by another thread, ends the run with an error
 };
 
 /// Fills the volume bounded by `mesh`; the surface is meshed anew, within `surface_distance`. Sequential: same input,
-/// same bits. Errors: what CGAL refuses (as a sentence), no tetrahedra, too many vertices.
+/// same bits. Errors: what CGAL refuses (as a sentence), no tetrahedra, too many vertices, stopped.
 Result<TetMesh> tetrahedralize(const MeshView& mesh, const TetrahedralizeSettings& settings, const std::string& where);
 
 }  // namespace sunder

@@ -1,8 +1,11 @@
 #include "fracture_tools/fragments/prefracture.h"
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <future>
 #include <numeric>
 
 #include "fracture_tools/cells/cell_complex.h"
@@ -63,6 +66,23 @@ Result<TetMesh> mesh_cells(const TriMesh& mesh, const PrefractureSettings& setti
     return tetrahedralize(mesh, cells, where);
 }
 
+/// The same in a thread of its own, for CGAL asks nobody whether to go on.
+Result<TetMesh> mesh_cells_unless_cancelled(const TriMesh& mesh, const PrefractureSettings& settings,
+                                            const std::string& where, TetrahedralizeSettings cells,
+                                            const Progress& progress) {
+    constexpr std::chrono::milliseconds kPatience(50);
+    const auto goes_on = [&] { return progress.report(0, "filling the mesh with cells"); };
+    if (!goes_on()) return cancelled();
+    std::atomic<bool> stop{false};
+    cells.stop = &stop;
+    auto meshing = std::async(std::launch::async, [&] { return mesh_cells(mesh, settings, where, cells); });
+    while (meshing.wait_for(kPatience) != std::future_status::ready)
+        if (!goes_on()) stop = true;
+    Result<TetMesh> tets = meshing.get();
+    if (stop) return cancelled();
+    return tets;
+}
+
 /// Tetrahedra enough for the pieces, with the mesh's volume; cells shrink until both hold.
 Result<TetMesh> fill(const TriMesh& mesh, const PrefractureSettings& settings, const std::string& where,
                      std::vector<std::string>& io_warnings, const Progress& progress) {
@@ -74,13 +94,13 @@ Result<TetMesh> fill(const TriMesh& mesh, const PrefractureSettings& settings, c
         std::min(kSurfaceDistance * cells.cell_size, kLargestSurfaceDistance * report.bounds.diagonal());
     cells.max_vertices = static_cast<size_t>(2 * wanted) + kSpareVertices;
     for (int attempt = 1;; ++attempt) {
-        if (!progress.report(double(attempt - 1) / kMeshingAttempts, "filling the mesh with cells")) return cancelled();
-        Result<TetMesh> tets = mesh_cells(mesh, settings, where, cells);
+        const double share = double(attempt - 1) / kMeshingAttempts;
+        Result<TetMesh> tets = mesh_cells_unless_cancelled(mesh, settings, where, cells, progress.part(share, share));
         if (!tets) return tets;
         const double error = std::abs(volume_of(*tets) - report.volume) / report.volume;
-        const double share = double(tets->tets.size()) / wanted;
-        if (attempt < kMeshingAttempts && (share < kEnoughCells || error > kVolumeErrorToTell)) {
-            if (share < kEnoughCells) cells.cell_size *= std::cbrt(std::max(share, 0.05));
+        const double found = double(tets->tets.size()) / wanted;
+        if (attempt < kMeshingAttempts && (found < kEnoughCells || error > kVolumeErrorToTell)) {
+            if (found < kEnoughCells) cells.cell_size *= std::cbrt(std::max(found, 0.05));
             cells.surface_distance = std::min(0.6 * cells.surface_distance, kSurfaceDistance * cells.cell_size);
             continue;
         }

@@ -2,7 +2,7 @@
 //
 // PLY  vertex  x y z (float), fragment (int): the fragment that the vertex follows first; vx vy vz (float), m/s
 //      face    vertex_indices (list), material fragment (int), hidden (uchar; only of constant topology),
-//              texcoord (list of 6 floats: u v a corner; only with UVs),
+//              texcoord (list of 6 floats: u v a corner; 0 outside if the source has none),
 //              corner_normals (list of 9 floats: x y z a corner),
 //              interface (int, -1 outside), corner_colors (list of 12 floats; only with colours), rim (list of 3
 //              floats)
