@@ -4,12 +4,17 @@
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <unistd.h>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <assimp/Importer.hpp>
+#include <cerrno>
 #include <cmath>
+#include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 
@@ -148,10 +153,30 @@ Status check_readable(const std::string& path, const MeshReadSettings& settings)
     std::error_code code;
     if (!std::filesystem::exists(path, code)) return bad_input(path, "there is no such file");
     if (!std::filesystem::is_regular_file(path, code)) return bad_input(path, "this is not a file");
+    if (::access(path.c_str(), R_OK) != 0)
+        return bad_input(path, std::string("cannot be opened: ") + std::strerror(errno), "check the permissions");
     const std::string extension = lower_extension(path);
     for (const char* known : {".obj", ".ply", ".stl", ".gltf", ".glb", ".fbx", ".off"})
         if (extension == known) return {};
     return bad_input(path, "this is no mesh format that can be read", std::string("give ") + kFormats);
+}
+
+/// Assimp reads floats: what lies far from the origin for its size is crumpled, or without any area.
+Status check_precision(const aiScene& scene, const std::string& path) {
+    constexpr double kStep = 6e-8, kCoarsest = 1e-3;  // of a float, of the mesh's size
+    Eigen::AlignedBox3d box;
+    for (unsigned m = 0; m < scene.mNumMeshes; ++m)
+        for (unsigned v = 0; v < scene.mMeshes[m]->mNumVertices; ++v) {
+            const aiVector3D& p = scene.mMeshes[m]->mVertices[v];
+            box.extend(Vec3(p.x, p.y, p.z));
+        }
+    if (box.isEmpty()) return {};
+    const double farthest = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
+    if (!(kStep * farthest > kCoarsest * box.diagonal().norm())) return {};
+    char text[120];
+    std::snprintf(text, sizeof text, "lies too far from the origin (%.3g) for its size (%.3g)", farthest,
+                  box.diagonal().norm());
+    return bad_input(path, text, "move it nearer, or give it as PLY, which is read in double precision");
 }
 
 Result<TriMesh> read_with_assimp(const std::string& path, double scale) {
@@ -162,6 +187,7 @@ Result<TriMesh> read_with_assimp(const std::string& path, double scale) {
         std::replace(reason.begin(), reason.end(), '\n', ' ');
         return bad_input(path, "the file cannot be read: " + reason, std::string("give ") + kFormats);
     }
+    if (Status s = check_precision(*scene, path); !s) return s.error();
     return Collector(*scene, path, scale).collect();
 }
 

@@ -241,6 +241,19 @@ TEST_F(MeshIo, refuses_what_is_no_mesh_file_with_its_name) {
     EXPECT_EQ(refused(SUNDER_TEST_DATA "/bunny.obj", {.scale = 0}).code, ErrorCode::bad_input);
 }
 
+// Assimp reads floats, our own readers doubles: at 5e6 the vertices of an OBJ file are half a metre apart.
+TEST_F(MeshIo, what_floats_would_crumple_is_refused_in_formats_of_floats) {
+    const std::string triangles = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    const std::string obj =
+        "v 5000000 5000000 0\nv 5000000.7 5000000 0\nv 5000000 5000000.7 0\nv 5000000 5000000 0.7\n";
+    EXPECT_NE(refused(write("far.obj", obj + triangles)).what.find("too far from the origin"), std::string::npos);
+    const TriMesh mesh =
+        read(write("far.off",
+                   "OFF\n4 4 0\n5000000 5000000 0\n5000000.7 5000000 0\n5000000 5000000.7 0\n5000000 5000000 0.7\n"
+                   "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n"));
+    EXPECT_NEAR(check_mesh(mesh).volume, 0.7 * 0.7 * 0.7 / 6, 1e-6);
+}
+
 TEST_F(MeshIo, a_truncated_file_is_refused) {
     for (const auto& [id, extension] :
          std::map<std::string, std::string>{{"plyb", "ply"}, {"ply", "ply"}, {"stlb", "stl"}, {"glb2", "glb"}}) {
