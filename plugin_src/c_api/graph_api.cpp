@@ -33,6 +33,19 @@ HostProgress::HostProgress(const sunder_progress* host, std::atomic<bool>* cance
 
 namespace {
 
+Told told_of(Error error) {
+    Told told;
+    tell(told, std::move(error));
+    return told;
+}
+
+const Told kCallIsAtWork = told_of(bad_usage("another call on this graph is at work", "wait for its end"));
+const Told kJobIsRunning = told_of(bad_usage("a job of this graph is running", "finish it first; cancel ends it soon"));
+
+// This thread's last call on a graph, if it was refused. (What the graph itself tells is for whoever has it.)
+thread_local const sunder_graph* refusing_graph = nullptr;
+thread_local const Told* refusal = nullptr;
+
 Status no_null(std::initializer_list<const void*> arguments) {
     for (const void* p : arguments)
         if (!p) return bad_usage("an argument is NULL that must not be");
@@ -42,8 +55,7 @@ Status no_null(std::initializer_list<const void*> arguments) {
 // A call on a graph whose pointer arguments must be there.
 template <class Work>
 sunder_status on_graph(sunder_graph* graph, std::initializer_list<const void*> arguments, Work&& work) noexcept {
-    if (!graph) return SUNDER_BAD_USAGE;
-    return guarded(graph->told, [&]() -> Status {
+    return on_taken(graph, [&]() -> Status {
         if (Status s = no_null(arguments); !s) return s;
         return work(graph->graph);
     });
@@ -58,6 +70,20 @@ Status give(sunder_graph* graph, const Result<Json>& json, const char** out) {
 }
 
 }  // namespace
+
+bool take(sunder_graph& graph, Holder holder) noexcept {
+    Holder before = Holder::nobody;
+    const bool is_free = graph.holder.compare_exchange_strong(before, holder);
+    refusing_graph = is_free ? nullptr : &graph;
+    refusal = before == Holder::job ? &kJobIsRunning : &kCallIsAtWork;
+    return is_free;
+}
+
+void release(sunder_graph* graph) noexcept {
+    if (refusing_graph == graph) refusing_graph = nullptr;  // what the host asked meanwhile counts no more
+    if (graph->holder.exchange(Holder::nobody) == Holder::freed) delete graph;
+}
+
 }  // namespace sunder::c_api
 
 using namespace sunder::c_api;
@@ -86,10 +112,14 @@ sunder_status sunder_graph_create(uint32_t abi_version, sunder_graph** out_graph
     }
 }
 
-void sunder_graph_free(sunder_graph* graph) { delete graph; }
+void sunder_graph_free(sunder_graph* graph) {
+    if (!graph) return;
+    graph->cancel = true;
+    if (graph->holder.exchange(Holder::freed) == Holder::nobody) delete graph;
+}
 
 void sunder_graph_error(const sunder_graph* graph, sunder_error* out_error) {
-    if (graph) fill_error(graph->told, out_error);
+    if (graph) fill_error(graph == refusing_graph ? *refusal : graph->told, out_error);
 }
 
 sunder_status sunder_graph_load(sunder_graph* graph, const char* path) {
@@ -150,7 +180,11 @@ sunder_status sunder_graph_disconnect(sunder_graph* graph, const char* input) {
 sunder_status sunder_graph_set(sunder_graph* graph, const char* node, const char* name, const char* json) {
     return on_graph(graph, {node, name, json}, [&](sunder::Graph& g) -> Status {
         const auto value = sunder::parse_json(json, std::string("node '") + node + "', parameter '" + name + "'");
-        return value ? g.set(node, name, *value) : Status(value.error());
+        if (value) return g.set(node, name, *value);
+        sunder::Error error = value.error();
+        error.node = node;
+        error.parameter = name;
+        return error;
     });
 }
 

@@ -5,6 +5,7 @@
 #include <exception>
 #include <map>
 #include <new>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -68,6 +69,14 @@ sunder_status guarded(Told& told, Work&& work) noexcept {
 
 void fill_error(const Told& told, sunder_error* out);
 
+/// Who uses a graph: one call or one job at a time. `freed`: the host is through with it, and who has it deletes it.
+enum class Holder { nobody, call, job, freed };
+
+/// Whether the graph is the caller's from now on. If it is another's, sunder_graph_error tells so on this thread: what
+/// the graph has to tell is the other's.
+bool take(sunder_graph& graph, Holder holder) noexcept;
+void release(sunder_graph* graph) noexcept;
+
 /// As much of a struct as the host knows, which may be an older or a newer one.
 template <class Struct>
 bool has_size(const Struct* s) {
@@ -88,9 +97,31 @@ private:
 
 struct sunder_graph {
     sunder::Graph graph;
-    sunder::c_api::Told told;
+    sunder::c_api::Told told;  // of the last call; a job has its own until it is finished
     std::atomic<bool> cancel = false;
+    std::atomic<sunder::c_api::Holder> holder = sunder::c_api::Holder::nobody;
 };
+
+namespace sunder::c_api {
+
+/// A call on a graph, refused while another call or a job has it.
+template <class Work>
+sunder_status on_taken(sunder_graph* graph, Work&& work) noexcept {
+    if (!graph || !take(*graph, Holder::call)) return SUNDER_BAD_USAGE;
+    const sunder_status status = guarded(graph->told, work);
+    release(graph);
+    return status;
+}
+
+// What calls and jobs both do, with a graph that they took.
+Status evaluate(sunder_graph& graph, const char* output, int32_t frame, const Progress& progress,
+                sunder_value** out_value);
+Status evaluate_all(sunder_graph& graph, std::span<const char* const> outputs, int32_t frame, const Progress& progress,
+                    sunder_value** out_values);
+Status bake(sunder_graph& graph, const sunder_bake_settings& settings, const Progress& progress,
+            sunder_bake_report* out_report);
+
+}  // namespace sunder::c_api
 
 struct sunder_value {
     explicit sunder_value(sunder::Value v) : value(std::move(v)), names(sunder::array_names(value)) {}

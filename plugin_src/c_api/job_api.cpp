@@ -8,14 +8,20 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "plugin_src/c_api/handles.h"
 
+using sunder::Progress;
+using sunder::Status;
+using namespace sunder::c_api;
+
 struct sunder_job {
     explicit sunder_job(sunder_graph* g) : graph(g) {}
 
-    sunder_graph* graph;
+    sunder_graph* graph;  // taken until the job is finished, then NULL
+    Told told;            // the work's, until it has ended
     std::atomic<bool> cancel = false;
     std::mutex mutex;  // of all below but the thread
     std::condition_variable has_ended;
@@ -37,23 +43,30 @@ int32_t on_progress(void* user, double fraction, const char* text) {
     return !job->cancel;
 }
 
-/// `work` gives the status of a call that takes a progress; it owns what it needs, for the caller returns at once.
+/// Takes the graph. `work` owns what it needs, for the caller returns at once.
 template <class Work>
 sunder_status start(sunder_graph* graph, sunder_job** out_job, Work work) noexcept {
-    return sunder::c_api::guarded(graph->told, [&]() -> sunder::Status {
+    if (!take(*graph, Holder::job)) return SUNDER_BAD_USAGE;
+    graph->cancel = false;
+    const sunder_status status = guarded(graph->told, [&]() -> Status {
         auto made = std::make_unique<sunder_job>(graph);
         made->report.struct_size = sizeof made->report;
         made->thread = std::thread([job = made.get(), work = std::move(work)] {
-            const sunder_progress progress{sizeof progress, on_progress, job};
-            const sunder_status status = work(job, &progress);
+            const sunder_status result = guarded(job->told, [&] {
+                const sunder_progress progress{sizeof progress, on_progress, job};
+                const HostProgress host(&progress, &job->graph->cancel);
+                return work(*job, host.progress());
+            });
             const std::lock_guard lock(job->mutex);
-            job->status = status;
+            job->status = result;
             job->is_running = false;
             job->has_ended.notify_all();
         });
         *out_job = made.release();
         return {};
     });
+    if (status != SUNDER_OK) release(graph);
+    return status;
 }
 
 }  // namespace
@@ -62,13 +75,12 @@ sunder_status sunder_graph_start_evaluate(sunder_graph* graph, const char* outpu
                                           sunder_job** out_job) {
     if (out_job) *out_job = nullptr;
     if (!graph || !output || !out_job) return SUNDER_BAD_USAGE;
-    return start(graph, out_job,
-                 [graph, frame, output = std::string(output)](sunder_job*, const sunder_progress* progress) {
-                     sunder_value* value = nullptr;
-                     const sunder_status status = sunder_graph_evaluate(graph, output.c_str(), frame, progress, &value);
-                     sunder_value_free(value);
-                     return status;
-                 });
+    return start(graph, out_job, [frame, output = std::string(output)](sunder_job& job, const Progress& progress) {
+        sunder_value* value = nullptr;
+        const Status status = evaluate(*job.graph, output.c_str(), frame, progress, &value);
+        sunder_value_free(value);
+        return status;
+    });
 }
 
 sunder_status sunder_graph_start_evaluate_all(sunder_graph* graph, const char* const* outputs, uint32_t n_outputs,
@@ -77,13 +89,12 @@ sunder_status sunder_graph_start_evaluate_all(sunder_graph* graph, const char* c
     if (!graph || !out_job || (n_outputs > 0 && !outputs)) return SUNDER_BAD_USAGE;
     if (std::find(outputs, outputs + n_outputs, nullptr) != outputs + n_outputs) return SUNDER_BAD_USAGE;
     return start(graph, out_job,
-                 [graph, frame, own = std::vector<std::string>(outputs, outputs + n_outputs)](
-                     sunder_job*, const sunder_progress* progress) {
+                 [frame, own = std::vector<std::string>(outputs, outputs + n_outputs)](sunder_job& job,
+                                                                                       const Progress& progress) {
                      std::vector<const char*> names;
                      for (const std::string& output : own) names.push_back(output.c_str());
                      std::vector<sunder_value*> values(names.size());
-                     const sunder_status status = sunder_graph_evaluate_all(
-                         graph, names.data(), static_cast<uint32_t>(names.size()), frame, progress, values.data());
+                     const Status status = evaluate_all(*job.graph, names, frame, progress, values.data());
                      for (sunder_value* value : values) sunder_value_free(value);
                      return status;
                  });
@@ -94,17 +105,15 @@ sunder_status sunder_graph_start_bake(sunder_graph* graph, const sunder_bake_set
     if (!graph || !settings || settings->struct_size < sizeof *settings || !settings->folder || !out_job)
         return SUNDER_BAD_USAGE;
     return start(graph, out_job,
-                 [graph, s = *settings, folder = std::string(settings->folder)](sunder_job* job,
-                                                                                const sunder_progress* progress) {
+                 [s = *settings, folder = std::string(settings->folder)](sunder_job& job, const Progress& progress) {
                      sunder_bake_settings own = s;
-                     own.struct_size = sizeof own;
                      own.folder = folder.c_str();
-                     return sunder_graph_bake(graph, &own, progress, &job->report);
+                     return bake(*job.graph, own, progress, &job.report);
                  });
 }
 
 void sunder_job_look(sunder_job* job, sunder_job_state* out_state) {
-    if (!job || !sunder::c_api::has_size(out_state)) return;
+    if (!job || !has_size(out_state)) return;
     const std::lock_guard lock(job->mutex);
     job->given_text = job->text;
     const sunder_job_state now{out_state->struct_size, job->is_running, job->fraction, job->given_text.c_str()};
@@ -118,14 +127,18 @@ void sunder_job_cancel(sunder_job* job) {
 int32_t sunder_job_wait(sunder_job* job, double seconds) {
     if (!job) return 1;
     std::unique_lock lock(job->mutex);
-    const std::chrono::duration<double> patience(std::clamp(seconds, 0.0, 1e6));
+    const std::chrono::duration<double> patience(seconds > 0 ? std::min(seconds, 1e6) : 0.0);  // nor for NaN
     return job->has_ended.wait_for(lock, patience, [&] { return !job->is_running; });
 }
 
 sunder_status sunder_job_finish(sunder_job* job, sunder_bake_report* out_report) {
     if (!job) return SUNDER_BAD_USAGE;
     if (job->thread.joinable()) job->thread.join();
-    if (sunder::c_api::has_size(out_report) && job->status == SUNDER_OK) {
+    if (job->graph) {
+        job->graph->told = std::move(job->told);
+        release(std::exchange(job->graph, nullptr));
+    }
+    if (has_size(out_report) && job->status == SUNDER_OK) {
         const uint32_t known = out_report->struct_size;
         std::memcpy(out_report, &job->report, std::min<size_t>(known, sizeof job->report));
         out_report->struct_size = known;

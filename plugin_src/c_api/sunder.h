@@ -7,6 +7,9 @@
  *  - Structs begin with their size: set it to sizeof(the struct) so that later versions may append members.
  *  - A handle is used by one thread at a time; sunder_graph_cancel alone may be called from any. Different handles are
  *    independent, and a value outlives the graph it came from.
+ *  - A graph does one thing at a time. A call on it is refused (SUNDER_BAD_USAGE, nothing changes) while a job of it
+ *    has not been finished, and while another call on it is at work, also from that one's progress function.
+ *    sunder_graph_cancel, sunder_graph_error and sunder_graph_free are never refused.
  *  - SI units; Z up; quaternions are (w, x, y, z); matrices are row-major.
  */
 #ifndef SUNDER_H
@@ -73,6 +76,8 @@ typedef struct sunder_graph sunder_graph;
 /* `abi_version` is SUNDER_ABI_VERSION of the header that the host was compiled with. Fails (SUNDER_BAD_USAGE, NULL in
  * `out_graph`) if the library does not speak it. */
 SUNDER_API sunder_status sunder_graph_create(uint32_t abi_version, sunder_graph** out_graph);
+/* With a call or job at work: cancels it. The graph then goes when the call returns, or with the job
+ * (sunder_job_finish, sunder_job_free). */
 SUNDER_API void sunder_graph_free(sunder_graph* graph);
 SUNDER_API void sunder_graph_error(const sunder_graph* graph, sunder_error* out_error);
 
@@ -200,8 +205,8 @@ SUNDER_API sunder_status sunder_value_write_fragments(sunder_value* value, const
 /* ---- Jobs ---- */
 
 /* Long work on a thread of the library's own, for hosts that cannot have threads call back into them (Python inside
- * Blender). The graph is the job's until it was finished or freed; sunder_job_look, _cancel and _wait are for the
- * thread that started it. */
+ * Blender). The graph is the job's until it was finished or freed, though its work have ended: calls on the graph are
+ * refused until then. sunder_job_look, _cancel and _wait are for the thread that started it. */
 typedef struct sunder_job sunder_job;
 
 typedef struct sunder_job_state {
@@ -223,10 +228,10 @@ SUNDER_API sunder_status sunder_graph_start_bake(sunder_graph* graph, const sund
 SUNDER_API void sunder_job_look(sunder_job* job, sunder_job_state* out_state);
 SUNDER_API void sunder_job_cancel(sunder_job* job);
 SUNDER_API int32_t sunder_job_wait(sunder_job* job, double seconds); /* 1 once it has ended */
-/* Waits for the end, and gives what the call would have given; errors are told by the graph. `out_report` may be NULL.
- */
+/* Waits for the end, gives the graph back and tells what the call would have given; errors are told by the graph.
+ * `out_report` may be NULL. */
 SUNDER_API sunder_status sunder_job_finish(sunder_job* job, sunder_bake_report* out_report);
-SUNDER_API void sunder_job_free(sunder_job* job); /* cancels it and waits, if it runs; before its graph is freed */
+SUNDER_API void sunder_job_free(sunder_job* job); /* cancels it and waits, if it runs */
 
 #ifdef __cplusplus
 }

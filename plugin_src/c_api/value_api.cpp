@@ -21,10 +21,9 @@ constexpr const char* kNull = "an argument is NULL that must not be";
 // A call on a graph that may take long: a cancel of an earlier call is forgotten, this call's is looked for.
 template <class Work>
 sunder_status long_call(sunder_graph* graph, bool arguments_there, const sunder_progress* host, Work&& work) noexcept {
-    if (!graph) return SUNDER_BAD_USAGE;
-    graph->cancel = false;
-    return guarded(graph->told, [&]() -> Status {
+    return on_taken(graph, [&]() -> Status {
         if (!arguments_there) return bad_usage(kNull);
+        graph->cancel = false;
         const HostProgress progress(host, &graph->cancel);
         return work(progress.progress());
     });
@@ -32,17 +31,60 @@ sunder_status long_call(sunder_graph* graph, bool arguments_there, const sunder_
 
 }  // namespace
 
+Status sunder::c_api::evaluate(sunder_graph& graph, const char* output, int32_t frame, const Progress& progress,
+                               sunder_value** out_value) {
+    const auto reference = parse_reference(output);
+    if (!reference) return reference.error();
+    auto value = graph.graph.evaluate(reference->node, reference->socket, frame, progress);
+    if (!value) return value.error();
+    *out_value = new sunder_value(value.take());
+    return {};
+}
+
+Status sunder::c_api::evaluate_all(sunder_graph& graph, std::span<const char* const> outputs, int32_t frame,
+                                   const Progress& progress, sunder_value** out_values) {
+    std::vector<Status> named;  // of each output
+    std::vector<SocketReference> references;
+    for (const char* output : outputs) {
+        const auto reference = parse_reference(output);
+        named.push_back(reference ? Status() : reference.error());
+        if (reference) references.push_back(*reference);
+    }
+    auto values = graph.graph.evaluate_all(references, frame, progress);
+    auto next = values.begin();
+    Status first;
+    for (size_t i = 0; i < outputs.size(); ++i) {
+        Result<Value> value = named[i] ? std::move(*next++) : named[i].error();
+        if (value)
+            out_values[i] = new sunder_value(value.take());
+        else if (first)
+            first = value.error();
+    }
+    return first;
+}
+
+Status sunder::c_api::bake(sunder_graph& graph, const sunder_bake_settings& settings, const Progress& progress,
+                           sunder_bake_report* out_report) {
+    if (settings.start < SUNDER_BAKE_FRESH || settings.start > SUNDER_BAKE_RESTART)
+        return bad_usage("there is no such way to start a bake");
+    BakeSettings s;
+    s.folder = settings.folder;
+    if (settings.has_frames) s.frames = {settings.first_frame, settings.last_frame};
+    s.start = static_cast<BakeStart>(settings.start);
+    const auto report = sunder::bake(graph.graph, s, progress);
+    if (!report) return report.error();
+    if (!has_size(out_report)) return {};
+    const sunder_bake_report r{out_report->struct_size, report->frames[0], report->frames[1], report->first_new_frame,
+                               report->n_frames,        report->n_files,   report->bytes};
+    std::memcpy(out_report, &r, std::min<size_t>(out_report->struct_size, sizeof r));
+    return {};
+}
+
 sunder_status sunder_graph_evaluate(sunder_graph* graph, const char* output, int32_t frame,
                                     const sunder_progress* progress, sunder_value** out_value) {
     if (out_value) *out_value = nullptr;
-    return long_call(graph, output && out_value, progress, [&](const sunder::Progress& p) -> Status {
-        const auto reference = sunder::parse_reference(output);
-        if (!reference) return reference.error();
-        auto value = graph->graph.evaluate(reference->node, reference->socket, frame, p);
-        if (!value) return value.error();
-        *out_value = new sunder_value(value.take());
-        return {};
-    });
+    return long_call(graph, output && out_value, progress,
+                     [&](const sunder::Progress& p) { return evaluate(*graph, output, frame, p, out_value); });
 }
 
 sunder_status sunder_graph_evaluate_all(sunder_graph* graph, const char* const* outputs, uint32_t n_outputs,
@@ -51,25 +93,8 @@ sunder_status sunder_graph_evaluate_all(sunder_graph* graph, const char* const* 
     const bool all_there =
         n_outputs == 0 ||
         (outputs && out_values && std::all_of(outputs, outputs + n_outputs, [](const char* o) { return o; }));
-    return long_call(graph, all_there, progress, [&](const sunder::Progress& p) -> Status {
-        std::vector<Status> named;  // of each output
-        std::vector<sunder::SocketReference> references;
-        for (uint32_t i = 0; i < n_outputs; ++i) {
-            const auto reference = sunder::parse_reference(outputs[i]);
-            named.push_back(reference ? Status() : reference.error());
-            if (reference) references.push_back(*reference);
-        }
-        auto values = graph->graph.evaluate_all(references, frame, p);
-        auto next = values.begin();
-        Status first;
-        for (uint32_t i = 0; i < n_outputs; ++i) {
-            sunder::Result<sunder::Value> value = named[i] ? std::move(*next++) : named[i].error();
-            if (value)
-                out_values[i] = new sunder_value(value.take());
-            else if (first)
-                first = value.error();
-        }
-        return first;
+    return long_call(graph, all_there, progress, [&](const sunder::Progress& p) {
+        return evaluate_all(*graph, {outputs, n_outputs}, frame, p, out_values);
     });
 }
 
@@ -153,22 +178,8 @@ sunder_status sunder_value_part(sunder_value* value, const char* name, uint64_t 
 sunder_status sunder_graph_bake(sunder_graph* graph, const sunder_bake_settings* settings,
                                 const sunder_progress* progress, sunder_bake_report* out_report) {
     const bool there = settings && settings->struct_size >= sizeof *settings && settings->folder;
-    return long_call(graph, there, progress, [&](const sunder::Progress& p) -> Status {
-        if (settings->start < SUNDER_BAKE_FRESH || settings->start > SUNDER_BAKE_RESTART)
-            return bad_usage("there is no such way to start a bake");
-        sunder::BakeSettings s;
-        s.folder = settings->folder;
-        if (settings->has_frames) s.frames = {settings->first_frame, settings->last_frame};
-        s.start = static_cast<sunder::BakeStart>(settings->start);
-        const auto report = sunder::bake(graph->graph, s, p);
-        if (!report) return report.error();
-        if (!has_size(out_report)) return {};
-        const sunder_bake_report r{
-            out_report->struct_size, report->frames[0], report->frames[1], report->first_new_frame,
-            report->n_frames,        report->n_files,   report->bytes};
-        std::memcpy(out_report, &r, std::min<size_t>(out_report->struct_size, sizeof r));
-        return {};
-    });
+    return long_call(graph, there, progress,
+                     [&](const sunder::Progress& p) { return bake(*graph, *settings, p, out_report); });
 }
 
 sunder_status sunder_graph_verify_bake(sunder_graph* graph, const char* folder, const sunder_progress* progress,

@@ -59,6 +59,7 @@ static void edits_and_errors(sunder_graph* graph) {
     CHECK(strcmp(error_of(graph).node, "clay") == 0 && strcmp(error_of(graph).parameter, "density") == 0);
     CHECK(strlen(error_of(graph).what) > 0 && strstr(error_of(graph).text, error_of(graph).what) != NULL);
     CHECK(sunder_graph_set(graph, "clay", "density", "{") == SUNDER_BAD_INPUT);
+    CHECK(strcmp(error_of(graph).node, "clay") == 0 && strcmp(error_of(graph).parameter, "density") == 0);
     CHECK(sunder_graph_set(graph, "clay", "denisty", "1") == SUNDER_BAD_INPUT);
     CHECK(sunder_graph_connect(graph, "bar.fragments", "sim.bodies") == SUNDER_BAD_INPUT);
     CHECK(sunder_graph_connect(graph, "no dot", "sim.bodies") == SUNDER_BAD_INPUT);
@@ -239,6 +240,114 @@ static void jobs(sunder_graph* graph, const char* folder) {
     CHECK(sunder_job_wait(NULL, 1) == 1 && sunder_job_finish(NULL, NULL) == SUNDER_BAD_USAGE);
 }
 
+/* Every call on a graph that somebody has is refused, with nothing changed; returns how many were. */
+static int refused(sunder_graph* graph, const char* folder, const char* sentence) {
+    const char *json = NULL, *const outputs[] = {"sim.state"};
+    sunder_value* value = NULL;
+    sunder_job* job = NULL;
+    sunder_bake_settings bake;
+    sunder_export_settings export;
+    memset(&bake, 0, sizeof bake), memset(&export, 0, sizeof export);
+    bake.struct_size = sizeof bake, bake.folder = folder, bake.start = SUNDER_BAKE_RESTART;
+    export.struct_size = sizeof export, export.bake = folder, export.file = "x.usda";
+    int n = 0;
+#define REFUSED(call)                                       \
+    do {                                                    \
+        CHECK((call) == SUNDER_BAD_USAGE);                  \
+        CHECK(error_of(graph).status == SUNDER_BAD_USAGE);  \
+        CHECK(strcmp(error_of(graph).text, sentence) == 0); \
+        ++n;                                                \
+    } while (0)
+    REFUSED(sunder_graph_load(graph, "x.json"));
+    REFUSED(sunder_graph_parse(graph, scene, "scene", ""));
+    REFUSED(sunder_graph_save(graph, "x.json"));
+    REFUSED(sunder_graph_json(graph, 0, &json));
+    REFUSED(sunder_graph_add_node(graph, "wall", "collider"));
+    REFUSED(sunder_graph_remove_node(graph, "clay"));
+    REFUSED(sunder_graph_connect(graph, "clay.body", "sim.bodies"));
+    REFUSED(sunder_graph_disconnect(graph, "sim.bodies"));
+    REFUSED(sunder_graph_set(graph, "clay", "density", "5"));
+    REFUSED(sunder_graph_get(graph, "clay", "density", &json));
+    REFUSED(sunder_graph_get_at(graph, "clay", "density", 1, &json));
+    REFUSED(sunder_graph_reset(graph, "clay", "density"));
+    REFUSED(sunder_graph_set_frame_rate(graph, 25));
+    REFUSED(sunder_graph_set_frame_range(graph, 1, 3));
+    REFUSED(sunder_graph_set_threads(graph, 1));
+    REFUSED(sunder_graph_set_cache_limit(graph, 0));
+    REFUSED(sunder_graph_set_base_folder(graph, "x"));
+    REFUSED(sunder_graph_set_cut_folder(graph, "x"));
+    REFUSED(sunder_graph_evaluate(graph, "sim.state", 2, NULL, &value));
+    REFUSED(sunder_graph_evaluate_all(graph, outputs, 1, 2, NULL, &value));
+    REFUSED(sunder_graph_read_state(graph, "x.ply", &value));
+    REFUSED(sunder_graph_bake(graph, &bake, NULL, NULL));
+    REFUSED(sunder_graph_verify_bake(graph, folder, NULL, &json));
+    REFUSED(sunder_graph_export_bake(graph, &export, NULL, &json));
+    REFUSED(sunder_graph_start_evaluate(graph, "sim.state", 2, &job));
+    REFUSED(sunder_graph_start_evaluate_all(graph, outputs, 1, 2, &job));
+    REFUSED(sunder_graph_start_bake(graph, &bake, &job));
+    CHECK(value == NULL && job == NULL);
+    return n;
+}
+
+static const char* const job_runs = "a job of this graph is running (finish it first; cancel ends it soon)";
+static const char* const call_runs = "another call on this graph is at work (wait for its end)";
+
+struct meddler {
+    sunder_graph* graph;
+    const char* folder;
+    int refused, is_to_free;
+};
+
+static int32_t on_progress_meddle(void* user, double fraction, const char* text) {
+    struct meddler* m = user;
+    (void)fraction, (void)text;
+    if (m->refused == 0) m->refused = refused(m->graph, m->folder, call_runs);
+    if (m->is_to_free) sunder_graph_free(m->graph), m->is_to_free = 0;
+    return 1;
+}
+
+/* A graph that a job or a call has is nobody else's, and is freed only when they are through. */
+static void one_thing_at_a_time(const char* folder) {
+    sunder_graph *graph = NULL, *other = NULL;
+    sunder_job* job = NULL;
+    sunder_value *value = NULL, *early = NULL;
+    const char* json = NULL;
+    CHECK(sunder_graph_create(SUNDER_ABI_VERSION, &graph) == SUNDER_OK);
+    CHECK(sunder_graph_create(SUNDER_ABI_VERSION, &other) == SUNDER_OK);
+    CHECK(sunder_graph_parse(graph, scene, "scene", "") == SUNDER_OK);
+    CHECK(sunder_graph_evaluate(graph, "sim.state", 2, NULL, &early) == SUNDER_OK);
+
+    CHECK(sunder_graph_start_evaluate(graph, "sim.state", 100000, &job) == SUNDER_OK);
+    for (int i = 0; i < 20; ++i) {
+        CHECK(refused(graph, folder, job_runs) == 27);
+        sunder_job_wait(job, 0.005);
+    }
+    CHECK(sunder_graph_seed_state(graph, "sim", 2, early) == SUNDER_BAD_USAGE);
+    sunder_value_free(early);
+    CHECK(sunder_graph_parse(other, scene, "scene", "") == SUNDER_OK && error_of(other).status == SUNDER_OK);
+    CHECK(sunder_job_wait(job, 0) == 0); /* nobody was in its way */
+    sunder_graph_cancel(graph);
+    CHECK(sunder_job_wait(job, 60) == 1 && sunder_graph_json(graph, 0, &json) == SUNDER_BAD_USAGE);
+    CHECK(sunder_job_finish(job, NULL) == SUNDER_CANCELLED && error_of(graph).status == SUNDER_CANCELLED);
+    CHECK(sunder_graph_set(graph, "clay", "density", "900") == SUNDER_OK);
+    CHECK(sunder_job_finish(job, NULL) == SUNDER_CANCELLED); /* as before; the graph is not its own any more */
+    CHECK(sunder_graph_get(graph, "clay", "density", &json) == SUNDER_OK && strcmp(json, "900.0") == 0);
+    sunder_job_free(job);
+
+    struct meddler m = {graph, folder, 0, 0};
+    const sunder_progress progress = {sizeof progress, on_progress_meddle, &m};
+    CHECK(sunder_graph_evaluate(graph, "sim.state", 3, &progress, &value) == SUNDER_OK && m.refused == 27);
+    CHECK(error_of(graph).status == SUNDER_OK);
+    sunder_value_free(value);
+    m.is_to_free = 1;
+    CHECK(sunder_graph_evaluate(graph, "sim.state", 100000, &progress, &value) == SUNDER_CANCELLED && value == NULL);
+
+    CHECK(sunder_graph_start_evaluate(other, "sim.state", 100000, &job) == SUNDER_OK);
+    sunder_graph_free(other); /* with its job at work */
+    CHECK(sunder_job_finish(job, NULL) == SUNDER_CANCELLED);
+    sunder_job_free(job);
+}
+
 int main(int argc, char** argv) {
     sunder_graph* graph = NULL;
     if (argc != 2) return 2;
@@ -254,6 +363,7 @@ int main(int argc, char** argv) {
     several(graph);
     files(graph, argv[1]);
     jobs(graph, argv[1]);
+    one_thing_at_a_time(argv[1]);
     sunder_graph_free(graph);
     printf("%d failures\n", failures);
     return failures != 0;

@@ -156,8 +156,27 @@ def test_results_are_not_changed_by_later_edits(graph):
     [
         (lambda g: g["clay"].set(density=-1), "bad_input", "clay", "density"),
         (lambda g: g["clay"].set(denisty=1), "bad_input", "clay", "denisty"),
-        (lambda g: g["clay"].set(density=float("nan")), "bad_input", "", ""),
-        (lambda g: g["clay"].set(density=object()), "bad_usage", "", ""),
+        (lambda g: g["clay"].set(density=float("nan")), "bad_input", "clay", "density"),
+        (lambda g: g["clay"].set(position=np.full(3, np.inf)), "bad_input", "clay", "position"),
+        (lambda g: g["clay"].set(density=object()), "bad_usage", "clay", "density"),
+        (lambda g: g["clay"].set(density={1}), "bad_usage", "clay", "density"),
+        (lambda g: g["clay"].set(density=b"1"), "bad_usage", "clay", "density"),
+        (lambda g: g["clay"].set(density={(1, 2): 3}), "bad_usage", "clay", "density"),
+        (lambda g: g["clay"].set(density="\ud800"), "bad_input", "clay", "density"),
+        (lambda g: g.add("body", "\ud800"), "bad_usage", "", ""),
+        (lambda g: g.bake("d", frames=(1, 2, 3)), "bad_usage", "", ""),
+        (lambda g: g.bake("d", frames=()), "bad_usage", "", ""),
+        (lambda g: sunder.export("d", "x.usda", frames=5), "bad_usage", "", ""),
+        (lambda g: sunder.export("d", "x.usda", tolerance="x"), "bad_usage", "", ""),
+        (lambda g: setattr(g, "frame_range", (1,)), "bad_usage", "", ""),
+        (lambda g: setattr(g, "frame_range", (1, 2.5)), "bad_usage", "", ""),
+        (lambda g: setattr(g, "frame_rate", "x"), "bad_usage", "", ""),
+        (lambda g: setattr(g, "frame_rate", None), "bad_usage", "", ""),
+        (lambda g: g["clay"].at("density", "x"), "bad_usage", "", ""),
+        (lambda g: g.set_threads("x"), "bad_usage", "", ""),
+        (lambda g: g.evaluate("sim.state", "x"), "bad_usage", "", ""),
+        (lambda g: g.evaluate("sim.state", float("inf")), "bad_usage", "", ""),
+        (lambda g: g.evaluate("block.fragments").fragment_mesh(1.5), "bad_usage", "", ""),
         (lambda g: g["cloy"], "bad_input", "cloy", ""),
         (lambda g: g.add("boddy", "x"), "bad_input", "x", "type"),
         (lambda g: g.add("body", "clay"), "bad_input", "clay", ""),
@@ -180,6 +199,50 @@ def test_errors_say_code_node_and_parameter(graph, action, code, node, parameter
     e = caught.value
     assert (e.code, e.parameter) == (code, parameter) and (node is None or e.node == node) and e.what and str(e)
     assert graph.to_dict() == before
+
+
+@pytest.mark.parametrize(
+    "action, value, permitted",
+    [
+        (lambda g, n: g.evaluate("sim.state", frame=n), 2**32 + 5, "-1000000 to 1000000"),
+        (lambda g, n: g.evaluate("sim.state", frame=n), 10**30, "-1000000 to 1000000"),
+        (lambda g, n: g.evaluate_all(["sim.state"], n), 2**32 + 5, "-1000000 to 1000000"),
+        (lambda g, n: g.start_evaluate("sim.state", n), 2**32 + 5, "-1000000 to 1000000"),
+        (lambda g, n: g.start_evaluate_all(["sim.state"], n), -(2**40), "-1000000 to 1000000"),
+        (lambda g, n: g.seed_state("sim", n, g.evaluate("sim.state")), 2**32 + 5, "-1000000 to 1000000"),
+        (lambda g, n: setattr(g, "frame_range", (1, n)), 2**33, "-1000000 to 1000000"),
+        (lambda g, n: g.bake("never", frames=(1, n)), 2**32 + 2, "-1000000 to 1000000"),
+        (lambda g, n: g.start_bake("never", frames=(n, 5)), 2**32 + 1, "-1000000 to 1000000"),
+        (lambda g, n: sunder.export("never", "x.usda", frames=(1, n)), 2**32 + 2, "-1000000 to 1000000"),
+        (lambda g, n: g.set_threads(n), 2**32 + 2, "0 to 1024"),
+        (lambda g, n: g.set_threads(n), 1025, "0 to 1024"),
+        (lambda g, n: g.set_cache_limit(n), -1, f"0 to {2**64 - 1}"),
+        (lambda g, n: g.set_cache_limit(n), 2**64, f"0 to {2**64 - 1}"),
+    ],
+)
+def test_numbers_that_c_would_cut_off_are_refused(graph, action, value, permitted):
+    before = graph.to_dict()
+    with pytest.raises(sunder.Error) as caught:
+        action(graph, value)
+    assert caught.value.code == "bad_input" and str(value) in caught.value.what
+    assert caught.value.mend == f"permitted: {permitted}" and graph.to_dict() == before
+
+
+def test_whole_numbers_of_any_type_are_numbers(graph):
+    graph.frame_range = np.array([2, 10])
+    assert graph.frame_range == (2, 10) and graph.evaluate("sim.state", np.int64(3)).frame == 3
+    graph.frame_rate, graph.frame_range = np.float32(25), (1.0, 4)
+    assert graph.frame_rate == 25 and graph.frame_range == (1, 4)
+    graph.set_threads(1024), graph.set_threads(0), graph.set_cache_limit(2**64 - 1), graph.set_cache_limit(0)
+
+
+def test_a_removed_node_is_told_by_name(graph):
+    node = graph.add("collider", "wall")
+    graph.remove("wall")
+    for action in (lambda: node.type, node.parameters, lambda: node["friction"], lambda: node.set(friction=1)):
+        with pytest.raises(sunder.Error, match="node 'wall': there is no node of that name") as caught:
+            action()
+        assert caught.value.code == "bad_input" and caught.value.node == "wall"
 
 
 def test_a_node_that_is_refused_is_not_left_behind(graph):
@@ -271,6 +334,60 @@ def test_a_job_works_beside_and_no_python_thread_does(tmp_path, graph):
     assert caught.value.code == "cancelled"
     with pytest.raises(sunder.Error, match="nobody"):
         graph.start_evaluate("nobody.state").result()
+
+
+def test_a_graph_with_a_job_is_the_jobs(tmp_path, graph):
+    node, state = graph["clay"], graph.evaluate("sim.state", 2)
+    before = graph.to_dict()
+    actions = [
+        lambda: node.set(density=5),
+        lambda: node["density"],
+        lambda: node.type,
+        lambda: graph["clay"],
+        lambda: graph.add("collider", "wall"),
+        lambda: graph.remove("clay"),
+        lambda: graph.connect("clay.body", "sim.bodies"),
+        lambda: graph.to_dict(),
+        lambda: graph.save(tmp_path / "g.json"),
+        lambda: graph.frame_range,
+        lambda: setattr(graph, "frame_rate", 30),
+        lambda: graph.set_threads(1),
+        lambda: graph.set_cache_limit(0),
+        lambda: graph.evaluate("sim.state", 5),
+        lambda: graph.evaluate_all(["skin.mesh"], 5),
+        lambda: graph.seed_state("sim", 2, state),
+        lambda: graph.bake(tmp_path / "a"),
+        lambda: graph.start_evaluate("sim.state", 3),
+        lambda: graph.start_bake(tmp_path / "a"),
+    ]
+
+    def are_refused(sentence):
+        for action in actions:
+            with pytest.raises(sunder.Error, match=sentence) as caught:
+                action()
+            assert caught.value.code == "bad_usage"
+        assert not any(tmp_path.iterdir())
+
+    job = graph.start_evaluate("sim.state", 100000)
+    for _ in range(20):
+        are_refused("a job of this graph is running")
+        assert not job.wait(0.01) and 0 <= job.progress[0] <= 1
+    assert state.position.shape == (27, 3)  # what was given out stays
+    graph.cancel()
+    assert job.wait(60)
+    are_refused("a job of this graph is running")  # it ended, but nobody knows how
+    with pytest.raises(sunder.Error) as caught:
+        job.result()
+    assert caught.value.code == "cancelled" and graph.to_dict() == before
+    job = graph.start_evaluate("sim.state", 100000)
+    del job  # nobody wants it: it is cancelled
+    assert graph.to_dict() == before
+
+    told = []
+    node["density"] = 900
+    before = graph.to_dict()
+    graph.evaluate("sim.state", 4, progress=lambda *_: told or told.append(are_refused("another call")))
+    assert told == [None] and graph.to_dict() == before
 
 
 def test_bake_from_python(tmp_path, graph):

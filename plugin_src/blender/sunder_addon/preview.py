@@ -11,7 +11,7 @@ from . import bake_reader, cache, core, player, preview_shader, preview_source, 
 
 problems = {}  # name of a result object: why its preview is not drawn
 _sources = {}  # (bake folder, node): preview_source.Source
-_at_hand = {}  # bake folder: the library's graph that baked it, its mesh cut already
+_at_hand = {}  # bake folder: the graph that baked it, its mesh cut already; for one source alone, whose jobs hold it
 _drawn = {}  # name of a result object: _Drawn
 _shaders = {}
 _handles = []
@@ -45,7 +45,7 @@ def _source(folder, manifest, node):
     """The bake's body; None while the library prepares it."""
     known = _sources.get((folder, node))
     if known is None or _cut_of(known.graph) != _cut_of(manifest.graph):
-        known = _sources[folder, node] = preview_source.Source(folder, manifest.graph, node, _at_hand.get(folder))
+        known = _sources[folder, node] = preview_source.Source(folder, manifest.graph, node, _at_hand.pop(folder, None))
         known.start()
         if not bpy.app.timers.is_registered(_await):
             bpy.app.timers.register(_await, first_interval=0.1)

@@ -5,7 +5,24 @@ import os
 
 from .errors import Error
 from .job import Job
-from .library import ABI_VERSION, BakeReport, BakeSettings, ExportSettings, Progress, check, decode, dump, encode, lib
+from .library import (
+    ABI_VERSION,
+    BYTES,
+    FRAMES,
+    THREADS,
+    BakeReport,
+    BakeSettings,
+    ExportSettings,
+    Progress,
+    check,
+    decode,
+    dump,
+    encode,
+    frame_pair,
+    integer,
+    lib,
+    number,
+)
 from .values import wrap
 
 
@@ -22,14 +39,14 @@ class Node:
 
     @property
     def type(self):
-        return self._graph.to_dict()["nodes"][self.name]["type"]
+        return self._graph._fields(self.name)["type"]
 
     def __getitem__(self, parameter):
         """The value as given, or its default: animated ones as {"keys": ...}, wires as "@node.socket"."""
         return self._graph._json("graph_get", encode(self.name), encode(parameter))
 
     def __setitem__(self, parameter, value):
-        self._graph._call("graph_set", encode(self.name), encode(parameter), dump(value))
+        self._graph._call("graph_set", encode(self.name), encode(parameter), dump(value, self.name, parameter))
 
     def __delitem__(self, parameter):
         """Puts a parameter back to its default."""
@@ -42,11 +59,11 @@ class Node:
 
     def at(self, parameter, frame):
         """A parameter's value at a frame, animation worked out."""
-        return self._graph._json("graph_get_at", encode(self.name), encode(parameter), float(frame))
+        return self._graph._json("graph_get_at", encode(self.name), encode(parameter), number("frame", frame))
 
     def parameters(self):
         """Everything that is set or wired, defaults included."""
-        fields = dict(self._graph.to_dict(defaults=True)["nodes"][self.name])
+        fields = self._graph._fields(self.name, defaults=True)
         del fields["type"]
         return fields
 
@@ -55,7 +72,11 @@ class Node:
 
 
 class Graph:
-    """A graph of nodes. Not to be used from two threads at once; `cancel` alone may come from another."""
+    """A graph of nodes. Not to be used from two threads at once; `cancel` alone may come from another.
+
+    While a Job of it has not been finished (Job.result), and from within `progress`, everything but `cancel` raises Error
+    with code "bad_usage".
+    """
 
     def __init__(self):
         self._pointer = ctypes.c_void_p()
@@ -127,13 +148,19 @@ class Graph:
     def disconnect(self, input):
         self._call("graph_disconnect", encode(input))
 
-    def __getitem__(self, name):
-        if name not in self:
+    def _fields(self, name, defaults=False):
+        """A node as a graph file holds it."""
+        nodes = self.to_dict(defaults)["nodes"]
+        if name not in nodes:
             raise Error(
                 "bad_input",
-                f"node '{name}': there is no node of that name (permitted: {', '.join(self)})",
+                f"node '{name}': there is no node of that name (permitted: {', '.join(nodes)})",
                 node=str(name),
             )
+        return nodes[name]
+
+    def __getitem__(self, name):
+        self._fields(name)
         return Node(self, name)
 
     def __contains__(self, name):
@@ -153,7 +180,7 @@ class Graph:
 
     @frame_range.setter
     def frame_range(self, first_last):
-        self._call("graph_set_frame_range", *map(int, first_last))
+        self._call("graph_set_frame_range", *frame_pair("frame_range", first_last))
 
     @property
     def frame_rate(self):
@@ -161,15 +188,15 @@ class Graph:
 
     @frame_rate.setter
     def frame_rate(self, frames_per_second):
-        self._call("graph_set_frame_rate", frames_per_second)
+        self._call("graph_set_frame_rate", number("frame_rate", frames_per_second))
 
     def set_threads(self, threads):
         """0: all cores. Changes no result."""
-        self._call("graph_set_threads", threads)
+        self._call("graph_set_threads", integer("threads", threads, THREADS))
 
     def set_cache_limit(self, n_bytes):
         """Of past frames, that each solver keeps."""
-        self._call("graph_set_cache_limit", n_bytes)
+        self._call("graph_set_cache_limit", integer("cache limit", n_bytes, BYTES))
 
     def set_base_folder(self, folder):
         """Input paths are seen from it."""
@@ -187,8 +214,7 @@ class Graph:
         `progress(fraction, text)` is called now and then and returns False to cancel (Error with code "cancelled").
         """
         out = ctypes.c_void_p()
-        frame = self.frame_range[0] if frame is None else frame
-        self._long_call("graph_evaluate", progress, encode(output), int(frame), Progress, ctypes.byref(out))
+        self._long_call("graph_evaluate", progress, encode(output), self._frame(frame), Progress, ctypes.byref(out))
         return wrap(out)
 
     def evaluate_all(self, outputs, frame=None, progress=None):
@@ -206,12 +232,14 @@ class Graph:
 
     def _wanted(self, outputs, frame):
         names = [encode(output) for output in outputs]
-        frame = self.frame_range[0] if frame is None else frame
-        return (ctypes.c_char_p * len(names))(*names), len(names), int(frame)
+        return (ctypes.c_char_p * len(names))(*names), len(names), self._frame(frame)
+
+    def _frame(self, frame):
+        return self.frame_range[0] if frame is None else integer("frame", frame, FRAMES)
 
     def seed_state(self, node, frame, state):
         """Makes a solver continue from a State at a frame."""
-        self._call("graph_seed_state", encode(node), int(frame), state._handle.pointer)
+        self._call("graph_seed_state", encode(node), integer("frame", frame, FRAMES), state._handle.pointer)
 
     def cancel(self):
         """From another thread: what is being evaluated or baked stops as soon as its data are whole."""
@@ -225,8 +253,7 @@ class Graph:
 
     def start_evaluate(self, output, frame=None):
         """A Job that evaluates on a thread of the library's own; `evaluate` then finds it done."""
-        frame = self.frame_range[0] if frame is None else frame
-        return Job(self, "graph_start_evaluate", encode(output), int(frame))
+        return Job(self, "graph_start_evaluate", encode(output), self._frame(frame))
 
     def start_evaluate_all(self, outputs, frame=None):
         """A Job that evaluates on a thread of the library's own; `evaluate_all` and `evaluate` then find it done."""
@@ -240,8 +267,13 @@ class Graph:
 def _bake_settings(folder, frames, resume, restart):
     if resume and restart:
         raise Error("bad_usage", "bake: resume and restart exclude one another")
-    first, last = frames or (0, 0)
-    return BakeSettings(1 if resume else 2 if restart else 0, encode(folder), int(frames is not None), int(first), int(last))
+    start = 1 if resume else 2 if restart else 0
+    return BakeSettings(start, encode(folder), *_frame_settings(frames))
+
+
+def _frame_settings(frames):
+    """has_frames, first_frame, last_frame"""
+    return (0, 0, 0) if frames is None else (1, *frame_pair("frames", frames))
 
 
 def bake(graph, folder, frames=None, threads=None, resume=False, restart=False, progress=None):
@@ -266,10 +298,8 @@ def export(bake, file, node=None, frames=None, tolerance=0.005, overwrite=False,
     how far a vertex may be from that, as a share of the shot's size. Returns {"frames", "files", "note"}.
     """
     graph, text = Graph(), ctypes.c_char_p()
-    first, last = frames or (0, 0)
-    settings = ExportSettings(
-        int(overwrite), encode(bake), encode(file), encode(node or ""), int(frames is not None), int(first), int(last), tolerance
-    )
+    texts = encode(bake), encode(file), encode(node or "")
+    settings = ExportSettings(int(overwrite), *texts, *_frame_settings(frames), number("tolerance", tolerance))
     graph._long_call("graph_export_bake", progress, ctypes.byref(settings), Progress, ctypes.byref(text))
     return json.loads(decode(text.value))
 

@@ -1,11 +1,15 @@
 """Long work on a thread of the library's own, looked at from this one: no Python runs beside the caller's."""
 import ctypes
 
-from .library import BakeReport, JobState, check, decode, lib
+from .library import BakeReport, JobState, check, decode, lib, number
 
 
 class Job:
-    """What Graph.start_evaluate or start_bake has begun. The graph is the job's until `result` was asked for."""
+    """What Graph.start_evaluate or start_bake has begun.
+
+    The graph is the job's until `result` was asked for, or nobody refers to the job any more; what is asked of it meanwhile
+    raises Error with code "bad_usage".
+    """
 
     def __init__(self, graph, function, *arguments):
         self._graph, self._pointer = graph, ctypes.c_void_p()
@@ -36,7 +40,7 @@ class Job:
 
     def wait(self, seconds=0.0):
         """Whether it has ended within that time."""
-        return bool(lib().sunder_job_wait(self._pointer, seconds))
+        return bool(lib().sunder_job_wait(self._pointer, number("seconds", seconds)))
 
     def result(self):
         """Waits for the end; of a bake what Graph.bake returns. Raises Error if it failed."""

@@ -208,7 +208,10 @@ def version():
 
 def encode(text):
     """Text or a path as the library takes it."""
-    data = os.fsencode(text) if isinstance(text, os.PathLike) else str(text).encode("utf-8", "surrogateescape")
+    try:
+        data = os.fsencode(text) if isinstance(text, os.PathLike) else str(text).encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError as error:
+        raise Error("bad_usage", f"{text!a} is no text: {error.reason}") from error
     if b"\0" in data:
         raise Error("bad_usage", "a text holds a zero byte")
     return data
@@ -218,20 +221,67 @@ def decode(data):
     return (data or b"").decode("utf-8", "replace")
 
 
-def dump(value):
-    """A Python value as JSON text; numpy numbers and arrays are welcome."""
+def _refusal(code, where, what, mend="", **concerned):
+    text = (f"{where}: " if where else "") + what + (f" ({mend})" if mend else "")
+    return Error(code, text, what, where, mend, **concerned)
+
+
+def dump(value, node="", parameter=""):
+    """A Python value as JSON text; numpy numbers and arrays are welcome. Errors name the parameter that it is for."""
 
     def plain(other):
         if hasattr(other, "tolist"):
             return other.tolist()
         if isinstance(other, os.PathLike):
             return os.fspath(other)
-        raise Error("bad_usage", f"a {type(other).__name__} is no parameter value")
+        raise TypeError(f"a {type(other).__name__} is no parameter value")
+
+    def refusal(code, what):
+        where = f"node '{node}', parameter '{parameter}'" if node else ""
+        return _refusal(code, where, what, node=str(node), parameter=str(parameter))
 
     try:
         return json.dumps(value, default=plain, allow_nan=False).encode()
-    except ValueError as error:
-        raise Error("bad_input", f"a value is not finite or refers to itself: {error}") from error
+    except TypeError as error:
+        raise refusal("bad_usage", str(error)) from error
+    except (ValueError, RecursionError) as error:
+        raise refusal("bad_input", f"a value is not finite or refers to itself: {error}") from error
+
+
+FRAMES = (-1_000_000, 1_000_000)  # the library's own limits; ctypes would cut off what does not fit C's integers
+THREADS = (0, 1024)
+BYTES = (0, 2**64 - 1)
+
+
+def integer(name, value, permitted=None):
+    """A whole number of any type as an int; `permitted` (lowest, highest)."""
+    try:
+        whole = int(value)
+        is_whole = bool(whole == value)
+    except (TypeError, ValueError, OverflowError):
+        is_whole = False
+    if not is_whole:
+        raise _refusal("bad_usage", name, f"{value!r} is no whole number")
+    if permitted and not permitted[0] <= whole <= permitted[1]:
+        raise _refusal("bad_input", name, f"{whole} is out of range", f"permitted: {permitted[0]} to {permitted[1]}")
+    return whole
+
+
+def frame_pair(name, first_last):
+    """(first, last) frame as ints."""
+    try:
+        first, last = first_last
+    except (TypeError, ValueError) as error:
+        raise _refusal("bad_usage", name, f"{first_last!r} is no pair of frames (first, last)") from error
+    return integer(name, first, FRAMES), integer(name, last, FRAMES)
+
+
+def number(name, value):
+    """A float, of what Python itself takes for one: text is none."""
+    try:
+        return c_double(value).value
+    except (TypeError, OverflowError) as error:
+        raise _refusal("bad_usage", name, f"{value!r} is no number") from error
 
 
 def check(status, tell, handle):

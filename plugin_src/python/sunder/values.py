@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from .library import ArrayStruct, Progress, check, decode, encode, lib
+from .library import ArrayStruct, Progress, check, decode, encode, integer, lib
 
 _DTYPES = (np.uint8, np.int32, np.uint32, np.float32, np.float64)
 
@@ -132,6 +132,7 @@ class Fragments(Value):
 
     def fragment_mesh(self, index):
         """Fragment `index` as a closed Mesh."""
+        index = integer("fragment", index)
         if not 0 <= index < len(self):
             raise IndexError(f"there is no fragment {index} of {len(self)}")
         out = ctypes.c_void_p()
