@@ -35,7 +35,7 @@ int run_program(int argc, char** argv) {
         for (const CLI::App* chosen : app.get_subcommands()) command += " " + chosen->get_name();
         std::string what = e.what();
         if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-')
-            what = "'" + std::string(argv[1]) + "' is no command (permitted: " + names_of_commands(app) + ")";
+            what = std::string("'").append(argv[1]) + "' is no command (permitted: " + names_of_commands(app) + ")";
         return fail(sunder::bad_usage(what, command + " --help tells what is permitted"), command);
     }
     watch_interrupts();
