@@ -219,6 +219,12 @@ Result<LabelledCells> cut_by_voronoi(const TriMesh& solid, const PrefractureSett
         gather_around(*sites, cut);
     else
         cut.n_labels = merge_small_cells(cut.complex, settings.least_piece, cut.label);
+    // Of a grid most lie outside a thin mesh; a few of the others are merged with their neighbours.
+    const bool is_given = site_settings.kind == SiteKind::points;
+    const size_t wanted = is_given ? sites->size() : static_cast<size_t>(settings.pieces);
+    if (site_settings.kind != SiteKind::grid && cut.n_labels < (is_given ? wanted : wanted / 2))
+        io_warnings.push_back(where + ": " + std::to_string(cut.n_labels) + " pieces were made instead of " +
+                              std::to_string(wanted) + ": sites coincide, lie outside the mesh, or are too near");
     return cut;
 }
 

@@ -71,6 +71,9 @@ class Meshes(ObjectCase):
         thing.hide_viewport = False
         self.scene.collection.objects.unlink(thing)
         self.assertIn("not in this view layer", self.refusal(tree))
+        second = bpy.data.scenes.new("Second")
+        second.collection.objects.link(thing)
+        self.assertIn("'Block' is of scene 'Second', not of 'Scene'", self.refusal(tree))
         group.objects.link(thing)
         group.hide_viewport = True
         self.assertIn("disabled in viewports", self.refusal(tree))

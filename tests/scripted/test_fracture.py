@@ -136,6 +136,19 @@ def test_points_are_pieces(sunder, tmp_path):
 @pytest.mark.parametrize(
     "arguments, needle",
     [
+        (["--sites", "impact", "--points", "[[0, 0, 0]]", "--impact-radius", "1e-300"], "1 pieces were made instead of 20"),
+        (["--sites", "points", "--points", "[[5, 5, 5], [7, 7, 7]]"], "1 pieces were made instead of 2"),
+    ],
+)
+def test_sites_that_make_no_pieces_are_told(sunder, tmp_path, arguments, needle):
+    (tmp_path / "cube.obj").write_text(obj_text())
+    run = sunder("fracture", "cube.obj", "-o", "cut", "--pieces", "20", *arguments)
+    assert run.status == 0 and needle in run.err
+
+
+@pytest.mark.parametrize(
+    "arguments, needle",
+    [
         (["--sites", "impact"], "points"),
         (["--sites", "points"], "points"),
         (["--sites", "density"], "density_group"),

@@ -20,6 +20,11 @@ def _is_enabled(thing, layer):
 
 def check_evaluated(thing, depsgraph, node):
     """Blender works out modifiers, animation and place of what is enabled in the view layer alone."""
+    scene = depsgraph.scene.original
+    if scene not in thing.users_scene and thing.users_scene:
+        raise core.Refused(
+            f"object '{thing.name}' is of scene '{thing.users_scene[0].name}', not of '{scene.name}': pick one of this scene",
+            node.graph_name)
     if thing.hide_viewport or not _is_enabled(thing, depsgraph.view_layer.layer_collection):
         raise core.Refused(
             f"object '{thing.name}' is disabled in viewports, or not in this view layer: enable it (it may be hidden "
