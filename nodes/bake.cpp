@@ -14,6 +14,7 @@
 namespace sunder {
 namespace {
 
+namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
@@ -102,7 +103,7 @@ private:
             const std::string text = pattern->get<std::string>();
             if (Status s = check_output_pattern(text); !s) return fault(s.error().what, s.error().mend);
             const bool is_state = !graph_.wires({bake.node, "mesh"});
-            const std::string extension = std::filesystem::path(text).extension().string();
+            const std::string extension = fs::path(text).extension().string();
             if (extension != ".ply" && (is_state || extension != ".obj"))
                 return fault(
                     (is_state ? "states are not written as '" : "meshes are not written as '") + extension + "'",
@@ -128,6 +129,12 @@ private:
                                  "give each its own path");
             }
         }
+        for (const auto& [path, node] : owner)
+            for (fs::path folder = fs::path(path).parent_path(); !folder.empty(); folder = folder.parent_path())
+                if (const auto file = owner.find(folder.string()); file != owner.end())
+                    return node_error(node, "path",
+                                      "lies in a folder that is a file of node '" + file->second + "': " + file->first,
+                                      "give each its own path");
         paths_ = std::move(owner);
         return {};
     }
@@ -152,7 +159,7 @@ private:
         if (!folder_->has_manifest()) {
             std::error_code code;
             const auto hidden = folder_->path() / kResumeFolder;
-            if (std::filesystem::exists(std::filesystem::symlink_status(hidden, code)))
+            if (fs::exists(fs::symlink_status(hidden, code)))
                 return bad_input(hidden.string(), "is there already and is not part of this bake",
                                  "choose another folder, or move it away");
             if (Status s = check_free({}); !s) return s;

@@ -18,7 +18,11 @@ Status check_node_name(const std::string& name) {
             return c < 0x20 || c == 0x7f || c == '@' || c == '=' || c == '/' || c == '\\' || c == '"' || c == '\'';
         });
     if (!bad && Json(name).dump(-1, ' ', false, Json::error_handler_t::ignore) == '"' + name + '"') return {};
-    return bad_input("graph", "a node's name is empty, too long or holds a character that is not permitted",
+    constexpr size_t kShown = 40;
+    const std::string shown = Json(name.substr(0, kShown)).dump(-1, ' ', true, Json::error_handler_t::replace);
+    return bad_input("graph",
+                     "the node's name " + shown + (name.size() > kShown ? "..." : "") +
+                         " is empty, too long or holds a character that is not permitted",
                      "1 to 200 characters of UTF-8 without @ = / \\ quotes and control characters");
 }
 

@@ -114,8 +114,10 @@ private:
         if (!component.is_number()) return wrong_type(whole);
         const double number = component.get<double>();
         if (!(std::trunc(number) == number)) return wrong_type(whole);
-        if (std::abs(number) > std::numeric_limits<int32_t>::max()) return error(shown(component) + " is out of range");
         if (Status ok = in_range(number); !ok) return ok.error();
+        if (constexpr int32_t most = std::numeric_limits<int32_t>::max(); std::abs(number) > most)
+            return error(shown(component) + " is out of range",
+                         "permitted: whole numbers up to " + std::to_string(most));
         const Json result(static_cast<int64_t>(number));
         if (!description_.choices.empty() &&
             std::ranges::find(description_.choices, result) == description_.choices.end())

@@ -50,6 +50,8 @@ BAD_GRAPHS = {
     "path_without_frame": (change(out={"path": "x.ply"}), ["'out'", "path", "####"]),
     "unknown_mesh_format": (change(out={"path": "x.####.xyz"}), ["'out'", "path", ".ply or .obj"]),
     "two_nodes_one_file": (change(out={"path": "state/sim.####.ply"}), ["same file"]),
+    "file_in_a_file": (change(out={"path": "state/sim.0002.ply/x.####.ply"}), ["'out'", "sim.0002.ply", "a file of node"]),
+    "name_that_is_none": (change(**{"a@b": {"type": "lattice"}}), ["a@b"]),
     "range_reversed": (block_scene((10, 1)), ["frame_range", "reversed"]),
     "range_of_text": ({**block_scene(), "frame_range": ["a", "b"]}, ["frame_range"]),
     "frame_rate_zero": ({**block_scene(), "frame_rate": 0}, ["frame_rate"]),
