@@ -148,19 +148,23 @@ class Graph:
     def disconnect(self, input):
         self._call("graph_disconnect", encode(input))
 
+    def _unknown(self, name):
+        return Error(
+            "bad_input",
+            f"node '{name}': there is no node of that name (permitted: {', '.join(self)})",
+            node=str(name),
+        )
+
     def _fields(self, name, defaults=False):
         """A node as a graph file holds it."""
         nodes = self.to_dict(defaults)["nodes"]
         if name not in nodes:
-            raise Error(
-                "bad_input",
-                f"node '{name}': there is no node of that name (permitted: {', '.join(nodes)})",
-                node=str(name),
-            )
+            raise self._unknown(name)
         return nodes[name]
 
     def __getitem__(self, name):
-        self._fields(name)
+        if name not in self:
+            raise self._unknown(name)
         return Node(self, name)
 
     def __contains__(self, name):
