@@ -62,6 +62,14 @@ TEST(Tetrahedralize, gives_the_same_bits_twice) {
     EXPECT_TRUE(a->tets == b->tets);
 }
 
+TEST(Tetrahedralize, ends_when_it_is_told_to) {
+    std::atomic<bool> stop{false};
+    const TetrahedralizeSettings settings{0.06, 0.004, 0, 0, &stop};
+    EXPECT_TRUE(tetrahedralize(make_torus(), settings, "torus"));
+    stop = true;
+    EXPECT_FALSE(tetrahedralize(make_torus(), settings, "torus"));
+}
+
 TEST(Tetrahedralize, refuses_in_words_what_has_no_inside_and_what_does_not_end) {
     TriMesh sheet;
     sheet.positions = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, 0), Vec3(0, 1, 0)};
