@@ -2,6 +2,7 @@
 import ctypes
 import json
 import os
+from collections.abc import Iterable
 
 from .errors import Error
 from .job import Job
@@ -23,7 +24,7 @@ from .library import (
     lib,
     number,
 )
-from .values import wrap
+from .values import State, wrap
 
 
 def node_types():
@@ -235,6 +236,8 @@ class Graph:
         return values
 
     def _wanted(self, outputs, frame):
+        if isinstance(outputs, str) or not isinstance(outputs, Iterable):
+            raise Error("bad_usage", f"{outputs!r} is no list of outputs")
         names = [encode(output) for output in outputs]
         return (ctypes.c_char_p * len(names))(*names), len(names), self._frame(frame)
 
@@ -243,6 +246,8 @@ class Graph:
 
     def seed_state(self, node, frame, state):
         """Makes a solver continue from a State at a frame."""
+        if not isinstance(state, State):
+            raise Error("bad_usage", f"{state!r} is no State")
         self._call("graph_seed_state", encode(node), integer("frame", frame, FRAMES), state._handle.pointer)
 
     def cancel(self):
