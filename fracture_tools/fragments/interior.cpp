@@ -13,9 +13,9 @@ namespace {
 
 /// Edges a bump, so that the finer of the two octaves of the noise is seen.
 constexpr double kEdgesPerBump = 4;
-/// That refining makes of a square whose sides are the longest edge permitted.
+/// That refining makes of a square whose sides are the longest edge permitted. Measured: 6 to 7.
 constexpr double kTrianglesPerSquare = 7;
-/// Triangles of break surfaces, by estimate: what a cut may grow to, some 3 GB.
+/// Triangles of break surfaces, by estimate, that a cut may grow to: 200 bytes each, measured at 245,000.
 constexpr double kMostTriangles = 5e6;
 
 /// Refuses edges so short that the triangles would not fit into memory.

@@ -99,6 +99,20 @@ std::string Shot::go_far(uint64_t seed) {
         parameter = draw.logarithmic(low, high);
         return name + (" " + std::to_string(parameter));
     };
+    struct Range {
+        const char* name;
+        double& parameter;
+        double low, high;
+    };
+    const Range numbers[] = {
+        {"youngs_modulus", material.youngs_modulus, 1, 1e12},
+        {"damping_time", material.damping_time, 1e-6, 1},
+        {"yield", material.yield, 1e-6, 10},
+        {"flow_rate", material.flow_rate, 1e-3, 1e6},
+        {"hardening", material.hardening, 1e-3, 1e3},
+        {"toughness", material.toughness, 1e-7, 100},
+        {"compressive_toughness", material.compressive_toughness, 1e-7, 100},
+    };
     const auto rubbed = [&](const std::string& told) {
         scene.colliders[0].friction = material.friction;
         for (RigidBody& r : scene.rigid_bodies) r.friction = material.friction;
@@ -119,30 +133,21 @@ std::string Shot::go_far(uint64_t seed) {
         material.stiffness = draw.uniform(0, 1), settings.iterations = draw.of({1, 2, 3, 4, 5, 9});
         return number("sweeps over-relaxed", settings.over_relaxation, 0.1, 1.9);
     };
-    switch (draw.index(13)) {
+    const size_t chosen = draw.index(std::size(numbers) + 6);
+    if (chosen < std::size(numbers)) {
+        const Range& r = numbers[chosen];
+        return number(r.name, r.parameter, r.low, r.high);
+    }
+    switch (chosen - std::size(numbers)) {
         case 0:
-            return number("youngs_modulus", material.youngs_modulus, 1, 1e12);
-        case 1:
-            return number("damping_time", material.damping_time, 1e-6, 1);
-        case 2:
-            return number("yield", material.yield, 1e-6, 10);
-        case 3:
-            return number("flow_rate", material.flow_rate, 1e-3, 1e6);
-        case 4:
-            return number("hardening", material.hardening, 1e-3, 1e3);
-        case 5:
-            return number("toughness", material.toughness, 1e-7, 100);
-        case 6:
-            return number("compressive_toughness", material.compressive_toughness, 1e-7, 100);
-        case 7:
             return rubbed(number("friction", material.friction, 0.01, 100));
-        case 8:
+        case 1:
             return count("substeps", settings.substeps, {5, 7, 20, 32, 64});
-        case 9:
+        case 2:
             return count("iterations", settings.iterations, {1, 4, 10, 20, 50});
-        case 10:
+        case 3:
             return number("damping", settings.damping, 1e-3, 1e4);
-        case 11:
+        case 4:
             return fast();
         default:
             return sweeps();
