@@ -97,7 +97,7 @@ std::string Shot::go_far(uint64_t seed) {
     Draw draw(seed);
     const auto number = [&](const char* name, double& parameter, double low, double high) {
         parameter = draw.logarithmic(low, high);
-        return name + (" " + std::to_string(parameter));
+        return std::string(name) + " " + std::to_string(parameter);
     };
     struct Range {
         const char* name;
@@ -120,7 +120,7 @@ std::string Shot::go_far(uint64_t seed) {
     };
     const auto count = [&](const char* name, int& parameter, std::initializer_list<int> some) {
         parameter = draw.of(some);
-        return name + (" " + std::to_string(parameter));
+        return std::string(name) + " " + std::to_string(parameter);
     };
     const auto fast = [&] {
         double times = 1;
