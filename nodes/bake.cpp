@@ -339,9 +339,9 @@ private:
     std::vector<SocketReference> bake_nodes_, solvers_;  // solvers in the order in which bake nodes need them
     std::vector<WantedExport> exports_;
     std::array<int, 2> frames_ = {0, 0};
-    std::map<std::string, std::string> paths_;  // every file of the bake -> its node
-    Manifest manifest_;                         // as on disk, once nothing is to be replaced
-    std::optional<std::vector<ManifestFile>> replaced_;
+    std::map<std::string, std::string> paths_;           // every file of the bake -> its node
+    Manifest manifest_;                                  // as on disk, once nothing is to be replaced
+    std::optional<std::vector<ManifestFile>> replaced_;  // of an earlier bake, until they go
     BakeReport report_;
 };
 
