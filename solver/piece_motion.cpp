@@ -190,6 +190,52 @@ void tumble_pieces(const StepContext& context, double h, Workspace& w) {
     });
 }
 
+void note_what_pins_take(const StepContext& context, double h, uint32_t island, Workspace& w) {
+    const SimulationMesh& rest = context.scene.rest;
+    std::vector<uint32_t> free;
+    for (const uint32_t piece : w.islands.pieces_of(island)) {
+        if (piece >= w.live.n_pieces() || !w.piece_held[piece]) continue;
+        const auto taken = [&](uint32_t j) -> Vec3 {
+            return rest.mass[j] * (w.round_push[j].shift - w.round_push[j].own);
+        };
+        free.clear();
+        bool any = false;
+        for (const uint32_t j : w.live.piece_particles(piece)) {
+            if (w.held[j]) continue;
+            free.push_back(j);
+            any |= !taken(j).isZero(0);
+        }
+        if (!any) continue;
+        const PieceMomentum p = piece_momentum(rest, w.inertia, free, w.start_position, w.velocity, w.angular_velocity);
+        Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+        for (const uint32_t j : free) {
+            linear += taken(j);
+            angular += (w.start_position[j] - p.center).cross(taken(j));
+        }
+        w.pieces[piece].center = p.center;
+        const Vec3 turn = p.inertia.inverse() * angular / h;
+        w.piece_change[piece] = {linear / (p.mass * h), turn, turn};
+    }
+}
+
+void slow_held_pieces(const StepContext& context, Workspace& w) {
+    const SimulationMesh& rest = context.scene.rest;
+    for_pieces(w.live, kParticleGrain, context.workers, [&](size_t piece) {
+        PieceVelocity& change = w.piece_change[piece];
+        if (!w.piece_held[piece] || (change.velocity.isZero(0) && change.turn.isZero(0))) return;
+        double slope = 0, curvature = 0;  // of the energy along the change, J
+        for (const uint32_t j : w.live.piece_particles(piece)) {
+            if (w.held[j]) continue;
+            const Vec3 by = change.velocity + change.turn.cross(w.start_position[j] - w.pieces[piece].center);
+            const Vec3 spun = product(w.inertia[j], change.spin);
+            slope += rest.mass[j] * by.dot(w.velocity[j]) + spun.dot(w.angular_velocity[j]);
+            curvature += rest.mass[j] * by.squaredNorm() + spun.dot(change.spin);
+        }
+        const double share = slope < 0 ? std::min(1.0, -slope / curvature) : 0.0;
+        change = {share * change.velocity, share * change.turn, share * change.spin};
+    });
+}
+
 void turn_pieces(const StepContext& context, uint32_t island, Workspace& w) {
     for (const uint32_t piece : w.islands.pieces_of(island)) {
         ContactPiece& p = w.pieces[piece];
@@ -259,6 +305,7 @@ void change_velocities(const StepContext& context, Workspace& w) {
         // From where the contacts were solved: a spin about what was the thin axis of a piece that has turned since
         // would swing its ends.
         for (const uint32_t j : w.live.piece_particles(piece)) {
+            if (w.held[j]) continue;
             w.velocity[j] += change.velocity + change.turn.cross(w.start_position[j] - w.pieces[piece].center);
             w.angular_velocity[j] += change.spin;
         }

@@ -31,6 +31,15 @@ void tumble_pieces(const StepContext& context, double h, Workspace& io_work);
 /// rest; contacts within a piece, which no motion of the whole can part, are left as the sweep found them.
 void divide_pushes(const StepContext& context, double h, bool last, uint32_t island, Workspace& io_work);
 
+/// After the last round, before `move_pieces`: of what contacts gave to held pieces, what went beyond the particle that
+/// was pushed is the pins' as far as positions go. What of it the piece still has in its own motion
+/// (`slow_held_pieces`) it loses.
+void note_what_pins_take(const StepContext& context, double h, uint32_t island, Workspace& io_work);
+
+/// Takes from the velocities of held pieces the momentum that their contacts took and no particle gave, as far as that
+/// takes energy: what swings into its contacts is slowed by them, and what they press on at rest stays.
+void slow_held_pieces(const StepContext& context, Workspace& io_work);
+
 /// Fills `turned` of the pieces of an island, before a round: the rotation of the whole that has their angular
 /// momentum, of what they moved by since the start of the substep.
 void turn_pieces(const StepContext& context, uint32_t island, Workspace& io_work);

@@ -35,7 +35,7 @@ void Substep::for_contacts(const Body& body) {
 void Substep::take_up_pieces() {
     for_all(n_movables(), [&](size_t i) { work.piece[i] = piece_of(i); });
     work.pieces.resize(work.live.n_pieces() + state.rigid_bodies.size());
-    work.piece_change.resize(work.pieces.size()), work.piece_motion.resize(work.pieces.size());
+    work.piece_change.assign(work.pieces.size(), PieceVelocity()), work.piece_motion.resize(work.pieces.size());
     work.piece_angular.assign(work.live.n_pieces(), Vec3::Zero());
     remember_pieces(context, h, work);
     for (size_t i = 0; i < std::min(context.fixed.size(), n_particles()); ++i)
@@ -110,6 +110,7 @@ void Substep::push_apart(ContactRound::Which which) {
         round.relax(island, enough);
         round.end(island, work.round_push, work.piece_motion, work.brace);
         if (last) round.hand_over(island, work.contacts);
+        if (last) note_what_pins_take(context, h, island, work);
         move_pieces(context, as_wholes, island, work);
     });
 }
@@ -120,7 +121,7 @@ bool Substep::contacts_push() const {
 }
 
 void Substep::settle_contacts() {
-    std::ranges::fill(work.piece_change, PieceVelocity());
+    slow_held_pieces(context, work);
     work.islands.for_each(context.workers, [&](uint32_t island) {
         settle_velocities(bodies(), h, resting_speed(), work.contacts, work.islands.contacts_of(island),
                           work.angular_velocity, work.velocity, work.piece_change);

@@ -19,7 +19,7 @@ PushDivision divide_push(const ContactBodies& b, uint32_t i) {
 
 Vec3 turned(const ContactBodies& b, uint32_t i) {
     const ContactPiece& p = b.pieces[b.piece[i]];
-    if (p.rigid || p.inverse_mass > 0) return p.turned;
+    if (p.rigid || b.inverse_mass[i] > 0) return p.turned;
     return turned_by(b.moving[i].d * b.start_rotation[i].conjugate());
 }
 

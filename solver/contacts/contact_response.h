@@ -19,7 +19,7 @@ struct ContactPiece {
     bool rigid = false;                   // a lone fragment or a rigid body: nothing in it gives
     bool unbroken = false;                // every edge of its particles is intact: it has no hinges
     double own_share = 1;                 // of a push, what moves the particle alone and not the piece, 0 .. 1
-    Vec3 turned = Vec3::Zero();           // since the start of the substep, rad; held: not used
+    Vec3 turned = Vec3::Zero();           // since the start of the substep, rad; held: 0
 };
 
 /// What contacts did to a movable thing in this substep, for the momentum books.
@@ -97,7 +97,8 @@ inline Vec3 turned_by(const Quat& rotation) { return rotation.vec() * (rotation.
 /// How a touching point of a movable turns about its centre since the start of the substep, rad: with its piece, for it
 /// is the piece that a push there turns. What friction measures by and what it moves are one motion that way; with the
 /// particle's own turning, which goes its own way in soft bodies, friction did work on points that did not slip, and
-/// all that stood on the floor swayed for ever. What is held turns as its particle is told.
+/// all that stood on the floor swayed for ever. Pieces that pins hold are turned by no push: there only pinned
+/// particles turn, as they are told.
 Vec3 turned(const ContactBodies& bodies, uint32_t movable);
 
 inline bool has_movable_b(const Contact& c) { return !(c.b & Contact::kStatic); }

@@ -94,7 +94,12 @@ void ContactRound::end_contacts(uint32_t n) {
             c.rolling_impulse[i] = from.impulse[3 + i][lane];
         }
         Given &a = given_[c.movable[0] / kMovableStride], &b = given_[c.movable[1] / kMovableStride];
-        if (c.normal_impulse > 0) a.pushes = b.pushes = true;
+        if (c.normal_impulse > 0) {
+            a.pushes = b.pushes = true;
+            const double both = from.inverse_mass[lane];
+            a.met += 1 / std::max(both - movables_[c.movable[0] / kMovableStride].own, kTiny);
+            b.met += 1 / std::max(both - movables_[c.movable[1] / kMovableStride].own, kTiny);
+        }
         const double normal = double{c.normal_impulse} - already.normal;
         const Vec3 friction = vector(c.friction_impulse) - vector(already.friction);
         const Vec3 rolling = vector(c.rolling_impulse) - vector(already.rolling);
@@ -123,6 +128,9 @@ void ContactRound::end(uint32_t n, std::span<RoundPush> io_push, std::span<Piece
         io_push[i] = {division.own * impulse, b_.inverse_mass[i] * impulse, couple};
         const bool braced = which_ != Which::last && given_[k].pushes;
         io_brace[i] = braced ? kBrace * (b_.inverse_mass[i] / (division.own + division.whole) - 1) : 0;
+        // No last round takes back what a held piece bends by: what it meets may keep it where it is as its mass can.
+        if (!(b_.pieces[b_.piece[i]].inverse_mass > 0))
+            io_brace[i] = std::min(io_brace[i], b_.inverse_mass[i] * units_[n].mass * given_[k].met);
     }
     for (uint32_t k = islands_->piece_offset[n]; k < islands_->piece_offset[n + 1]; ++k) {
         const ContactPiece& piece = b_.pieces[islands_->piece[k]];

@@ -87,10 +87,12 @@ private:
     struct RoundImpulse {
         float normal = 0, friction[3] = {}, rolling[3] = {};
     };
-    // Sums of impulses (units of the island) and of their couples (times m), and whether a contact pushes at all.
+    // Sums of impulses (units of the island) and of their couples (times m); whether a contact pushes at all, and the
+    // masses of what such contacts meet on the other side (units of the island).
     struct Given {
         Vec3 impulse = Vec3::Zero(), couple = Vec3::Zero();
         bool pushes = false;
+        double met = 0;
     };
 
     static Vec3 vector(const float (&v)[3]) { return {v[0], v[1], v[2]}; }

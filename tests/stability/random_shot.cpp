@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 
 #include "fracture_tools/fragments/prefracture.h"
@@ -152,6 +153,22 @@ std::string Shot::go_far(uint64_t seed) {
         default:
             return sweeps();
     }
+}
+
+void Shot::hold(uint64_t seed) {
+    Draw draw(seed);
+    Body& body = scene.bodies[0];
+    body.velocity.setZero(), body.angular_velocity.setZero();
+    const Vec3 across = draw.vector(1).normalized();
+    std::vector<double> along;
+    for (uint32_t i = body.particle_begin; i < body.particle_end; ++i)
+        along.push_back(across.dot(scene.rest.rest_position[i]));
+    std::ranges::sort(along);
+    const double from = along[static_cast<size_t>(draw.uniform(0.5, 0.98) * static_cast<double>(along.size()))];
+    Pin pin{"pin", {}};
+    for (uint32_t i = body.particle_begin; i < body.particle_end; ++i)
+        if (across.dot(scene.rest.rest_position[i]) >= from) pin.particles.push_back(i);
+    scene.pins.push_back(pin);
 }
 
 FrameInput Shot::input() const {
