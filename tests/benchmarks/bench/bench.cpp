@@ -10,7 +10,7 @@
 #include <exception>
 #include <fstream>
 
-#include "tests/benchmarks/bench/bullet_bar.h"
+#include "tests/benchmarks/bench/bullet.h"
 #include "tests/benchmarks/bench/measure.h"
 
 namespace sunder::bench {
@@ -35,7 +35,7 @@ constexpr const char* kColumns =
     "label,processor,scene,method,threads,particles,edges,members,substeps,iterations,frames,least_ms,median_ms,p99_ms,"
     "ns_group,predict,shape,contact,momentum,fracture,pieces,contacts,skin_ms,skin_p99_ms,skin_vertices,skin_triangles,"
     "peak_mb,ghz,"
-    "hash";
+    "hash,speed_p50,speed_p90,below_floor";
 
 void print_row(const Measurement& m, const char* scene, const std::string& method, int threads) {
     std::printf(
@@ -52,11 +52,12 @@ void write_row(std::FILE* csv, const Options& options, const Measurement& m, con
     std::fprintf(
         csv,
         "%s,\"%s\",%s,%s,%d,%zu,%zu,%zu,%d,%d,%d,%.4f,%.4f,%.4f,%.2f,%.3f,%.3f,%.3f,%.3f,%.3f,%zu,%zu,%.3f,%.3f,"
-        "%zu,%zu,%.0f,%.2f,%016llx\n",
+        "%zu,%zu,%.0f,%.2f,%016llx,%.3g,%.3g,%.3g\n",
         options.label.c_str(), processor().c_str(), scene, method.c_str(), threads, m.particles, m.edges, m.members,
         m.substeps, m.iterations, m.frames, m.least_ms, m.median_ms, m.slowest_ms, m.ns_group, m.predict, m.shape,
         m.contact, m.momentum, m.fracture, m.pieces, m.contacts, m.skin_ms, m.skin_slowest_ms, m.skin_vertices,
-        m.skin_triangles, m.peak_mb, m.gigahertz, static_cast<unsigned long long>(m.hash));
+        m.skin_triangles, m.peak_mb, m.gigahertz, static_cast<unsigned long long>(m.hash), m.lies.speed_p50,
+        m.lies.speed_p90, m.lies.below_floor);
 }
 
 // In a process of its own, so that its peak of memory is the scene's.
@@ -124,8 +125,9 @@ int main(int argc, char** argv) {
     app.add_option("SCENE", options.scenes, "which (all but the long ones)")->check(CLI::IsMember(scene_names()));
     app.add_flag("--all", options.all, "the long ones, too");
     app.add_option("--threads", options.threads, "numbers of threads [1]")->delimiter(',')->check(CLI::Range(1, 1024));
-    app.add_option("--method", options.methods,
-                   "solver methods; bullet: the bars in Bullet's soft body, on one thread [projective]")
+    app.add_option(
+           "--method", options.methods,
+           "solver methods; bullet: bars as its soft bodies, rubble as its rigid ones, on one thread [projective]")
         ->delimiter(',')
         ->check(CLI::IsMember({"projective", "jacobi", "gauss_seidel", "bullet"}));
     app.add_option("--frames", options.frames, "measured frames [the scene's own]")->check(CLI::Range(1, 100000));

@@ -1,5 +1,3 @@
-#include "tests/benchmarks/bench/bullet_bar.h"
-
 #include <BulletSoftBody/btSoftBody.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <stdexcept>
 
 #include "solver/scene/motion.h"
+#include "tests/benchmarks/bench/bullet.h"
 #include "tests/benchmarks/bench/scene_parts.h"
 
 namespace sunder::bench {
@@ -71,9 +70,7 @@ struct Bar {
 
 }  // namespace
 
-bool bullet_knows(const std::string& scene) { return scene.starts_with("bar"); }
-
-Measurement measure_bullet(const NamedScene& named, int frames, int repeats) {
+Measurement measure_bullet_bar(const NamedScene& named, int frames, int repeats) {
     BenchScene s = named.make();
     const std::unique_ptr<Solver> solver = must(Solver::create(s.scene, 1));
     s.scene = solver->scene();  // with its one-rings

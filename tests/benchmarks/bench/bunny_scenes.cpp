@@ -57,4 +57,20 @@ BenchScene paper_scene() {
     return s;
 }
 
+// What `paper` ends as: the fragments of four bunnies, a third of their size apart, fall and come to lie.
+BenchScene rubble() {
+    BenchScene s;
+    for (uint32_t k = 0; k < 4; ++k) {
+        SimulationMesh loose = simulation_mesh(*bunny_pieces(0, 223, k));
+        loose.edges.clear();
+        for (Vec3& x : loose.rest_position) x *= 1.3;
+        const Vec3 place(1.3 * (k % 2 - 0.5), 1.3 * (k / 2 - 0.5), 0.3);
+        add_body(s, loose, {place, Quat::Identity()}, Vec3(0, 0, -2), Vec3::Zero(), Material());
+    }
+    add_floor(s);
+    s.settings.substeps = 2, s.settings.sleeping = false;
+    s.frames = 96;
+    return s;
+}
+
 }  // namespace sunder::bench

@@ -19,6 +19,7 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 struct Times {
     std::vector<double> solver, skin;  // s, a frame
     StepReport sum;
+    std::vector<Vec3> before;  // positions a frame before the end, m
 };
 
 Times run(const BenchScene& s, Solver& solver, const WorkerPool& workers, Skins& skins, FrameState& io_state) {
@@ -26,6 +27,7 @@ Times run(const BenchScene& s, Solver& solver, const WorkerPool& workers, Skins&
     FrameInput input = s.input;
     for (int frame = 0; frame < s.warm_up + s.frames; ++frame) {
         if (s.drive) s.drive(frame, input);
+        times.before = io_state.position;
         auto start = Clock::now();
         const auto report = solver.advance(input, s.settings, io_state);
         if (!report) throw std::runtime_error(report.error().text());
@@ -92,6 +94,7 @@ Measurement measure(const NamedScene& named, const std::string& method, int thre
         const uint64_t hash = state_hash(state);
         if (k > 0 && hash != m.hash) throw std::runtime_error(std::string(named.name) + ": a repeat gave other bits");
         m.hash = hash;
+        m.lies = how_things_lie(*solver, s.input.duration, times.before, state.position, state.orientation);
         m.skin_vertices = skins.vertices(), m.skin_triangles = skins.triangles();
         if (k == 0)
             best = times;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "tests/benchmarks/bench/lying.h"
 #include "tests/benchmarks/bench/scenes.h"
 
 namespace sunder::bench {
@@ -21,6 +22,7 @@ struct Measurement {
     double peak_mb = 0;                            // of the process that made the scene and ran it
     double gigahertz = 0;  // of a chain of dependent additions beside the run: the clock as it was
     uint64_t hash = 0;     // of the last state
+    Lying lies;            // at the end
 };
 
 /// `frames` 0: as many as the scene says. Throws std::runtime_error with the core's text.

@@ -29,5 +29,6 @@ BenchScene cubes(int count);
 // Of cut bunnies.
 BenchScene two_bunnies();
 BenchScene paper_scene();
+BenchScene rubble();
 
 }  // namespace sunder::bench

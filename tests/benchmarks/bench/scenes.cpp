@@ -11,6 +11,7 @@ const std::vector<NamedScene>& all_scenes() {
         {"plate300", "a plate of 20x15 particles, hit by a weight", false, hit_plate},
         {"bunnies", "two bunnies of 300 fragments, hit by weights", false, two_bunnies},
         {"paper", "12 bunnies of 223 fragments fall and break", false, paper_scene},
+        {"rubble", "892 loose fragments of bunnies fall, sleeping off", false, rubble},
         {"pile", "a thousand loose fragments at rest in a heap", false, pile},
         {"resting", "a hundred bodies of 27 fragments, 95 at rest", false, [] { return resting(true); }},
         {"restless", "the same with sleeping off", false, [] { return resting(false); }},
