@@ -8,8 +8,8 @@
 
 #include "fracture_tools/mesh/mesh_checks.h"
 #include "fracture_tools/mesh/mesh_distance.h"
+#include "fracture_tools/mesh/shells.h"
 #include "fracture_tools/repair/mesh_repair.h"
-#include "solver/data/disjoint_sets.h"
 
 namespace sunder {
 namespace {
@@ -93,23 +93,17 @@ void add_far_field(const MeshView& mesh, const GridNodes& grid, int factor, floa
 }
 
 /// Triangles of shells whose own volume is positive, and of those that face inwards: cavities.
-struct Shells {
+struct SortedShells {
     std::vector<Triangle> outer, cavities;
 };
 
-Shells sort_shells(const MeshView& mesh) {
-    std::vector<uint32_t> part = disjoint_sets(mesh.positions.size());
-    for (const Triangle& t : mesh.triangles) unite(part, t[0], t[1]), unite(part, t[0], t[2]);
-    std::vector<double> volume(mesh.positions.size(), 0.0);
-    for (const Triangle& t : mesh.triangles) {
-        const Vec3& start = mesh.positions[lowest(part, t[0])];  // each shell about a point of its own
-        const Vec3 a = mesh.positions[t[0]] - start, b = mesh.positions[t[1]] - start, c = mesh.positions[t[2]] - start;
-        volume[lowest(part, t[0])] += a.dot(b.cross(c)) / 6;
-    }
-    Shells shells;
-    for (const Triangle& t : mesh.triangles)
-        (volume[lowest(part, t[0])] < 0 ? shells.cavities : shells.outer).push_back(t);
-    return shells;
+SortedShells sort_shells(const MeshView& mesh) {
+    const Shells shells = find_shells(mesh);
+    const std::vector<double> volume = shell_volumes(mesh, shells);
+    SortedShells sorted;
+    for (size_t t = 0; t < mesh.triangles.size(); ++t)
+        (volume[shells.of_triangle[t]] < 0 ? sorted.cavities : sorted.outer).push_back(mesh.triangles[t]);
+    return sorted;
 }
 
 /// How often the surface winds around a point: 1 inside, 0 outside (van Oosterom and Strackee 1983).
@@ -193,7 +187,7 @@ void fill(SignedDistanceGrid& io_grid, const MeshView& mesh, double thickness) {
         trim(nodes.nodes, distance);
         for (float& d : distance) d -= half;
     } else {
-        const Shells shells = sort_shells(mesh);
+        const SortedShells shells = sort_shells(mesh);
         distance = distances(shells.outer);
         if (!shells.cavities.empty()) {
             const std::vector<float> cavity = distances(shells.cavities);

@@ -66,7 +66,7 @@ CellComplex make_cell_complex(const TetMesh& mesh) {
     return complex;
 }
 
-size_t drop_crumbs(TetMesh& io_mesh, double least_volume) {
+std::vector<Vec3> drop_crumbs(TetMesh& io_mesh, double least_volume) {
     const CellComplex complex = make_cell_complex(io_mesh);
     std::vector<uint32_t> part(complex.n_cells());
     std::iota(part.begin(), part.end(), 0u);
@@ -83,17 +83,17 @@ size_t drop_crumbs(TetMesh& io_mesh, double least_volume) {
     for (uint32_t i = 0; i < complex.n_cells(); ++i) volume[lowest(i)] += complex.cell_volume[i];
     const auto largest = static_cast<uint32_t>(std::max_element(volume.begin(), volume.end()) - volume.begin());
     std::vector<std::array<uint32_t, 4>> kept;
-    size_t n_dropped = 0;
+    std::vector<Vec3> places;
     for (uint32_t i = 0; i < complex.n_cells(); ++i) {
         const uint32_t root = lowest(i);
         const bool is_crumb = root != largest && volume[root] < least_volume;
         if (!is_crumb)
             kept.push_back(io_mesh.tets[i]);
         else if (root == i)
-            ++n_dropped;
+            places.push_back(io_mesh.vertices[io_mesh.tets[i][0]]);
     }
     io_mesh.tets = std::move(kept);
-    return n_dropped;
+    return places;
 }
 
 }  // namespace sunder

@@ -48,8 +48,8 @@ struct CellFaceLists {
 };
 
 /// Leaves out separate parts (sets of cells that hang together by faces) of less than `least_volume`, m3, but never the
-/// largest part. Gives their number.
-size_t drop_crumbs(TetMesh& io_mesh, double least_volume);
+/// largest part. Gives where each was.
+std::vector<Vec3> drop_crumbs(TetMesh& io_mesh, double least_volume);
 
 /// Tetrahedra as cells; `source_triangle` is left open.
 CellComplex make_cell_complex(const TetMesh& mesh);

@@ -9,11 +9,16 @@
 #include <CGAL/Polyhedral_mesh_domain_with_features_3.h>
 #include <CGAL/Random.h>
 #include <CGAL/make_mesh_3.h>
+#include <CGAL/refine_mesh_3.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <tuple>
 #include <unordered_map>
 
+#include "fracture_tools/mesh/mesh_checks.h"
+#include "fracture_tools/mesh/shells.h"
 #include "fracture_tools/mesh/unit_box.h"
 
 namespace sunder {
@@ -30,6 +35,13 @@ namespace Param = CGAL::parameters;
 /// Facets and cells are shaped no worse than this (Delaunay refinement ends surely for angles up to 30 degrees).
 constexpr double kFacetAngle = 25;
 constexpr double kCellRadiusEdge = 3;
+/// Points that each shell is meshed from, if there are several; half the length of the segments that find them, as a
+/// share of their triangle's size; and how near to the ball of a sharp edge they may be, in its squared radii.
+constexpr size_t kSeeds = 24;
+constexpr double kReach = 1e-3, kNearBall = 4;
+/// Measured with plates: meshing ends with 0.65 squares for each vertex permitted, not with 2.
+constexpr double kSquaresPerVertex = 2;
+constexpr const char* kMend = "set source to voronoi";
 
 Result<Surface> make_surface(const MeshView& mesh, const UnitBox& unit, const std::string& where) {
     // Vertices without a triangle are left out: CGAL follows the edges of each vertex, also where there are none.
@@ -88,7 +100,62 @@ bool can_protect_edges(const Domain& domain, const Criteria& criteria, double ed
     return code == CGAL::CGAL_MESH_3_NO_ERROR;
 }
 
+/// Points on every shell of the surface, for it is meshed from points outward, and those that CGAL finds with rays from
+/// its middle may miss shells. None near a sharp edge: that one is a beginning itself.
+void seed_shells(const MeshView& mesh, const Shells& shells, const UnitBox& unit, const Domain& domain,
+                 Complex& io_complex) {
+    Triangulation& points = io_complex.triangulation();
+    std::vector<std::vector<uint32_t>> members(shells.n);
+    for (uint32_t t = 0; t < mesh.triangles.size(); ++t) members[shells.of_triangle[t]].push_back(t);
+    for (const std::vector<uint32_t>& triangles : members) {
+        std::vector<Vec3> middle, across;
+        for (uint32_t t : triangles) {
+            const auto& [a, b, c] = mesh.triangles[t];
+            const Vec3 p = unit.to_unit(mesh.positions[a]), q = unit.to_unit(mesh.positions[b]),
+                       r = unit.to_unit(mesh.positions[c]);
+            const Vec3 n = (q - p).cross(r - p);
+            middle.push_back((p + q + r) / 3);
+            across.push_back(n.norm() > 0 ? Vec3(kReach * n / std::sqrt(n.norm())) : Vec3::Zero());
+        }
+        // Each as far as can be from those before it.
+        std::vector<double> distance(triangles.size(), HUGE_VAL);
+        size_t next = 0;
+        for (size_t n = 0; n < kSeeds && distance[next] > 0; ++n) {
+            const Vec3 from = middle[next] - across[next], to = middle[next] + across[next];
+            const Kernel::Segment_3 segment(Kernel::Point_3(from.x(), from.y(), from.z()),
+                                            Kernel::Point_3(to.x(), to.y(), to.z()));
+            for (size_t k = 0; k < triangles.size(); ++k)
+                distance[k] = std::min(distance[k], (middle[k] - middle[next]).squaredNorm());
+            next = std::ranges::max_element(distance) - distance.begin();
+            if (segment.is_degenerate() || !domain.do_intersect_surface_object()(segment)) continue;
+            const Domain::Intersection at = domain.construct_intersection_object()(segment);
+            const Triangulation::Weighted_point point(std::get<0>(at));
+            if (points.dimension() == 3) {
+                const auto ball = points.nearest_power_vertex(point.point())->point();
+                if (CGAL::squared_distance(ball.point(), point.point()) <= kNearBall * ball.weight()) continue;
+            }
+            const Triangulation::Vertex_handle v = points.insert(point);
+            if (v == Triangulation::Vertex_handle()) continue;
+            io_complex.set_dimension(v, 2);
+            io_complex.set_index(v, std::get<1>(at));
+        }
+    }
+}
+
+/// Plates have about as many vertices as there are squares with their thickness on them: many more than permitted.
+bool is_too_thin(const MeshView& mesh, double max_vertices, double& out_thickness) {
+    const double area = mesh_area(mesh);
+    out_thickness = 2 * std::abs(mesh_volume(mesh)) / area;
+    return max_vertices > 0 && area > kSquaresPerVertex * max_vertices * out_thickness * out_thickness;
+}
+
 Result<TetMesh> run(const MeshView& mesh, const TetrahedralizeSettings& settings, const std::string& where) {
+    double thickness = 0;
+    if (is_too_thin(mesh, double(settings.max_vertices), thickness)) {
+        char text[100];
+        std::snprintf(text, sizeof text, "it is too thin (about %.3g m) to be filled with tetrahedra", thickness);
+        return bad_input(where, text, kMend);
+    }
     const UnitBox unit(mesh);
     Result<Surface> surface = make_surface(mesh, unit, where);
     if (!surface) return surface.error();
@@ -110,13 +177,22 @@ Result<TetMesh> run(const MeshView& mesh, const TetrahedralizeSettings& settings
     options.maximal_number_of_vertices = settings.max_vertices;
     options.pointer_to_error_code = &code;
     options.pointer_to_stop_atomic_boolean = settings.stop;
-    const Complex complex =
-        CGAL::make_mesh_3<Complex>(domain, criteria, has_features ? Param::features(domain) : Param::no_features(),
-                                   Param::no_perturb(), Param::no_exude(), options);
+    Complex complex;
+    const Shells shells = find_shells(mesh);
+    const size_t n_seeds = shells.n > 1 ? kSeeds * shells.n : 0;
+    if (options.maximal_number_of_vertices > 0) options.maximal_number_of_vertices += 2 * n_seeds;
+    CGAL::Mesh_3::internal::C3t3_initializer<Complex, Domain, Criteria, true>()(complex, domain, criteria, has_features,
+                                                                                options);
+    if (code == CGAL::CGAL_MESH_3_NO_ERROR) {
+        if (shells.n > 1) seed_shells(mesh, shells, unit, domain, complex);
+        CGAL::refine_mesh_3(complex, domain, criteria, Param::no_perturb(), Param::no_exude(), Param::no_reset_c3t3(),
+                            options);
+    }
     if (code != CGAL::CGAL_MESH_3_NO_ERROR)
-        return bad_input(where, "filling it with tetrahedra does not settle", "look for self-intersections");
+        return bad_input(where, "filling it with tetrahedra does not end: it is too thin somewhere, or crosses itself",
+                         kMend);
     TetMesh out = to_plain(complex, unit);
-    if (out.tets.empty()) return bad_input(where, "it holds no tetrahedron", "look for a surface without inside");
+    if (out.tets.empty()) return bad_input(where, "it holds no tetrahedron", kMend);
     return out;
 }
 
@@ -134,12 +210,8 @@ Result<TetMesh> tetrahedralize(const MeshView& mesh, const TetrahedralizeSetting
                      "ask for fewer pieces",
                      {},
                      {}};
-    } catch (const CGAL::Failure_exception& failure) {  // its what() is a page; the expression tells experts enough
-        return bad_input(where, "filling it with tetrahedra failed: " + failure.expression().substr(0, 80),
-                         "look for self-intersections");
-    } catch (const std::exception& failure) {
-        return bad_input(where, std::string("filling it with tetrahedra failed: ") + failure.what(),
-                         "look for self-intersections");
+    } catch (const std::exception&) {  // CGAL::Failure_exception: what it holds tells only those who know its sources
+        return bad_input(where, "it cannot be filled with tetrahedra", kMend);
     }
 }
 

@@ -25,7 +25,15 @@ struct TetrahedralizeSettings {
 };
 
 /// Fills the volume bounded by `mesh`; the surface is meshed anew, within `surface_distance`. Sequential: same input,
-/// same bits. Errors: what CGAL refuses (as a sentence), no tetrahedra, too many vertices, stopped.
+/// same bits. Errors: what CGAL refuses (as a sentence), too thin for max_vertices, no tetrahedra, too many vertices,
+/// stopped.
 Result<TetMesh> tetrahedralize(const MeshView& mesh, const TetrahedralizeSettings& settings, const std::string& where);
+
+/// Shells of a surface that are not there in the tetrahedra that should fill it: where one of their vertices is.
+struct LostShell {
+    double volume = 0;  // m3
+    Vec3 place = Vec3::Zero();
+};
+std::vector<LostShell> find_lost_shells(const MeshView& mesh, const TetMesh& tets);
 
 }  // namespace sunder

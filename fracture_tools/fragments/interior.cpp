@@ -1,6 +1,7 @@
 #include "fracture_tools/fragments/interior.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -15,14 +16,40 @@ namespace {
 constexpr double kEdgesPerBump = 4;
 /// That refining makes of a square whose sides are the longest edge permitted. Measured: 6 to 7.
 constexpr double kTrianglesPerSquare = 7;
+/// And of a border as long as that edge, on either side of it.
+constexpr double kTrianglesPerEdge = 4;
 /// Triangles of break surfaces, by estimate, that a cut may grow to: 200 bytes each, measured at 245,000.
 constexpr double kMostTriangles = 5e6;
+
+/// Of all interfaces, m.
+double border_length(const FragmentSet& set) {
+    double sum = 0;
+    std::vector<std::array<uint32_t, 2>> edges;
+    for (const Interface& i : set.interfaces) {
+        edges.clear();
+        for (uint32_t t = i.triangle_begin; t < i.triangle_end; ++t)
+            for (int c = 0; c < 3; ++c) {
+                const auto [low, high] =
+                    std::minmax(set.interface_triangles[t][c], set.interface_triangles[t][(c + 1) % 3]);
+                edges.push_back({low, high});
+            }
+        std::sort(edges.begin(), edges.end());
+        for (size_t e = 0; e < edges.size(); ++e) {
+            const bool is_shared =
+                (e > 0 && edges[e - 1] == edges[e]) || (e + 1 < edges.size() && edges[e + 1] == edges[e]);
+            if (!is_shared) sum += (set.vertices[edges[e][0]] - set.vertices[edges[e][1]]).norm();
+        }
+    }
+    return sum;
+}
 
 /// Refuses edges so short that the triangles would not fit into memory.
 Status check_fineness(const InteriorSettings& settings, double longest, double size, const FragmentSet& set) {
     double area = 0;
     for (const Interface& i : set.interfaces) area += i.area;
-    const double n = kTrianglesPerSquare * area / (longest * longest);
+    const double by_area = kTrianglesPerSquare * area / (longest * longest);
+    const double by_border = kTrianglesPerEdge * border_length(set) / longest;
+    const double n = by_area + by_border;
     if (n <= kMostTriangles) return {};
     const bool by_noise = settings.noise > 0 && settings.noise_scale / kEdgesPerBump * size == longest;
     const char* parameter = by_noise ? "noise_scale" : "interior_detail";
@@ -31,7 +58,7 @@ Status check_fineness(const InteriorSettings& settings, double longest, double s
     std::snprintf(text, sizeof text, "%g is too fine: break surfaces would have %.1e triangles", given, n);
     Error e = bad_input(parameter, text);
     std::snprintf(text, sizeof text, "permitted for this cut: %.2g and more, or fewer pieces",
-                  given * std::sqrt(n / kMostTriangles));
+                  given * std::max(std::sqrt(2 * by_area / kMostTriangles), 2 * by_border / kMostTriangles));
     e.parameter = parameter, e.mend = text;
     return e;
 }

@@ -80,6 +80,10 @@ public:
             full_[v] = d;
             halvings_[v] = 0;
         }
+        for (size_t f = 0; f < triangles_.size(); ++f)  // what stays as it was cut is not looked at
+            is_dirty_[f] = std::any_of(triangles_[f].begin(), triangles_[f].end(), [&](const Triangle& t) {
+                return !is_at_rest(t[0]) || !is_at_rest(t[1]) || !is_at_rest(t[2]);
+            });
     }
 
     void place() {

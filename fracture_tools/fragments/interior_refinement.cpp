@@ -9,8 +9,8 @@
 namespace sunder {
 namespace {
 
-/// Each pass halves the edges that are too long; more would be a thousandth of the longest.
-constexpr int kMostPasses = 12;
+/// Each pass halves the edges that are too long, those of borders first; more would be a thousandth of the longest.
+constexpr int kMostPasses = 24;
 constexpr int kMostSweeps = 8;
 /// Edges between triangles that meet at less than this stay where they are.
 constexpr double kFlatCosine = 0.999;
@@ -46,19 +46,35 @@ void cut_at_middles(const std::vector<Vec3>& points, const Middles& middles, con
     cut_at_middles(points, middles, {m, b, c}, out);
 }
 
-/// Middles of the interface edges that are too long; their points are added to the set.
-Middles split_long_edges(double longest, FragmentSet& io_set) {
-    std::vector<uint64_t> edges;
-    for (const Triangle& t : io_set.interface_triangles)
-        for (int c = 0; c < 3; ++c) {
-            const uint32_t v = t[c], w = t[(c + 1) % 3];
-            if ((io_set.vertices[v] - io_set.vertices[w]).squaredNorm() > longest * longest)
-                edges.push_back(edge_key(v, w));
+/// Ends of the edges of interfaces that are too long, ascending: of their borders as long as there are any. (In a strip
+/// narrower than `longest` they are all; with the edges across it cut as well it would fill with ever smaller
+/// triangles.)
+std::vector<uint64_t> long_edges(double longest, const FragmentSet& set) {
+    auto is_long = [&](uint64_t e) {
+        return (set.vertices[e >> 32] - set.vertices[e & 0xffffffffu]).squaredNorm() > longest * longest;
+    };
+    std::vector<uint64_t> border, within, edges;
+    for (const Interface& i : set.interfaces) {
+        edges.clear();
+        for (uint32_t t = i.triangle_begin; t < i.triangle_end; ++t)
+            for (int c = 0; c < 3; ++c)
+                edges.push_back(edge_key(set.interface_triangles[t][c], set.interface_triangles[t][(c + 1) % 3]));
+        std::sort(edges.begin(), edges.end());
+        for (size_t first = 0, last; first < edges.size(); first = last) {
+            for (last = first; last < edges.size() && edges[last] == edges[first];) ++last;
+            if (is_long(edges[first])) (last - first == 1 ? border : within).push_back(edges[first]);
         }
-    std::sort(edges.begin(), edges.end());
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+    }
+    std::vector<uint64_t>& out = border.empty() ? within : border;
+    std::sort(out.begin(), out.end());
+    out.erase(std::unique(out.begin(), out.end()), out.end());
+    return std::move(out);
+}
+
+/// New vertices in the middle of the interface edges that are to be split.
+Middles split_long_edges(double longest, FragmentSet& io_set) {
     Middles middles;
-    for (uint64_t e : edges) {
+    for (uint64_t e : long_edges(longest, io_set)) {
         middles.emplace(e, static_cast<uint32_t>(io_set.vertices.size()));
         io_set.vertices.push_back(0.5 * (io_set.vertices[e >> 32] + io_set.vertices[e & 0xffffffffu]));
     }

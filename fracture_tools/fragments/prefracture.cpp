@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <future>
+#include <iterator>
 #include <numeric>
 
 #include "fracture_tools/cells/cell_complex.h"
@@ -30,6 +31,8 @@ constexpr double kSurfaceDistance = 0.07, kLargestSurfaceDistance = 0.002;
 /// Cells are made smaller and meshed again when there are fewer than this share of the wanted ones, this often.
 constexpr double kEnoughCells = 0.6;
 constexpr int kMeshingAttempts = 3;
+/// And by this factor when a part of the mesh is lost.
+constexpr double kSmallerWhereLost = 0.6;
 constexpr double kVolumeErrorToTell = 0.012;
 /// Vertices allowed for the surface, beyond what the pieces need: the most detailed solid tried took 35,000. A surface
 /// that crosses itself may ask for more and more of them.
@@ -83,9 +86,10 @@ Result<TetMesh> mesh_cells_unless_cancelled(const TriMesh& mesh, const Prefractu
     return tets;
 }
 
-/// Tetrahedra enough for the pieces, with the mesh's volume; cells shrink until both hold.
+/// Tetrahedra enough for the pieces, with the mesh's volume and all of its parts; cells shrink until that holds.
+/// `out_crumbs`: where parts were that are too small to be missed.
 Result<TetMesh> fill(const TriMesh& mesh, const PrefractureSettings& settings, const std::string& where,
-                     std::vector<std::string>& io_warnings, const Progress& progress) {
+                     std::vector<std::string>& io_warnings, const Progress& progress, std::vector<Vec3>& out_crumbs) {
     const MeshReport report = check_mesh(mesh);
     const double wanted = settings.pieces * settings.cells_per_piece;
     TetrahedralizeSettings cells;
@@ -95,15 +99,26 @@ Result<TetMesh> fill(const TriMesh& mesh, const PrefractureSettings& settings, c
     cells.max_vertices = static_cast<size_t>(2 * wanted) + kSpareVertices;
     for (int attempt = 1;; ++attempt) {
         const double share = double(attempt - 1) / kMeshingAttempts;
+        out_crumbs.clear();
         Result<TetMesh> tets = mesh_cells_unless_cancelled(mesh, settings, where, cells, progress.part(share, share));
         if (!tets) return tets;
         const double error = std::abs(volume_of(*tets) - report.volume) / report.volume;
         const double found = double(tets->tets.size()) / wanted;
-        if (attempt < kMeshingAttempts && (found < kEnoughCells || error > kVolumeErrorToTell)) {
+        std::vector<LostShell> lost = find_lost_shells(mesh, *tets);
+        std::erase_if(lost, [&](const LostShell& shell) {
+            if (shell.volume >= kCrumb * report.volume / settings.pieces) return false;
+            out_crumbs.push_back(shell.place);
+            return true;
+        });
+        if (attempt < kMeshingAttempts && (found < kEnoughCells || error > kVolumeErrorToTell || !lost.empty())) {
+            if (!lost.empty()) cells.cell_size *= kSmallerWhereLost;
             if (found < kEnoughCells) cells.cell_size *= std::cbrt(std::max(found, 0.05));
             cells.surface_distance = std::min(0.6 * cells.surface_distance, kSurfaceDistance * cells.cell_size);
             continue;
         }
+        if (!lost.empty())
+            return bad_input(where, "a part near " + place_text(lost[0].place) + " is lost in tetrahedra of this size",
+                             "use more cells per piece, or set source to voronoi");
         if (error > kMaxVolumeError)
             return bad_input(where, "the cells' volume is " + percent(error) + " off the mesh's",
                              "remove self-intersections, or use more cells per piece");
@@ -128,12 +143,15 @@ struct LabelledCells {
 
 Result<LabelledCells> cut_by_kmeans(const TriMesh& solid, const PrefractureSettings& settings, const std::string& where,
                                     std::vector<std::string>& io_warnings, const Progress& progress) {
-    Result<TetMesh> tets = fill(solid, settings, where, io_warnings, progress.part(0, 0.7));
+    std::vector<Vec3> crumbs;
+    Result<TetMesh> tets = fill(solid, settings, where, io_warnings, progress.part(0, 0.7), crumbs);
     if (!tets) return tets.error();
     const double mean_piece = volume_of(*tets) / settings.pieces;
-    if (const size_t n = drop_crumbs(*tets, kCrumb * mean_piece); n > 0)
-        io_warnings.push_back(where + ": " + std::to_string(n) +
-                              " separate parts much smaller than a piece were left out");
+    std::ranges::copy(drop_crumbs(*tets, kCrumb * mean_piece), std::back_inserter(crumbs));
+    if (!crumbs.empty())
+        io_warnings.push_back(where + ": " + std::to_string(crumbs.size()) +
+                              " separate parts much smaller than a piece were left out, first near " +
+                              place_text(crumbs[0]) + " (source voronoi keeps them)");
     LabelledCells cut{make_cell_complex(*tets), {}, 0};
     find_source_triangles(solid, cut.complex);
     Result<std::vector<uint32_t>> label =

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "fracture_tools/mesh/mesh_checks.h"
+#include "fracture_tools/mesh/shells.h"
 #include "fracture_tools/repair/repair_attributes.h"
 #include "fracture_tools/repair/repair_holes.h"
 #include "fracture_tools/repair/repair_shells.h"
@@ -99,8 +100,14 @@ public:
         }
         if (!progress.report(0.9, "uniting shells")) return cancelled();
         if (shells.buried + shells.flat > 0) crossing = crossing_triangles(mesh_);
-        if (const size_t n = unite_shells(mesh_, crossing); n > 0) {
-            told.push_back(std::to_string(n) + " shells that cross or touch united");
+        const UnionReport in_one = unite_shells(mesh_, crossing);
+        if (in_one.left > 0)
+            return bad_input(where_,
+                             std::to_string(in_one.left) + " shells overlap and cannot be united, first near " +
+                                 place_text(in_one.first_left),
+                             "unite them in a modelling program, or set repair to wrap");
+        if (in_one.united > 0) {
+            told.push_back(std::to_string(in_one.united) + " shells that cross or touch united");
             crossing = crossing_triangles(mesh_);
         }
         if (is_changed_)
@@ -199,7 +206,7 @@ private:
             Error e = bad_input(where_,
                                 "the mesh is open: " + std::to_string(n_open) + " boundary edges, first near " +
                                     place_text(mesh_.positions[rim->vertices[0]]),
-                                "close it, or set thickness to give a sheet walls");
+                                "close it, set thickness to give a sheet walls, or set repair to wrap");
             e.parameter = "thickness";
             return e;
         }

@@ -83,20 +83,6 @@ std::vector<Border> find_borders(const MeshView& mesh) {
     return borders;
 }
 
-Shells find_shells(const MeshView& mesh) {
-    std::vector<uint32_t> part = disjoint_sets(mesh.positions.size());
-    for (const Triangle& t : mesh.triangles) unite(part, t[0], t[1]), unite(part, t[1], t[2]);
-    constexpr uint32_t kNone = 0xffffffffu;
-    std::vector<uint32_t> number(mesh.positions.size(), kNone);
-    Shells shells;
-    for (const Triangle& t : mesh.triangles) {
-        uint32_t& n = number[lowest(part, t[0])];
-        if (n == kNone) n = shells.n++;
-        shells.of_triangle.push_back(n);
-    }
-    return shells;
-}
-
 size_t weld_borders(TriMesh& io_mesh, const std::vector<Border>& borders, double tolerance) {
     std::vector<uint32_t> vertices;
     std::vector<Vec3> points;

@@ -18,13 +18,6 @@ struct Border {
 /// Borders of a surface as join_triangles() gives it, ascending by their lowest vertex.
 std::vector<Border> find_borders(const MeshView& mesh);
 
-/// The shell (part of the surface) of every triangle, numbered by their lowest triangles.
-struct Shells {
-    std::vector<uint32_t> of_triangle;  // (n_triangles)
-    uint32_t n = 0;
-};
-Shells find_shells(const MeshView& mesh);
-
 /// Gives vertices of borders that lie within `tolerance` (m) of one another one position. The number of vertices moved.
 size_t weld_borders(TriMesh& io_mesh, const std::vector<Border>& borders, double tolerance);
 

@@ -8,7 +8,8 @@
 #include <set>
 
 #include "fracture_tools/mesh/mesh_checks.h"
-#include "fracture_tools/repair/repair_holes.h"
+#include "fracture_tools/mesh/shells.h"
+#include "solver/data/disjoint_sets.h"
 
 namespace sunder {
 namespace {
@@ -23,9 +24,9 @@ constexpr double kNearWhole = 0.1;
 struct Shell {
     std::vector<uint32_t> triangles;
     Aabb box;
-    double volume = 0, area = 0;  // signed as it is now, m3; m2
-    int facing = 0;               // as the artist has it: 1 outward, -1 inward, 0 this way and that
-    int parent = -1;              // the smallest shell around it
+    double volume = 0, area = 0;   // signed as it is now, m3; m2
+    int facing = 0;                // as the artist has it: 1 outward, -1 inward, 0 this way and that
+    std::vector<uint32_t> around;  // shells that it is within without crossing them
     bool is_flat() const { return std::abs(volume) <= kFlat * std::pow(area, 1.5); }
 };
 
@@ -80,28 +81,31 @@ bool is_within(const TriMesh& mesh, const Shell& inner, const Shell& outer) {
     return false;
 }
 
-/// Shells from the largest to the smallest; the last one found around a shell is the smallest.
-void find_parents(const TriMesh& mesh, std::span<const std::array<uint32_t, 2>> crossing, std::vector<Shell>& io_shells,
-                  std::vector<uint32_t>& out_order) {
-    const Shells parts = find_shells(mesh);
-    std::set<std::array<uint32_t, 2>> crossing_shells;
+std::set<std::array<uint32_t, 2>> crossing_shells(const Shells& parts,
+                                                  std::span<const std::array<uint32_t, 2>> crossing) {
+    std::set<std::array<uint32_t, 2>> pairs;
     for (const auto& [t, u] : crossing) {
-        const uint32_t a = parts.of_triangle[t], b = parts.of_triangle[u];
-        crossing_shells.insert({std::min(a, b), std::max(a, b)});
+        const auto [a, b] = std::minmax(parts.of_triangle[t], parts.of_triangle[u]);
+        if (a != b) pairs.insert({a, b});
     }
-    out_order.resize(io_shells.size());
-    std::iota(out_order.begin(), out_order.end(), 0u);
-    std::stable_sort(out_order.begin(), out_order.end(), [&](uint32_t x, uint32_t y) {
+    return pairs;
+}
+
+/// Fills what is around each shell, the smallest first. Gives the order from the largest to the smallest.
+std::vector<uint32_t> find_surroundings(const TriMesh& mesh, const std::set<std::array<uint32_t, 2>>& crossing,
+                                        std::vector<Shell>& io_shells) {
+    std::vector<uint32_t> order(io_shells.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), [&](uint32_t x, uint32_t y) {
         return std::abs(io_shells[x].volume) > std::abs(io_shells[y].volume);
     });
-    for (size_t i = 0; i < out_order.size(); ++i)
+    for (size_t i = 0; i < order.size(); ++i)
         for (size_t j = i; j-- > 0;) {
-            const uint32_t inner = out_order[i], outer = out_order[j];
-            if (crossing_shells.contains({std::min(inner, outer), std::max(inner, outer)})) continue;
-            if (!is_within(mesh, io_shells[inner], io_shells[outer])) continue;
-            io_shells[inner].parent = static_cast<int>(outer);
-            break;
+            const uint32_t inner = order[i], outer = order[j];
+            if (crossing.contains({std::min(inner, outer), std::max(inner, outer)})) continue;
+            if (is_within(mesh, io_shells[inner], io_shells[outer])) io_shells[inner].around.push_back(outer);
         }
+    return order;
 }
 
 }  // namespace
@@ -109,20 +113,34 @@ void find_parents(const TriMesh& mesh, std::span<const std::array<uint32_t, 2>> 
 ShellReport arrange_shells(TriMesh& io_mesh, std::span<const Sense> sense,
                            std::span<const std::array<uint32_t, 2>> crossing) {
     std::vector<Shell> shells = measure_shells(io_mesh, sense);
-    std::vector<uint32_t> order;
-    find_parents(io_mesh, crossing, shells, order);
-    struct Place {
-        int filled = 0;              // how often the space just within the shell is filled
-        bool is_inside_out = false;  // it and what is in it
-    };
-    std::vector<Place> places(shells.size());
+    const std::set<std::array<uint32_t, 2>> pairs = crossing_shells(find_shells(io_mesh), crossing);
+    const std::vector<uint32_t> order = find_surroundings(io_mesh, pairs, shells);
+    std::vector<uint32_t> group = disjoint_sets(shells.size());
+    for (const auto& [a, b] : pairs) unite(group, a, b);
+
+    std::vector<int> facing(shells.size(), 0);             // 1 outward, -1 inward, 0 without volume
+    std::vector<uint8_t> is_inside_out(shells.size(), 0);  // it and what is in it
+    std::vector<int> n_inward(shells.size(), 0);           // of each group
+    for (uint32_t s : order) {                             // what is around a shell comes before it
+        const Shell& shell = shells[s];
+        if (!shell.around.empty()) is_inside_out[s] = is_inside_out[shell.around.front()];
+        if (shell.is_flat()) continue;
+        int filled = 0;
+        for (uint32_t outer : shell.around) filled += facing[outer];
+        facing[s] = is_inside_out[s] ? -shell.facing : shell.facing;
+        if (facing[s] < 0 && filled <= 0) {
+            is_inside_out[s] = !is_inside_out[s];
+            facing[s] = 1;
+        }
+        if (facing[s] == 0) facing[s] = filled > 0 ? -1 : 1;
+        n_inward[lowest(group, s)] += facing[s] < 0;
+    }
+
     std::vector<uint8_t> mark(io_mesh.triangles.size(), 1);
     ShellReport report{.n_shells = shells.size()};
-    for (uint32_t s : order) {  // parents first
+    for (uint32_t s : order) {
         const Shell& shell = shells[s];
         const Vec3 at = io_mesh.positions[io_mesh.triangles[shell.triangles[0]][0]];
-        const Place around = shell.parent < 0 ? Place() : places[shell.parent];
-        Place& place = places[s] = around;
         auto drop = [&] {
             for (uint32_t t : shell.triangles) mark[t] = 0;
         };
@@ -131,25 +149,32 @@ ShellReport arrange_shells(TriMesh& io_mesh, std::span<const Sense> sense,
             drop();
             continue;
         }
-        int facing = around.is_inside_out ? -shell.facing : shell.facing;
-        if (facing < 0 && around.filled <= 0) {
-            place.is_inside_out = !around.is_inside_out;
-            facing = 1;
-        }
-        if (facing == 0) facing = around.filled > 0 ? -1 : 1;
-        place.filled = around.filled + facing;
-        if ((place.filled > 0) == (around.filled > 0)) {
+        // What goes round a group goes round each of its shells; within, space is emptied at most as often as shells
+        // of the group face inward.
+        int filled = 0;
+        for (uint32_t outer : shell.around)
+            if (lowest(group, outer) != lowest(group, s)) filled += facing[outer];
+        if (filled > n_inward[lowest(group, s)]) {
             if (report.buried++ == 0) report.first_buried = at;
             drop();
             continue;
         }
-        report.cavities += facing < 0;
-        report.turned += facing != shell.facing;
-        if ((shell.volume > 0) != (facing > 0))
+        report.cavities += facing[s] < 0;
+        report.turned += facing[s] != shell.facing;
+        if ((shell.volume > 0) != (facing[s] > 0))
             for (uint32_t t : shell.triangles) turn_triangle(io_mesh, t);
     }
     if (report.buried + report.flat > 0) keep_marked(io_mesh, mark);
     return report;
+}
+
+std::vector<std::vector<uint32_t>> surrounding_shells(const TriMesh& mesh,
+                                                      std::span<const std::array<uint32_t, 2>> crossing) {
+    std::vector<Shell> shells = measure_shells(mesh, {});
+    find_surroundings(mesh, crossing_shells(find_shells(mesh), crossing), shells);
+    std::vector<std::vector<uint32_t>> around;
+    for (Shell& s : shells) around.push_back(std::move(s.around));
+    return around;
 }
 
 }  // namespace sunder

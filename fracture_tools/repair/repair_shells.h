@@ -16,16 +16,21 @@ struct ShellReport {
 };
 
 /// Orients the closed shells of a mesh so that they bound a solid, by how the artist wound them (`sense`, of each
-/// triangle against the artist's; empty: as it is). Walking inward from outside, a shell that faces outward adds one to
-/// how often space is filled, one that faces inward takes one away (Jacobson et al. 2013 give the idea); the solid is
-/// where that is above 0. Hence a shell in a solid is a cavity if it faces the other way, and a solid in a cavity is
-/// one of its own. One that faces the same way is buried: the solid goes through it, it is dropped. A shell that faces
-/// into nothing is inside out, with all that is in it: turned. Shells whose triangles face this way and that are taken
-/// as solid, cavity, solid, ... from outside inward.
+/// triangle against the artist's; empty: as it is). Going inward, a shell that faces outward adds one to how often
+/// space is filled, one that faces inward takes one away (Jacobson et al. 2013 give the idea); the solid is where that
+/// is above 0. Hence a shell in a solid is a cavity if it faces the other way, and a solid in a cavity is one of its
+/// own. One that faces the same way is buried: the solid goes through it, it is dropped. A shell that faces into
+/// nothing is inside out, with all that is in it: turned. Shells whose triangles face this way and that are taken as
+/// solid, cavity, solid, ... from outside inward.
 ///
-/// `crossing`: pairs of triangles that cross. Shells that cross are not within one another. Shells without volume are
-/// dropped.
+/// `crossing`: pairs of triangles that cross. Shells that cross are not within one another, and are buried only all
+/// together with those that they cross. Shells without volume are dropped.
 ShellReport arrange_shells(TriMesh& io_mesh, std::span<const Sense> sense,
                            std::span<const std::array<uint32_t, 2>> crossing);
+
+/// Of each shell of an arranged mesh (numbered as find_shells() does) those that it is within without crossing them,
+/// the smallest first.
+std::vector<std::vector<uint32_t>> surrounding_shells(const TriMesh& mesh,
+                                                      std::span<const std::array<uint32_t, 2>> crossing);
 
 }  // namespace sunder

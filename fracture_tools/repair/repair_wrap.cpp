@@ -92,10 +92,9 @@ Result<TriMesh> wrap_surface(const MeshView& mesh, double detail, const std::str
     } catch (const std::bad_alloc&) {
         return Error{
             ErrorCode::internal, "memory ran out while wrapping the mesh", where, "set wrap_detail higher", {}, {}};
-    } catch (const CGAL::Failure_exception& failure) {  // its what() is a page; the expression tells experts enough
-        return bad_input(where, "it could not be wrapped: " + failure.expression().substr(0, 80));
-    } catch (const std::exception& failure) {
-        return bad_input(where, std::string("it could not be wrapped: ") + failure.what());
+    } catch (const std::exception&) {  // CGAL::Failure_exception: what it holds tells only those who know its sources
+        return bad_input(where, "it could not be wrapped",
+                         "clean it in a modelling program, or set wrap_detail higher");
     }
 }
 

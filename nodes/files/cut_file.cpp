@@ -11,7 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Raise the number when the same input is cut into other pieces: what was written before is then cut again.
-constexpr std::string_view kMark = "sunder cut 1, sunder " SUNDER_VERSION "\n";
+constexpr std::string_view kMark = "sunder cut 2, sunder " SUNDER_VERSION "\n";
 constexpr std::string_view kEnding = ".cut";
 
 /// Arrays of these are written as they lie in memory: numbers side by side, without gaps.

@@ -127,6 +127,23 @@ TEST(Interior, finer_triangles_are_well_shaped) {
     EXPECT_LT(double(n_thin), 0.12 * double(fine.interface_triangles.size()));
 }
 
+TEST(Interior, break_surfaces_of_a_sheet_are_strips_of_few_triangles) {
+    const TriMesh sheet = make_box(Vec3(1, 1, 1e-3));
+    const double size = std::cbrt(1e-3 / 20);
+    const FragmentSet set = cut(sheet, {.noise = 0.3});
+    double length = 0;
+    for (const Interface& i : set.interfaces) length += i.area / 1e-3;
+    // Twice as many as edges half as long as permitted, on both sides of the sheet.
+    EXPECT_LT(double(set.interface_triangles.size()), 4 * length / (0.5 * 0.5 / 4 * size));
+    EXPECT_EQ(fault_of_pieces(sheet, set), "");
+    PrefractureSettings fine;
+    fine.pieces = 20, fine.method = CutMethod::voronoi;
+    fine.interior = {.noise = 0.3, .noise_scale = 0.05};
+    const Result<FragmentSet> refused = prefracture(make_box(Vec3(1, 1, 1e-11)), fine, "sheet");
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().parameter, "noise_scale") << refused.error().text();
+}
+
 TEST(Interior, noise_keeps_pieces_closed_whole_and_free_of_self_intersections) {
     const InteriorSettings noise{.noise = 0.12, .noise_scale = 0.6};
     for (const TriMesh& mesh : {make_box(), plate(), make_torus()}) {

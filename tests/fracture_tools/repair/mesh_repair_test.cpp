@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <set>
 
 #include "fracture_tools/mesh/mesh_checks.h"
+#include "fracture_tools/repair/repair_surface.h"
+#include "fracture_tools/repair/repair_union.h"
 #include "tests/fracture_tools/shapes.h"
 
 namespace sunder {
@@ -304,6 +307,65 @@ TEST(MeshRepair, shells_that_cross_are_united_and_keep_what_is_left_of_their_tri
     const Repaired beside = repaired(joined(make_box(), make_box(), Vec3(1, 0.3, 0.2)));
     EXPECT_NEAR(mesh_volume(beside.mesh), 2, 1e-12);
     EXPECT_NEAR(mesh_area(beside.mesh), 12 - 2 * 0.7 * 0.8, 1e-12);
+}
+
+TEST(MeshRepair, what_crosses_the_wall_of_a_cavity_is_united_with_the_hollow_solid) {
+    const TriMesh hollow = joined(make_box(), flipped(make_box(Vec3::Constant(0.5))), Vec3::Constant(0.25));
+    const Repaired through = repaired(joined(hollow, make_box(Vec3(1, 0.25, 0.25)), Vec3(0.5, 0.375, 0.375)));
+    EXPECT_NEAR(mesh_volume(through.mesh), 0.875 + 0.75 * 0.0625, 1e-12);
+    EXPECT_TRUE(tells(through, "3 shells that cross or touch united"));
+    const TriMesh half_inside = joined(hollow, make_box(Vec3::Constant(0.25)), Vec3(0.625, 0.375, 0.375));
+    const Repaired inner = repaired(half_inside);
+    EXPECT_NEAR(mesh_volume(inner.mesh), 0.875 + 0.125 * 0.0625, 1e-12);
+    EXPECT_FALSE(tells(inner, "within solid matter"));
+    const Repaired turned = repaired(flipped(half_inside));
+    EXPECT_NEAR(mesh_volume(turned.mesh), 0.875 + 0.125 * 0.0625, 1e-12) << "inside out as a whole";
+    // Cavities that cross are one; what is within all that crosses goes; a cavity filled by another solid is none.
+    const TriMesh two_cavities = joined(hollow, flipped(make_box(Vec3::Constant(0.25))), Vec3(0.625, 0.375, 0.375));
+    EXPECT_NEAR(mesh_volume(repaired(two_cavities).mesh), 0.875 - 0.125 * 0.0625, 1e-12);
+    const TriMesh filled = joined(hollow, make_box(Vec3(1, 0.75, 0.75)), Vec3(0.125, 0.125, 0.125));
+    EXPECT_NEAR(mesh_volume(repaired(filled).mesh), 1 + 0.125 * 0.75 * 0.75, 1e-12);
+    const TriMesh block = make_box(Vec3::Constant(3));
+    const Repaired buried = repaired(joined(block, joined(make_box(), make_box(), Vec3::Constant(0.5)), Vec3::Ones()));
+    EXPECT_EQ(buried.mesh.triangles.size(), 12u);
+    EXPECT_TRUE(tells(buried, "2 shells within solid matter dropped"));
+}
+
+TEST(MeshRepair, a_shell_that_cannot_be_united_keeps_no_others_from_it_and_is_never_left_overlapping) {
+    const TriMesh boxes = joined(make_box(), make_box(), Vec3(0.5, 0.25, 0.1));
+    TriMesh knot = make_torus(0.35, 0.15, 24, 12);
+    for (uint32_t v = 48; v < 96; ++v) knot.positions[v] = -1.05 * knot.positions[v] + Vec3(0.01, 0.02, 0.03);
+    const TriMesh tangle = joined(knot, make_torus(0.35, 0.15, 24, 12), Vec3(0.03, 0.02, 0.01));
+    TriMesh mesh = joined(boxes, tangle, Vec3(5, 0, 0));
+    const auto crossing = crossing_triangles(mesh);
+    const UnionReport report = unite_shells(mesh, crossing);
+    EXPECT_EQ(report.united, 2u);
+    EXPECT_EQ(report.left, 2u);
+    EXPECT_GT(report.first_left.x(), 4);
+    const Error e = refused(joined(boxes, tangle, Vec3(5, 0, 0)));
+    EXPECT_NE(e.what.find("2 shells overlap and cannot be united, first near ("), std::string::npos) << e.text();
+    const Repaired wrapped = repaired(joined(boxes, tangle, Vec3(5, 0, 0)), {});
+    EXPECT_TRUE(tells(wrapped, "made anew"));
+}
+
+TEST(MeshRepair, a_union_has_no_edges_that_floats_cannot_tell) {
+    const Eigen::AngleAxisd turn(0.6, Vec3(0.2, 0.3, 0.4).normalized());
+    TriMesh mesh;
+    for (int k = 0; k < 3; ++k) {  // faces in one plane but for the rounding of their corners
+        TriMesh cube = make_box(Vec3::Constant(1.4));
+        for (Vec3& p : cube.positions) p = (0.4 * (turn * (p + k * Vec3(0.8, 0, 0)))).cast<float>().cast<double>();
+        mesh = joined(mesh, cube);
+    }
+    const TriMesh united = repaired(mesh).mesh;
+    for (const Triangle& t : united.triangles)
+        for (int c = 0; c < 3; ++c)
+            EXPECT_FALSE(united.positions[t[c]].cast<float>() == united.positions[t[(c + 1) % 3]].cast<float>());
+}
+
+TEST(MeshRepair, solids_that_touch_along_an_edge_stay_two) {
+    TriMesh mesh = joined(make_box(), make_box(), Vec3(1, 1, 0.5));  // half of an edge each
+    EXPECT_EQ(unite_shells(mesh, crossing_triangles(mesh)).left, 0u);
+    EXPECT_NEAR(mesh_volume(repaired(mesh).mesh), 2, 1e-12);
 }
 
 TEST(MeshRepair, a_surface_that_crosses_itself_is_told) {
