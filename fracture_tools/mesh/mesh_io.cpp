@@ -20,6 +20,7 @@
 
 #include "fracture_tools/mesh/mesh_assembler.h"
 #include "fracture_tools/mesh/polygon_files.h"
+#include "fracture_tools/mesh/utf8_text.h"
 
 namespace sunder {
 namespace {
@@ -74,7 +75,7 @@ private:
         for (unsigned m = 0; m < scene_.mNumMeshes; ++m)
             if (scene_.mMeshes[m]->mMaterialIndex < is_used.size()) is_used[scene_.mMeshes[m]->mMaterialIndex] = 1;
         for (unsigned m = 0; m < scene_.mNumMaterials; ++m) {
-            const std::string name = scene_.mMaterials[m]->GetName().C_Str();
+            const std::string name = to_utf8(scene_.mMaterials[m]->GetName().C_Str());
             const bool inserted =
                 name == AI_DEFAULT_MATERIAL_NAME || (name.empty() && (!is_used[m] || m + 1 == scene_.mNumMaterials));
             material_number_.push_back(inserted ? -1 : static_cast<int32_t>(material_name_.size()));
@@ -179,6 +180,14 @@ Status check_precision(const aiScene& scene, const std::string& path) {
     return bad_input(path, text, "move it nearer, or give it as PLY, which is read in double precision");
 }
 
+/// Length of the file's unit, m. FBX tells it in cm; assimp leaves coordinates as they are.
+double unit_of(const aiScene& scene, const std::string& path) {
+    if (lower_extension(path) != ".fbx") return 1;
+    float cm = 1;
+    if (scene.mMetaData) scene.mMetaData->Get("UnitScaleFactor", cm);
+    return cm > 0 && std::isfinite(cm) ? 0.01 * double(cm) : 0.01;
+}
+
 Result<TriMesh> read_with_assimp(const std::string& path, double scale) {
     Assimp::Importer importer;
     const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_SortByPType);
@@ -188,7 +197,7 @@ Result<TriMesh> read_with_assimp(const std::string& path, double scale) {
         return bad_input(path, "the file cannot be read: " + reason, std::string("give ") + kFormats);
     }
     if (Status s = check_precision(*scene, path); !s) return s.error();
-    return Collector(*scene, path, scale).collect();
+    return Collector(*scene, path, scale * unit_of(*scene, path)).collect();
 }
 
 Result<std::string> read_bytes(const std::string& path) {

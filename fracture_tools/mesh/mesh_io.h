@@ -9,7 +9,7 @@
 namespace sunder {
 
 struct MeshReadSettings {
-    double scale = 1.0;  // applied to positions; metres per file unit
+    double scale = 1.0;  // applied to positions; metres per file unit, of FBX a factor on the unit that the file tells
 };
 
 /// Reads every mesh of the file into one TriMesh: node transforms applied, polygons triangulated, vertices welded

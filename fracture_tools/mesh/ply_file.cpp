@@ -8,6 +8,7 @@
 #include "fracture_tools/mesh/mesh_assembler.h"
 #include "fracture_tools/mesh/polygon_files.h"
 #include "fracture_tools/mesh/text_scanner.h"
+#include "fracture_tools/mesh/utf8_text.h"
 
 namespace sunder {
 namespace {
@@ -230,7 +231,7 @@ private:
         for (size_t k = 0; k < e.properties.size(); ++k)
             if (!e.properties[k].count_type &&
                 std::find(kKnown.begin(), kKnown.end(), e.properties[k].name) == kKnown.end())
-                attributes_.push_back({e.properties[k].name, static_cast<int>(k), {}});
+                attributes_.push_back({to_utf8(e.properties[k].name), static_cast<int>(k), {}});
     }
     /// Colours are bytes, or shares.
     float color(const Element& e, int channel) const {

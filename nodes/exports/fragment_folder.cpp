@@ -168,7 +168,8 @@ Status write_fragments(const FragmentSet& set, const fs::path& folder, const Pro
             continue;
         if (fs::remove(old, code); code) return not_removed(old, code);
     }
-    if (auto written = write_file(listing, fragments_to_json(set).dump(1) + "\n"); !written) return written.error();
+    const std::string text = fragments_to_json(set).dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+    if (auto written = write_file(listing, text); !written) return written.error();
     return {};
 }
 

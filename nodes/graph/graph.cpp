@@ -19,9 +19,12 @@ Status check_node_name(const std::string& name) {
         });
     if (!bad && Json(name).dump(-1, ' ', false, Json::error_handler_t::ignore) == '"' + name + '"') return {};
     constexpr size_t kShown = 40;
-    const std::string shown = Json(name.substr(0, kShown)).dump(-1, ' ', true, Json::error_handler_t::replace);
+    std::string shown = name.substr(0, kShown);
+    while (name.size() > shown.size() && !shown.empty() && (name[shown.size()] & 0xc0) == 0x80)
+        shown.pop_back();  // ends between characters
     return bad_input("graph",
-                     "the node's name " + shown + (name.size() > kShown ? "..." : "") +
+                     "the node's name " + Json(shown).dump(-1, ' ', false, Json::error_handler_t::replace) +
+                         (name.size() > shown.size() ? "..." : "") +
                          " is empty, too long or holds a character that is not permitted",
                      "1 to 200 characters of UTF-8 without @ = / \\ quotes and control characters");
 }

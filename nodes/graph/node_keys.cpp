@@ -31,7 +31,7 @@ ContentKey Evaluation::own_key(const GraphNode& node) {
     hasher.add(node.name).add(node.description().type);
     for (const ParameterDescription& p : node.description().parameters) {
         const Json value = node.value(p).to_json();
-        hasher.add(p.name).add(value.dump());
+        hasher.add(p.name).add(value.dump(-1, ' ', false, Json::error_handler_t::replace));
         if (p.type == ParameterType::path && value.is_string())
             hasher.add(graph_.file_keys.key(graph_.resolve(value.get<std::string>())));
     }

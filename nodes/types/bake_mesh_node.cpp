@@ -38,8 +38,9 @@ NodeType bake_mesh_node() {
          .label = "Export",
          .type = ParameterType::choice,
          .default_value = "none",
-         .sentence = "Also a file of the whole shot beside the frames (PLY), made when all are baked. usda: "
-                     "USD with every frame; glb: glTF, fragments as rigid nodes (constant topology); pc2: "
+         .sentence = "Also one file of all frames beside them (PLY), made when all are baked: of this mesh alone, "
+                     "in usda and glb with rigid bodies and colliders. usda: USD with every frame; glb: glTF, "
+                     "fragments as rigid nodes (constant topology); pc2: "
                      "point cache (constant topology)",
          .choices = {"none", "usda", "glb", "pc2"}},
         compression_parameter()};

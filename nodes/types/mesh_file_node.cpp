@@ -78,7 +78,7 @@ NodeType mesh_file_node() {
          .max = 1e6,
          .min_excluded = true,
          .default_value = 1.0,
-         .sentence = "Length of the file's unit in metres"},
+         .sentence = "Length of the file's unit in metres; for FBX, which tells its unit, a factor on that"},
         rotation_parameter(Animation::constant, "Turns the mesh about its origin, for files whose up axis is not z"),
         {.name = "groups",
          .label = "Vertex Groups",

@@ -72,7 +72,7 @@ int run_check(const Options& options) {
         report.json["can_be_cut"] = bool(cut);
         report.json["repairs"] = told;
         if (!cut) report.json["error"] = cut.error().text();
-        std::printf("%s\n", report.json.dump(2).c_str());
+        std::printf("%s\n", report.json.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
     } else {
         std::printf("%s: %zu triangles, %s\n", options.mesh.c_str(), report.json["triangles"].get<size_t>(),
                     report.n_faults == 0 ? "no faults" : "with faults:");

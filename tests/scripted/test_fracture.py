@@ -1,5 +1,6 @@
 """sunder fracture: closed pieces that fill the mesh, and their listing."""
 import json
+import os
 
 import numpy as np
 import pytest
@@ -185,3 +186,26 @@ def test_pieces_do_not_leave_the_output_folder_through_a_link(sunder, tmp_path):
     run = sunder("fracture", "cube.obj", "-o", "cut", "--pieces", "3")
     assert run.status == 3 and "cut/pieces" in run.err
     assert not any((tmp_path / "elsewhere").iterdir())
+
+
+@pytest.mark.parametrize("name, shown", [
+    ("Gr\u00fcn".encode("latin-1"), "Gr\u00fcn"),
+    ("Gr\u00fcn \u2603 \U0001f9f1".encode(), "Gr\u00fcn \u2603 \U0001f9f1"),
+    (b"cut off \xe2\x98", "cut off \u00e2\u0098"),
+    (b"too long \xc0\xaf \xed\xa0\x80", "too long \u00c0\u00af \u00ed\u00a0\u0080"),
+])
+def test_names_that_are_no_utf8_are_taken_as_latin_1(sunder, tmp_path, name, shown):
+    (tmp_path / "cube.mtl").write_bytes(b"newmtl " + name + b"\n")
+    (tmp_path / "cube.obj").write_bytes(b"mtllib cube.mtl\n" + obj_text().replace("f ", "usemtl _\nf ", 1).encode().replace(b"_", name))
+    run = sunder("fracture", "cube.obj", "-o", "cut", "--pieces", "4")
+    assert run.status == 0, run.err
+    assert json.loads((tmp_path / "cut/fragments.json").read_text(encoding="utf-8"))["materials"] == [shown]
+
+
+def test_a_path_that_is_no_utf8_is_listed(sunder, tmp_path):
+    path = os.fsencode(tmp_path) + b"/cube\xfc.obj"
+    with open(path, "w") as file:
+        file.write(obj_text())
+    run = sunder("fracture", os.fsdecode(path), "-o", "cut", "--pieces", "4")
+    assert run.status == 0, run.err
+    assert json.loads((tmp_path / "cut/fragments.json").read_text(encoding="utf-8"))["source"]["path"].endswith("cube\ufffd.obj")

@@ -129,9 +129,25 @@ TEST_F(MeshIo, every_format_gives_the_same_closed_surface) {
         EXPECT_TRUE(r.is_solid()) << (r.faults.empty() ? "" : r.faults.front());
         EXPECT_EQ(r.n_triangles, want.n_triangles);
         EXPECT_EQ(r.n_vertices, want.n_vertices);
-        // FBX by assimp is in centimetres on both ways; 1e-5: single precision, and text with six digits.
-        EXPECT_NEAR(r.volume, want.volume, 1e-5 * want.volume);
+        // 1e-5: single precision, and text with six digits. Assimp writes FBX as centimetres.
+        EXPECT_NEAR(r.volume * (extension == "fbx" ? 1e6 : 1), want.volume, 1e-5 * want.volume);
         EXPECT_TRUE(mesh.material_names.empty() || mesh.triangle_material == std::vector<int32_t>(r.n_triangles, 0));
+    }
+}
+
+TEST_F(MeshIo, fbx_is_read_in_metres_whatever_its_unit) {
+    const std::string path = exported("fbxa", "fbx", SUNDER_TEST_DATA "/bunny.obj");
+    std::ifstream file(path);
+    std::string text((std::istreambuf_iterator<char>(file)), {});
+    const std::string unit = "P: \"UnitScaleFactor\", \"double\", \"Number\", \"\",";
+    const size_t at = text.find(unit);
+    ASSERT_NE(at, std::string::npos);
+    const size_t end = text.find('\n', at);
+    for (const auto& [cm, longest] : std::map<std::string, double>{{"1", 0.01}, {"100", 1}, {"2.54", 0.0254}}) {
+        std::string changed = text;
+        changed.replace(at + unit.size(), end - at - unit.size(), cm);
+        const MeshReport r = check_mesh(read(write("unit.fbx", changed)));
+        EXPECT_NEAR((r.bounds.max - r.bounds.min).maxCoeff(), longest, 1e-5 * longest);
     }
 }
 

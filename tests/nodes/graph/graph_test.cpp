@@ -36,6 +36,9 @@ TEST(Graph, refuses_names_that_scripts_could_not_write) {
     for (const std::string name : {"", "a=b", "@a", "a/b", "a\nb", "\xff"})
         EXPECT_FALSE(graph.add_node(name, "number")) << name;
     EXPECT_FALSE(graph.add_node(std::string(201, 'x'), "number"));
+    const auto refusal = [&](const std::string& name) { return graph.add_node(name, "number").error().what; };
+    EXPECT_NE(refusal("M\xc3\xbcll/1").find("\"M\xc3\xbcll/1\" is"), std::string::npos);
+    EXPECT_NE(refusal(std::string(39, 'x') + "\xc3\xb6=").find("xx\"... is"), std::string::npos);  // not cut within it
     EXPECT_TRUE(graph.add_node("Body.001 \xc3\xa9", "number"));
     EXPECT_TRUE(graph.add_node("sum", "sum"));
     EXPECT_TRUE(graph.set("sum", "terms", "@Body.001 \xc3\xa9.force"));  // split at the last dot
