@@ -40,7 +40,8 @@ class Entry(unittest.TestCase):
         for name in ("sunder", ".ci/run"):
             shutil.copy(ROOT / name, self.project / name)
         (self.project / "tests/scripted/usd_reader").mkdir(parents=True)
-        (self.project / "build/usd_reader/node_modules/tinyusdz").mkdir(parents=True)  # as if npm had installed it
+        (self.project / "build/usd_reader/node_modules/tinyusdz").mkdir(parents=True)  # as if it had been installed
+        self.write("build/usd_reader/node_modules/tinyusdz/tinyusdz.mjs", "")
         for folder in ("tests/scripted/usd_reader", "build/usd_reader"):
             self.write(f"{folder}/package-lock.json", "{}")
         self.write("CMakeLists.txt", CMAKE_LISTS)
@@ -63,7 +64,8 @@ class Entry(unittest.TestCase):
     def test_the_reader_of_usd_is_installed_when_its_lock_file_changes(self):
         npm = self.home / "bin/npm"
         npm.parent.mkdir()
-        npm.write_text(f"#!/bin/sh\necho \"$@\" >> {self.home}/asked\n")
+        npm.write_text(f"#!/bin/sh\necho \"$@\" >> {self.home}/asked\n"
+                       "mkdir -p \"$3/node_modules/tinyusdz\" && touch \"$3/node_modules/tinyusdz/tinyusdz.js\"\n")
         npm.chmod(0o755)
         environment = {**os.environ, "PATH": f"{npm.parent}:{os.environ['PATH']}"}
         self.write("tests.cmake", "add_test(NAME a COMMAND true)")

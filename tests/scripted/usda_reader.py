@@ -13,7 +13,7 @@ import numpy as np
 
 _TOKEN = re.compile(r"""\s+|(?P<text>"(?:[^"\\\n]|\\.)*")|(?P<path><[^>\n]*>)|(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)
     |(?P<word>[A-Za-z_][A-Za-z0-9_:.]*)|(?P<mark>[\[\](){},;:=])""", re.VERBOSE)
-_WIDTH = {"int": 1, "token": 1, "float": 1, "float3": 3, "double3": 3, "quatf": 4, "color3f": 3, "point3f": 3, "vector3f": 3, "normal3f": 3, "texCoord2f": 2}
+_WIDTH = {"int": 1, "token": 1, "string": 1, "float": 1, "float3": 3, "double3": 3, "quatf": 4, "color3f": 3, "point3f": 3, "vector3f": 3, "normal3f": 3, "texCoord2f": 2}
 
 
 class Attribute:
@@ -83,7 +83,7 @@ class _Reader:
         if kind == "number":
             return float(text) if re.search("[.eE]", text) else int(text)
         if kind == "text":
-            return text[1:-1]
+            return re.sub(r"\\(.)", r"\1", text[1:-1])
         if kind == "path":
             return text
         raise ValueError(f"token {self.next}: {text!r} is no value")
@@ -200,12 +200,14 @@ def why_there_is_no_tinyusdz():
     return note.read_text() if note.is_file() else ""
 
 
-def read_by_tinyusdz(path):
+def read_by_tinyusdz(path, has_meshes=True):
+    """Without its meshes where a material takes colours of vertices: as of version 0.9.0 it has no idea how to render that, and
+    takes UsdPrimvarReader_float for an error wherever it stands."""
     modules = Path(os.environ["SUNDER_USD_READER"]) / "node_modules"
     if not (modules / "tinyusdz").is_dir():
         raise FileNotFoundError(f"{modules}/tinyusdz is not there: `./sunder test` installs it")
     script = Path(__file__).with_name("usd_reader") / "read_usd.mjs"
-    done = subprocess.run(["node", script, modules, path], capture_output=True, timeout=60)
+    done = subprocess.run(["node", script, modules, path, *([] if has_meshes else ["layer"])], capture_output=True, timeout=60)
     if done.returncode:
         raise ValueError(done.stderr.decode()[-2000:])
     told = json.loads(done.stdout)

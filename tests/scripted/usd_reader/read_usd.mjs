@@ -1,18 +1,18 @@
 // Reads a USD file with tinyusdz and prints what it understood, as JSON: the layer as tinyusdz writes it again, and the meshes
-// that it would hand to a renderer at the default time.
+// that it would hand to a renderer at the default time, unless only the layer is wanted.
 //
-//   node read_usd.mjs NODE_MODULES FILE
+//   node read_usd.mjs NODE_MODULES FILE [layer]
 import fs from "node:fs";
 import path from "node:path";
 import { pathToFileURL } from "node:url";
 
-const [modules, file] = process.argv.slice(2);
+const [modules, file, part] = process.argv.slice(2);
 const folder = path.join(path.resolve(modules), "tinyusdz");
 
 // The package is built for browsers, and for Node within one (Electron calls such processes renderers).
 process.type = "renderer";
 globalThis.window = globalThis;
-const { default: load } = await import(pathToFileURL(path.join(folder, "tinyusdz.js")));
+const { default: load } = await import(pathToFileURL(path.join(folder, "tinyusdz.mjs")));
 const program = new WebAssembly.Module(fs.readFileSync(path.join(folder, "tinyusdz.wasm")));
 const usd = await load({
   instantiateWasm(imports, done) {
@@ -29,12 +29,14 @@ function reader(method) {
   return made;
 }
 
-const stage = reader("loadFromBinary");
 const meshes = {};
-for (let i = 0; i < stage.numMeshes(); ++i) {
-  const mesh = stage.getMesh(i);
-  const arrays = Object.entries(mesh).filter(([, value]) => ArrayBuffer.isView(value));
-  meshes[mesh.absPath] = Object.fromEntries(arrays.map(([name, value]) => [name, Array.from(value)]));
+if (part !== "layer") {
+  const stage = reader("loadFromBinary");
+  for (let i = 0; i < stage.numMeshes(); ++i) {
+    const mesh = stage.getMesh(i);
+    const arrays = Object.entries(mesh).filter(([, value]) => ArrayBuffer.isView(value));
+    meshes[mesh.absPath] = Object.fromEntries(arrays.map(([name, value]) => [name, Array.from(value)]));
+  }
 }
 const text = reader("loadAsLayerFromBinary").layerToString();
 fs.writeSync(1, JSON.stringify({ text, meshes }));
