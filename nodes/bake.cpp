@@ -41,11 +41,11 @@ public:
         const double n = (last - manifest_.frame_range[0] + 1) / share;
         if (Status s = bake_frames(next_frame(), last, n); !s) return s.error();
         if (!exports_.empty() && (report_.n_frames > 0 || !exports_are_whole(manifest_, *folder_))) {
-            const auto files =
-                write_exports(exports_, *folder_, graph_.base_folder(), manifest_, progress_.part(share, 1));
-            if (!files) return files.error();
-            report_.n_files += files->size();
-            for (const FileStamp& stamp : *files) report_.bytes += stamp.size;
+            auto made = write_exports(exports_, *folder_, graph_.base_folder(), manifest_, progress_.part(share, 1));
+            if (!made) return made.error();
+            report_.n_files += made->stamps.size();
+            for (const FileStamp& stamp : made->stamps) report_.bytes += stamp.size;
+            report_.notes = std::move(made->notes);
         }
         (void)progress_.report(1, "baked");
         return report_;

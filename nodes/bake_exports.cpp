@@ -33,15 +33,14 @@ bool exports_are_whole(const Manifest& manifest, const BakeFolder& folder) {
     return !manifest.exports.empty() && verify_exports(manifest, folder.path(), unused);
 }
 
-Result<std::vector<FileStamp>> write_exports(const std::vector<WantedExport>& wanted, const BakeFolder& folder,
-                                             const std::string& graph_folder, Manifest& io_manifest,
-                                             const Progress& progress) {
+Result<WrittenExports> write_exports(const std::vector<WantedExport>& wanted, const BakeFolder& folder,
+                                     const std::string& graph_folder, Manifest& io_manifest, const Progress& progress) {
     io_manifest.exports.clear();
     for (const WantedExport& w : wanted)
         for (const std::string& path : files_of(w)) io_manifest.exports.push_back({w.node, path, {}});
     if (Status s = folder.write_manifest(io_manifest); !s) return s.error();
 
-    std::vector<FileStamp> stamps;
+    WrittenExports made;
     for (size_t k = 0; k < wanted.size(); ++k) {
         const auto shot =
             baked_shot(io_manifest, folder.path(), {.node = wanted[k].node, .graph_folder = graph_folder});
@@ -56,14 +55,15 @@ Result<std::vector<FileStamp>> write_exports(const std::vector<WantedExport>& wa
             error.node = wanted[k].node, error.parameter = "export";
             return error;
         }
+        if (!written->note.empty()) made.notes.push_back(wanted[k].path + ": " + written->note);
         for (const auto& [path, stamp] : written->files) {
-            stamps.push_back(stamp);
+            made.stamps.push_back(stamp);
             for (ManifestFile& f : io_manifest.exports)
                 if (folder.path() / f.path == path) f.stamp = stamp;
         }
     }
     if (Status s = folder.write_manifest(io_manifest); !s) return s.error();
-    return stamps;
+    return made;
 }
 
 }  // namespace sunder

@@ -1,4 +1,4 @@
-// Files of the whole shot that bake nodes ask for, made when every frame is on disk.
+// Files of all frames that bake nodes ask for, made when every frame is on disk.
 #pragma once
 
 #include <optional>
@@ -27,11 +27,15 @@ std::vector<std::string> files_of(const WantedExport& wanted);
 /// Whether the manifest lists exports and all are there as listed.
 bool exports_are_whole(const Manifest& manifest, const BakeFolder& folder);
 
+struct WrittenExports {
+    std::vector<FileStamp> stamps;   // of each file
+    std::vector<std::string> notes;  // sentences, each with its file: what is not in it, and why
+};
+
 /// Makes them from the frames that the manifest lists, so that it does not matter in how many runs those were baked.
 /// While files are being written the manifest on disk lists them without stamps: a run that dies here leaves nothing
-/// that it does not know. Gives the stamps of what was written. `graph_folder`: where paths of the graph are seen from.
-Result<std::vector<FileStamp>> write_exports(const std::vector<WantedExport>& wanted, const BakeFolder& folder,
-                                             const std::string& graph_folder, Manifest& io_manifest,
-                                             const Progress& progress);
+/// that it does not know. `graph_folder`: where paths of the graph are seen from.
+Result<WrittenExports> write_exports(const std::vector<WantedExport>& wanted, const BakeFolder& folder,
+                                     const std::string& graph_folder, Manifest& io_manifest, const Progress& progress);
 
 }  // namespace sunder

@@ -19,6 +19,14 @@ uint32_t SkinBinding::pool_vertex(size_t vertex) const {
     return chunks[c]->vertex[vertex - first_vertex[c]].pool_vertex;
 }
 
+std::vector<uint32_t> SkinBinding::pool_vertices() const {
+    std::vector<uint32_t> all;
+    all.reserve(n_vertices());
+    for (const auto& chunk : chunks)
+        for (const SkinChunk::Vertex& v : chunk->vertex) all.push_back(v.pool_vertex);
+    return all;
+}
+
 uint32_t SkinBinding::nearest(size_t vertex) const {
     const size_t c = chunk_of(vertex);
     return chunks[c]->nearest[vertex - first_vertex[c]];

@@ -52,6 +52,7 @@ struct SkinBinding {
     size_t chunk_of(size_t vertex) const;
     std::span<const SkinInfluence> influences(size_t vertex) const;
     uint32_t pool_vertex(size_t vertex) const;
+    std::vector<uint32_t> pool_vertices() const;  // of all vertices
     uint32_t nearest(size_t vertex) const;
     const Vec3& rest_position(size_t vertex) const { return (*rest_vertex)[pool_vertex(vertex)]; }
     /// Where the influences of each vertex begin when those of all are put one after the other. (n_vertices + 1)

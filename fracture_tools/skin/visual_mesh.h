@@ -44,6 +44,8 @@ struct VisualMesh {
     SharedArray<uint8_t> triangle_hidden;     // (n_triangles), 1 until the interface breaks; empty if compact
     SharedArray<uint32_t> vertex_fragment;    // (n_vertices), fragment that the vertex follows first (nearest particle)
     SharedArray<Vec3f> velocities;            // (n_vertices x 3), m/s, d/dt of positions; empty if the frame tells none
+    SharedArray<Vec3f> rest_positions;        // (n_vertices x 3), m, before the body was placed; of meshes from files,
+                                              // may be empty: others have `skin`, which tells the pool's vertices
     std::shared_ptr<const SkinBinding> skin;  // what moves the vertices (skinning.h); the same until an edge breaks
 };
 

@@ -48,7 +48,7 @@ struct Manifest {
     std::array<int, 2> frame_range = {1, 1};  // frames wanted, both included
     std::vector<ManifestFrame> frames;        // whole ones, from frame_range[0] on, without a gap
     std::vector<ManifestFile> resume;         // state of each solver at the last whole frame
-    std::vector<ManifestFile> exports;        // files of the whole shot; a stamp of zeros while one is being written
+    std::vector<ManifestFile> exports;        // files of all frames; a stamp of zeros while one is being written
 
     bool operator==(const Manifest&) const = default;
 };

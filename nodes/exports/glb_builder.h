@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,18 +33,21 @@ public:
         return json_[list].size() - 1;
     }
 
-    /// A material; names of extensions are listed once.
+    /// A material, once if equal ones are asked for; names of extensions are listed once.
     size_t add_material(const Surface& s) {
+        if (const auto known = materials_.find(s); known != materials_.end()) return known->second;
+        constexpr std::array<double, 4> kWhite = {1, 1, 1, 1};  // by which colours of vertices are multiplied
+        const std::array<double, 4>& color = s.takes_vertex_colors ? kWhite : s.color;
         Json material = {
             {"name", s.name},
             {"pbrMetallicRoughness",
-             {{"baseColorFactor", s.color}, {"metallicFactor", s.metallic}, {"roughnessFactor", s.roughness}}}};
-        if (s.color[3] < 1) material["alphaMode"] = "BLEND";
+             {{"baseColorFactor", color}, {"metallicFactor", s.metallic}, {"roughnessFactor", s.roughness}}}};
+        if (color[3] < 1 || s.takes_vertex_alpha) material["alphaMode"] = "BLEND";
         if (s.transmission > 0) {
             material["extensions"]["KHR_materials_transmission"] = {{"transmissionFactor", s.transmission}};
             json_["extensionsUsed"] = Json::array({"KHR_materials_transmission"});
         }
-        return add("materials", std::move(material));
+        return materials_[s] = add("materials", std::move(material));
     }
 
     /// Numbers of one attribute; T is uint32_t or a row of floats. `target` 0: no vertex data.
@@ -70,7 +75,7 @@ public:
 
     ByteBuffer file() {
         json_["buffers"] = Json::array({{{"byteLength", binary_.view().size()}}});
-        std::string text = json_.dump();
+        std::string text = json_.dump(-1, ' ', false, Json::error_handler_t::replace);
         text.append((4 - text.size() % 4) % 4, ' ');
         const uint32_t binary = static_cast<uint32_t>(binary_.view().size());  // whole numbers and floats: 4 divides it
         ByteBuffer out;
@@ -92,6 +97,7 @@ private:
     }
     Json json_;
     ByteBuffer binary_;
+    std::map<Surface, size_t> materials_;
 };
 
 }  // namespace sunder

@@ -82,15 +82,22 @@ Result<std::vector<RigidFragment>> fragments_of(const ShotMesh& source, const Vi
     return fragments;
 }
 
+// COLOR_0 is from 0 to 1 (3.7.2.1); what is no number is 0.
+Color clamped(Color color) {
+    for (float& c : color) c = c > 0 ? std::min(c, 1.0f) : 0.0f;
+    return color;
+}
+
 // glTF has one normal, UV and colour a vertex: corners that differ become vertices of their own.
 size_t add_mesh(Glb& glb, const VisualMesh& first, const RigidFragment& f, const std::string& name,
-                size_t first_material) {
+                const std::vector<Surface>& surfaces) {
     std::map<uint32_t, Vec3> local;
     for (size_t k = 0; k < f.vertices.size(); ++k) local[f.vertices[k]] = f.local[k];
     std::map<int32_t, std::vector<uint32_t>> by_material;
     for (uint32_t t : f.triangles) by_material[first.triangle_material[t]].push_back(t);
     Json primitives = Json::array();
     for (const auto& [material, triangles] : by_material) {
+        const Surface& surface = surfaces[static_cast<size_t>(material)];
         using Key = std::array<uint32_t, 10>;  // vertex, bits of normal, UV and colour
         std::map<Key, uint32_t> known;
         std::vector<uint32_t> indices;
@@ -101,7 +108,8 @@ size_t add_mesh(Glb& glb, const VisualMesh& first, const RigidFragment& f, const
             for (uint32_t c = 0; c < 3; ++c) {
                 const Vec3f& n = first.corner_normals[3 * t + c];
                 const Vec2f uv = first.corner_uvs.empty() ? Vec2f(0, 0) : first.corner_uvs[3 * t + c];
-                const Color color = first.corner_colors.empty() ? Color{1, 1, 1, 1} : first.corner_colors[3 * t + c];
+                const Color color =
+                    surface.takes_vertex_colors ? clamped(first.corner_colors[3 * t + c]) : Color{1, 1, 1, 1};
                 const uint32_t v = first.triangles[t][c];
                 const Key key = {v,
                                  std::bit_cast<uint32_t>(n.x()),
@@ -124,11 +132,11 @@ size_t add_mesh(Glb& glb, const VisualMesh& first, const RigidFragment& f, const
                            {"NORMAL", glb.accessor(normals, "VEC3", kFloat, kArrayBuffer, false)}};
         if (!first.corner_uvs.empty())
             attributes["TEXCOORD_0"] = glb.accessor(uvs, "VEC2", kFloat, kArrayBuffer, false);
-        if (!first.corner_colors.empty())
+        if (surface.takes_vertex_colors)
             attributes["COLOR_0"] = glb.accessor(colors, "VEC4", kFloat, kArrayBuffer, false);
         primitives.push_back({{"attributes", attributes},
                               {"indices", glb.accessor(indices, "SCALAR", kUnsignedInt, kElementBuffer, false)},
-                              {"material", first_material + static_cast<size_t>(material)}});
+                              {"material", glb.add_material(surface)}});
     }
     return glb.add("meshes", {{"name", name}, {"primitives", primitives}});
 }
@@ -181,8 +189,8 @@ Status add_body(Glb& glb, Json& animation, size_t times, const Shot& shot, const
                              "export .usda or .pc2, which deform, or allow more with --tolerance");
         }
     }
-    const size_t first_material = glb.json()["materials"].size();
-    for (const Surface& surface : surfaces_of(source, *start)) glb.add_material(surface);
+    const std::vector<Surface> surfaces = surfaces_of(source, *start);
+    for (const Surface& surface : surfaces) glb.add_material(surface);  // in their order
     Json children = Json::array();
     for (const RigidFragment& f : *fragments) {
         char number[16];
@@ -190,7 +198,7 @@ Status add_body(Glb& glb, Json& animation, size_t times, const Shot& shot, const
         const std::string name = source.name + number;
         const Vec3f at = y_up(f.motion[0].position);
         const size_t node = glb.add("nodes", {{"name", name},
-                                              {"mesh", add_mesh(glb, first, f, name, first_material)},
+                                              {"mesh", add_mesh(glb, first, f, name, surfaces)},
                                               {"translation", {at.x(), at.y(), at.z()}}});
         children.push_back(node);
         if (shot.frames.size() > 1) animate(glb, animation, node, f, times);
@@ -210,14 +218,13 @@ Status add_solid(Glb& glb, Json& animation, size_t times, const ShotMesh& source
     }
     for (uint32_t t = 0; t < frame->mesh.triangles.size(); ++t) whole.triangles.push_back(t);
     for (const Pose& pose : source.poses) whole.motion.push_back({pose.position, pose.orientation});
-    const size_t first_material = glb.json()["materials"].size();
-    for (const Surface& surface : surfaces_of(source, *frame)) glb.add_material(surface);
     const Vec3f at = y_up(whole.motion[0].position);
     const Eigen::Vector4f q = y_up(whole.motion[0].rotation);
-    const size_t node = glb.add("nodes", {{"name", source.name},
-                                          {"mesh", add_mesh(glb, frame->mesh, whole, source.name, first_material)},
-                                          {"translation", {at.x(), at.y(), at.z()}},
-                                          {"rotation", {q[0], q[1], q[2], q[3]}}});
+    const size_t node =
+        glb.add("nodes", {{"name", source.name},
+                          {"mesh", add_mesh(glb, frame->mesh, whole, source.name, surfaces_of(source, *frame))},
+                          {"translation", {at.x(), at.y(), at.z()}},
+                          {"rotation", {q[0], q[1], q[2], q[3]}}});
     if (whole.motion.size() > 1) animate(glb, animation, node, whole, times);
     glb.json()["scenes"][0]["nodes"].push_back(node);
     return {};

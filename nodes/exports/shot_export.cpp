@@ -1,7 +1,9 @@
 #include "nodes/exports/shot_export.h"
 
 #include <algorithm>
+#include <set>
 
+#include "nodes/bake_files/bake_folder.h"
 #include "nodes/exports/shot_solids.h"
 #include "nodes/files/compression.h"
 #include "nodes/files/mesh_frame_file.h"
@@ -28,6 +30,54 @@ std::string body_name(const Json& nodes, const std::string& bake) {
     return body.empty() ? bake : body;
 }
 
+bool is_sequence(const fs::path& file) { return file.extension() == ".ply" || file.extension() == ".obj"; }
+
+fs::path frame_file(const fs::path& pattern, int frame) {
+    return pattern.parent_path() / output_path(pattern.filename().string(), frame);
+}
+
+Status check_ending(const fs::path& file) {
+    const std::string name = file.filename().string(), extension = file.extension().string();
+    const bool is_pattern = name.find('#') != std::string::npos;
+    if (is_shot_format(extension) && is_pattern)
+        return bad_input(file.string(), "a " + extension + " file holds all frames", "leave out the ####");
+    if (!is_shot_format(extension) && !is_sequence(file))
+        return bad_input(file.string(), "shots are not written as '" + extension + "'",
+                         "end the name in .usda, .glb, .pc2, .####.ply or .####.obj");
+    if (Status s = check_output_pattern(name); is_sequence(file) && !s)
+        return bad_input(file.string(), "has no run of #### for the frame", "shot.####" + extension);
+    return {};
+}
+
+// All that an export of these frames writes.
+std::vector<fs::path> files_of(const fs::path& file, const std::vector<int>& frames) {
+    std::vector<fs::path> files = companions(file);
+    if (!is_sequence(file)) files.push_back(file);
+    for (int frame : frames)
+        if (is_sequence(file)) files.push_back(frame_file(file, frame));
+    return files;
+}
+
+// Which file it is, however it is called; links in its folder are followed, one in its place would be replaced.
+fs::path true_path(const fs::path& file) {
+    std::error_code code;
+    return fs::weakly_canonical(fs::absolute(file, code).parent_path(), code) / file.filename();
+}
+
+// Nothing is lost to an export: neither files of the bake, nor others unless whoever asked wants them replaced.
+Status check_free(const std::vector<fs::path>& files, const Manifest& manifest, const BakeExport& wanted) {
+    std::set<fs::path> own = {true_path(wanted.bake / kManifestName)};
+    for (const std::string& path : listed_paths(manifest)) own.insert(true_path(wanted.bake / path));
+    std::error_code code;
+    for (const fs::path& file : files) {
+        if (own.contains(true_path(file)))
+            return bad_input(file.string(), "is a file of the bake itself", "give another name or folder");
+        if (!wanted.overwrite && fs::exists(fs::symlink_status(file, code)))
+            return bad_input(file.string(), "is there already", "--overwrite replaces it");
+    }
+    return {};
+}
+
 Result<ExportReport> export_sequence(const Shot& shot, const ExportSettings& settings, const Progress& progress) {
     if (shot.meshes.size() != 1)
         return bad_input(settings.file.string(),
@@ -38,8 +88,7 @@ Result<ExportReport> export_sequence(const Shot& shot, const ExportSettings& set
         if (!progress.report(double(i) / double(shot.frames.size()), "exporting")) return cancelled();
         auto frame = shot.meshes[0].read(i);
         if (!frame) return frame.error();
-        const fs::path file =
-            settings.file.parent_path() / output_path(settings.file.filename().string(), shot.frames[i]);
+        const fs::path file = frame_file(settings.file, shot.frames[i]);
         const auto bytes = encode_mesh(file.string(), frame->mesh, material_names_of(shot.meshes[0], *frame));
         if (!bytes) return bytes.error();
         const auto stamp = write_file(file, bytes->view());
@@ -117,7 +166,7 @@ Result<Shot> with_solids(const Shot& shot, std::string& out_note) {
 }
 
 std::vector<Surface> surfaces_of(const ShotMesh& mesh, const MeshFrame& first) {
-    constexpr std::array<double, 4> kBreak = {0.5, 0.42, 0.36, 1}, kWhite = {1, 1, 1, 1};
+    constexpr std::array<double, 4> kBreak = {0.5, 0.42, 0.36, 1};
     std::vector<Surface> surfaces;
     for (size_t m = 0; m < first.materials.size(); ++m) {
         const bool is_interior = mesh.poses.empty() && m + 1 == first.materials.size();
@@ -127,8 +176,12 @@ std::vector<Surface> surfaces_of(const ShotMesh& mesh, const MeshFrame& first) {
         else if (m < mesh.look.surfaces.size())
             surface = mesh.look.surfaces[m];
         if (surface.name.empty()) surface.name = first.materials[m];
-        if (!first.mesh.corner_colors.empty() && !is_interior) surface.color = kWhite;  // those of vertices count
+        surface.takes_vertex_colors &= !is_interior && !first.mesh.corner_colors.empty();
         surfaces.push_back(std::move(surface));
+    }
+    for (size_t c = 0; c < first.mesh.corner_colors.size(); ++c) {
+        Surface& surface = surfaces[static_cast<size_t>(first.mesh.triangle_material[c / 3])];
+        surface.takes_vertex_alpha |= surface.takes_vertex_colors && first.mesh.corner_colors[c][3] != 1;
     }
     return surfaces;
 }
@@ -161,18 +214,11 @@ Status check_constant_topology(const VisualMesh& first, const VisualMesh& mesh, 
 namespace {
 
 Result<ExportReport> export_by_ending(const Shot& shot, const ExportSettings& settings, const Progress& progress) {
-    const std::string name = settings.file.filename().string(), extension = settings.file.extension().string();
-    const bool is_pattern = name.find('#') != std::string::npos;
-    if (is_shot_format(extension) && is_pattern)
-        return bad_input(settings.file.string(), "a " + extension + " file holds all frames", "leave out the ####");
+    if (Status s = check_ending(settings.file); !s) return s.error();
+    const std::string extension = settings.file.extension().string();
     if (extension == ".usda") return export_usda(shot, settings, progress);
     if (extension == ".glb") return export_glb(shot, settings, progress);
     if (extension == ".pc2") return export_pc2(shot, settings, progress);
-    if (extension != ".ply" && extension != ".obj")
-        return bad_input(settings.file.string(), "shots are not written as '" + extension + "'",
-                         "end the name in .usda, .glb, .pc2, .####.ply or .####.obj");
-    if (Status s = check_output_pattern(name); !s)
-        return bad_input(settings.file.string(), "has no run of #### for the frame", "shot.####" + extension);
     return export_sequence(shot, settings, progress);
 }
 
@@ -187,7 +233,8 @@ Result<ExportReport> export_shot(const Shot& shot, const ExportSettings& setting
 Result<ExportReport> export_bake(const BakeExport& wanted, const Progress& progress) {
     const fs::path& file = wanted.settings.file;
     if (file.empty()) return bad_usage("no file is given", "as shot.usda");
-    if (!(wanted.settings.tolerance >= 0)) return bad_usage("the tolerance is negative", "a share of the shot's size");
+    if (!(wanted.settings.tolerance >= 0)) return bad_usage("the tolerance is negative", "a share of the body's size");
+    if (Status s = check_ending(file); !s) return s.error();
     std::error_code code;
     if (!fs::is_directory(wanted.bake, code))
         return bad_input(wanted.bake.string(), "is no bake folder", "sunder bake GRAPH -o DIR makes one");
@@ -197,11 +244,7 @@ Result<ExportReport> export_bake(const BakeExport& wanted, const Progress& progr
     choice.has_solids = choice.node.empty();
     const auto shot = baked_shot(*manifest, wanted.bake, choice);
     if (!shot) return shot.error();
-    std::vector<fs::path> files = companions(file);
-    files.push_back(file);
-    for (const fs::path& path : files)
-        if (!wanted.overwrite && fs::exists(fs::symlink_status(path, code)))
-            return bad_input(path.string(), "is there already", "--overwrite replaces it");
+    if (Status s = check_free(files_of(file, shot->frames), *manifest, wanted); !s) return s.error();
     if (file.has_parent_path())
         if (Status s = make_folders(file.parent_path()); !s) return s.error();
     return export_shot(*shot, wanted.settings, progress);

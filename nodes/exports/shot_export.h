@@ -54,7 +54,8 @@ Result<Shot> baked_shot(const Manifest& manifest, const std::filesystem::path& f
 /// The same with its solids among the meshes; `out_note` tells what is not.
 Result<Shot> with_solids(const Shot& shot, std::string& out_note);
 
-/// Surfaces of a frame's materials: those of the mesh's look, filled up with plain ones.
+/// Surfaces of a frame's materials: those of the mesh's look, filled up with plain ones. They take the colours of its
+/// vertices if there are any, which break surfaces never do.
 std::vector<Surface> surfaces_of(const ShotMesh& mesh, const MeshFrame& first);
 
 /// The same names as encode_mesh asks for them.
@@ -62,7 +63,7 @@ FragmentSet material_names_of(const ShotMesh& mesh, const MeshFrame& first);
 
 struct ExportSettings {
     std::filesystem::path file;  // its ending tells the format; with #### a sequence
-    /// .glb: how far a vertex may be from where its rigid node takes it, in diagonals of the shot's first frame.
+    /// .glb: how far a vertex may be from where its rigid node takes it, in diagonals of its body in the first frame.
     double tolerance = 0.005;
 };
 
@@ -96,7 +97,8 @@ struct BakeExport {
     bool overwrite = false;  // else a file that stands in the way is an error
 };
 
-/// Exports a bake to anywhere; makes the folder of the file.
+/// Exports a bake to anywhere; makes the folder of the file. Before anything is written, every file in the way is an
+/// error, and so is, even with `overwrite`, one of the bake itself.
 Result<ExportReport> export_bake(const BakeExport& wanted, const Progress& progress = {});
 
 // The formats, each in a file of its own.

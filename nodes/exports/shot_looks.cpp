@@ -28,7 +28,10 @@ Result<Surface> surface_of(const Json& fields, const std::string& where) {
         if (!is_share(fields[name])) return bad_input(where, "'" + std::string(name) + "' is not from 0 to 1");
         *target = fields[name].get<double>();
     }
+    if (fields.contains("color_varies") && !fields["color_varies"].is_boolean())
+        return bad_input(where, "'color_varies' is neither true nor false");
     if (!fields.contains("color")) return surface;
+    surface.takes_vertex_colors = fields.value("color_varies", false);
     const Json& color = fields["color"];
     if (!color.is_array() || color.size() != 4) return bad_input(where, "'color' is not four numbers from 0 to 1");
     for (size_t k = 0; k < 4; ++k) {

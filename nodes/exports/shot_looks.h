@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <compare>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -20,6 +21,10 @@ struct Surface {
     std::string name;
     std::array<double, 4> color = {0.7, 0.7, 0.7, 1};        // linear red, green, blue; alpha
     double metallic = 0, roughness = 0.8, transmission = 0;  // 0 .. 1
+    bool takes_vertex_colors = true;                         // instead of `color`, where the mesh has some
+    bool takes_vertex_alpha = false;  // and some of those are seen through; surfaces_of() finds out
+
+    auto operator<=>(const Surface&) const = default;
 };
 
 /// Of one node: a body, rigid body or collider.

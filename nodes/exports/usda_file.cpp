@@ -13,16 +13,18 @@ namespace sunder {
 namespace {
 
 constexpr size_t kFlushBytes = size_t{1} << 20;
+constexpr const char* kBound = "prepend apiSchemas = [\"MaterialBindingAPI\"]";
 
 /// What one look at all frames of a mesh tells.
 struct Survey {
     std::vector<size_t> points_change;         // all frames, or the first of a solid
     std::vector<std::array<Vec3f, 2>> extent;  // of each of those
     std::vector<size_t> faces_change;          // frames at which faces or what belongs to them differ from before
+    std::vector<size_t> rest_change;           // empty if the shot tells no rest positions
     std::vector<size_t> hidden_change;
     std::vector<Surface> surfaces;  // by material
     bool has_uvs = false, has_velocities = false, has_hidden = false;
-    bool has_colors = false, has_rim = false, has_interfaces = false;
+    bool has_colors = false, has_alpha = false, has_rim = false, has_interfaces = false;
 };
 
 bool same_faces(const VisualMesh& a, const VisualMesh& b) {
@@ -46,7 +48,10 @@ Result<Survey> survey(const Shot& shot, const ShotMesh& source, const Progress& 
             found.has_hidden = !m.triangle_hidden.empty(), found.has_interfaces = !m.triangle_interface.empty();
             found.has_colors = !m.corner_colors.empty(), found.has_rim = !m.corner_rim.empty();
         }
+        found.has_alpha |= std::ranges::any_of(m.corner_colors, [](const Color& c) { return c[3] != 1; });
         if (i == 0 || !same_faces(before, m)) found.faces_change.push_back(i);
+        if (!m.rest_positions.empty() && (i == 0 || !(before.rest_positions == m.rest_positions)))
+            found.rest_change.push_back(i);
         if (i == 0 || before.triangle_hidden != m.triangle_hidden) found.hidden_change.push_back(i);
         std::array<Vec3f, 2> extent = {Vec3f::Zero(), Vec3f::Zero()};
         for (size_t v = 0; v < m.positions.size(); ++v) {
@@ -100,35 +105,60 @@ private:
         text_ += "\n)\n\n";
     }
 
-    // One material a name; bodies that use the same names share them.
+    // A prim and the brace behind it. `label`: what it is called, which a prim's name may not be.
+    void begin_prim(const std::string& indent, const char* type, const std::string& name, const std::string& label,
+                    const char* metadata) {
+        text_ += indent + "def " + type + " \"" + name + "\"";
+        std::string lines;
+        if (name != label) lines += indent + "    displayName = " + quoted(label) + "\n";
+        if (*metadata) lines += indent + "    " + metadata + "\n";
+        if (!lines.empty()) text_ += " (\n" + lines + indent + ")";
+        text_ += "\n" + indent + "{\n";
+    }
+
+    // One material a surface; bodies that have the same share it.
     void write_materials(const std::vector<Survey>& surveys) {
         text_ += "    def Scope \"Looks\"\n    {\n";
         PrimNames names;
         for (const Survey& s : surveys)
             for (const Surface& surface : s.surfaces) {
-                if (looks_.contains(surface.name)) continue;
-                const std::string name = looks_[surface.name] = names.make(surface.name);
-                text_ += "        def Material \"" + name +
-                         "\"\n        {\n"
-                         "            token outputs:surface.connect = </shot/Looks/" +
-                         name +
-                         "/surface.outputs:surface>\n\n"
-                         "            def Shader \"surface\"\n            {\n"
-                         "                uniform token info:id = \"UsdPreviewSurface\"\n"
-                         "                color3f inputs:diffuseColor = ";
-                put_tuple(text_, Vec3(surface.color[0], surface.color[1], surface.color[2]));
-                // Seen through: USD's preview has no transmission of its own, only opacity.
-                const std::array<std::pair<const char*, double>, 3> numbers = {
-                    {{"opacity", surface.color[3] * (1 - surface.transmission)},
-                     {"metallic", surface.metallic},
-                     {"roughness", surface.roughness}}};
-                for (const auto& [input, value] : numbers) {
-                    text_ += "\n                float inputs:" + std::string(input) + " = ";
-                    put(text_, value);
-                }
-                text_ += "\n                token outputs:surface\n            }\n        }\n\n";
+                if (looks_.contains(surface)) continue;
+                write_material(looks_[surface] = names.make(surface.name), surface);
             }
         text_ += "    }\n\n";
+    }
+
+    void write_material(const std::string& name, const Surface& surface) {
+        const std::string path = "</shot/Looks/" + name + "/";
+        std::string readers;  // shaders that give what the mesh has
+        const auto write_input = [&](const std::string& input, const std::string& value, const std::string& primvar,
+                                     const std::string& type) {
+            text_ += "                " + input;
+            text_ += primvar.empty() ? " = " + value + "\n" : ".connect = " + path + primvar + ".outputs:result>\n";
+            if (primvar.empty()) return;
+            readers += "\n            def Shader \"" + primvar +
+                       "\"\n            {\n"
+                       "                uniform token info:id = \"UsdPrimvarReader_" +
+                       type + "\"\n                string inputs:varname = \"" + primvar + "\"\n                " +
+                       type + " inputs:fallback = " + value + "\n                " + type +
+                       " outputs:result\n            }\n";
+        };
+        std::string color;
+        put_tuple(color, Vec3(surface.color[0], surface.color[1], surface.color[2]));
+        // Seen through: USD's preview has no transmission of its own, only opacity.
+        const double opacity = surface.color[3] * (1 - surface.transmission);
+
+        begin_prim("        ", "Material", name, surface.name, "");
+        text_ += "            token outputs:surface.connect = " + path +
+                 "surface.outputs:surface>\n\n"
+                 "            def Shader \"surface\"\n            {\n"
+                 "                uniform token info:id = \"UsdPreviewSurface\"\n";
+        write_input("color3f inputs:diffuseColor", color, surface.takes_vertex_colors ? "displayColor" : "", "float3");
+        write_input("float inputs:opacity", number_text(opacity),
+                    surface.takes_vertex_alpha && opacity == 1 ? "displayOpacity" : "", "float");
+        write_input("float inputs:metallic", number_text(surface.metallic), "", "float");
+        write_input("float inputs:roughness", number_text(surface.roughness), "", "float");
+        text_ += "                token outputs:surface\n            }\n" + readers + "        }\n\n";
     }
 
     // An attribute with a value for each of `frames`, or without time samples if there is but one. `metadata` as it
@@ -167,11 +197,11 @@ private:
 
     Status write_mesh(const ShotMesh& source, const std::string& name, const Survey& found, const Progress& progress) {
         depth_ = 2;
-        text_ += "    def Mesh \"" + name +
-                 "\" (\n        prepend apiSchemas = [\"MaterialBindingAPI\"]\n    )\n    {\n" +
-                 "        uniform token subdivisionScheme = \"none\"\n        uniform token orientation = "
-                 "\"rightHanded\"\n"
-                 "        uniform token subsetFamily:materialBind:familyType = \"partition\"\n";
+        begin_prim("    ", "Mesh", name, source.name, kBound);
+        text_ +=
+            "        uniform token subdivisionScheme = \"none\"\n        uniform token orientation = "
+            "\"rightHanded\"\n"
+            "        uniform token subsetFamily:materialBind:familyType = \"partition\"\n";
         if (!source.poses.empty()) write_poses(source.poses);
         std::string& out = text_;
         struct Attribute {
@@ -195,6 +225,8 @@ private:
              [&](const VisualMesh& m, size_t) { put_tuples(out, m.positions.vector()); }},
             {found.has_velocities, "vector3f[] velocities", "", found.points_change,
              [&](const VisualMesh& m, size_t) { put_tuples(out, m.velocities.vector()); }},
+            {!found.rest_change.empty(), "point3f[] primvars:Pref", "interpolation = \"vertex\"", found.rest_change,
+             [&](const VisualMesh& m, size_t) { put_tuples(out, m.rest_positions.vector()); }},
             {true, "normal3f[] normals", "interpolation = \"faceVarying\"", found.points_change,
              [&](const VisualMesh& m, size_t) { put_tuples(out, m.corner_normals.vector()); }},
             {found.has_uvs, "texCoord2f[] primvars:st", "interpolation = \"faceVarying\"", found.faces_change,
@@ -204,6 +236,10 @@ private:
                  put_array(out, m.corner_colors.size(), [&](size_t c) {
                      put_tuple(out, Vec3f(Eigen::Map<const Vec3f>(m.corner_colors[c].data())));
                  });
+             }},
+            {found.has_alpha, "float[] primvars:displayOpacity", "interpolation = \"faceVarying\"", found.faces_change,
+             [&](const VisualMesh& m, size_t) {
+                 put_array(out, m.corner_colors.size(), [&](size_t c) { put(out, m.corner_colors[c][3]); });
              }},
             {found.has_rim, "float[] primvars:rim", "interpolation = \"faceVarying\"", found.faces_change,
              [&](const VisualMesh& m, size_t) {
@@ -233,12 +269,13 @@ private:
         PrimNames names;
         for (size_t material = 0; material < found.surfaces.size(); ++material) {
             const std::string& label = found.surfaces[material].name;
-            text_ += "\n        def GeomSubset \"" + names.make(label) +
-                     "\" (\n            prepend apiSchemas = [\"MaterialBindingAPI\"]\n        )\n        {\n"
-                     "            uniform token elementType = \"face\"\n"
-                     "            uniform token familyName = \"materialBind\"\n"
-                     "            rel material:binding = </shot/Looks/" +
-                     looks_[label] + ">\n";
+            text_ += "\n";
+            begin_prim("        ", "GeomSubset", names.make(label), label, kBound);
+            text_ +=
+                "            uniform token elementType = \"face\"\n"
+                "            uniform token familyName = \"materialBind\"\n"
+                "            rel material:binding = </shot/Looks/" +
+                looks_[found.surfaces[material]] + ">\n";
             const double begin = double(attributes.size() + material);
             if (Status s = attribute(source, "int[] indices", "", found.faces_change,
                                      progress.part(begin / n, (begin + 1) / n),
@@ -285,9 +322,9 @@ private:
     const Shot& shot_;
     FileWriter& file_;
     const Progress& progress_;
-    std::map<std::string, std::string> looks_;  // material -> its prim
-    std::string text_;                          // not yet in the file
-    int depth_ = 2;                             // prims around the attributes that are being written
+    std::map<Surface, std::string> looks_;  // its prim
+    std::string text_;                      // not yet in the file
+    int depth_ = 2;                         // prims around the attributes that are being written
 };
 
 }  // namespace

@@ -17,6 +17,11 @@ inline void put(std::string& out, double value) {
     char text[32];
     out.append(text, std::to_chars(text, text + sizeof text, value).ptr);
 }
+inline std::string number_text(double value) {
+    std::string text;
+    put(text, value);
+    return text;
+}
 template <class Integer>
 void put_integer(std::string& out, Integer value) {
     char text[24];
@@ -43,6 +48,16 @@ void put_array(std::string& out, size_t n, PutOne&& put_one) {
 template <class Vector>
 void put_tuples(std::string& out, const std::vector<Vector>& values) {
     put_array(out, values.size(), [&](size_t i) { put_tuple(out, values[i]); });
+}
+
+/// "text" in quotes; control characters become blanks.
+inline std::string quoted(const std::string& text) {
+    std::string out = "\"";
+    for (char c : text) {
+        if (c == '"' || c == '\\') out += '\\';
+        out += static_cast<unsigned char>(c) < ' ' || c == 0x7f ? ' ' : c;
+    }
+    return out + '"';
 }
 
 /// Prim names: letters, digits, _; not a digit first; each once.

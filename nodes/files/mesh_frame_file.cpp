@@ -4,8 +4,10 @@
 #include <charconv>
 #include <cstring>
 #include <filesystem>
+#include <set>
 #include <unordered_map>
 
+#include "fracture_tools/skin/skinning.h"
 #include "nodes/files/ply_file.h"
 
 namespace sunder {
@@ -79,11 +81,31 @@ std::string one_line(std::string name) {
     return name;
 }
 
-// Blanks end a name in OBJ.
-std::string obj_name(std::string name) {
-    for (char& c : name)
-        if (static_cast<unsigned char>(c) <= ' ') c = '_';
-    return name;
+// By material. Blanks end a name in OBJ, and materials of one name are one: "a_b_2" is a second "a b". "interior" is
+// that of break surfaces, whatever others are called.
+std::vector<std::string> obj_names(const FragmentSet& fragments) {
+    const int32_t interior = fragments.interior_material;
+    std::vector<std::string> names;
+    std::set<std::string> taken = {material_label(fragments, interior)};
+    for (int32_t m = 0; m < interior; ++m) {
+        std::string name = material_label(fragments, m);
+        for (char& c : name)
+            if (static_cast<unsigned char>(c) <= ' ') c = '_';
+        std::string unique = name;
+        for (int n = 2; !taken.insert(unique).second; ++n) unique = name + "_" + std::to_string(n);
+        names.push_back(unique);
+    }
+    names.push_back(material_label(fragments, interior));
+    return names;
+}
+
+// Of each vertex in the mesh that was cut; empty where nothing tells.
+SharedArray<Vec3f> rest_positions(const VisualMesh& mesh, const FragmentSet& fragments) {
+    if (!mesh.skin) return mesh.rest_positions;
+    std::vector<Vec3f> rest;
+    rest.reserve(mesh.positions.size());
+    for (uint32_t v : mesh.skin->pool_vertices()) rest.push_back(fragments.vertices[v].cast<float>());
+    return rest;
 }
 
 }  // namespace
@@ -97,12 +119,15 @@ std::string material_label(const FragmentSet& fragments, int32_t material) {
 }
 
 ByteBuffer encode_mesh_ply(const VisualMesh& mesh, const FragmentSet& fragments) {
+    const SharedArray<Vec3f> rest = rest_positions(mesh, fragments);
     const bool has_uvs = !mesh.corner_uvs.empty(), has_velocities = !mesh.velocities.empty();
-    const bool has_hidden = !mesh.triangle_hidden.empty();
+    const bool has_hidden = !mesh.triangle_hidden.empty(), has_rest = !rest.empty();
     PlyElement vertex{"vertex", mesh.positions.size(), ply_scalars("x y z", PlyType::float32)};
     vertex.properties.push_back({"fragment", PlyType::int32, {}});
-    if (has_velocities)
-        for (const PlyProperty& p : ply_scalars("vx vy vz", PlyType::float32)) vertex.properties.push_back(p);
+    for (const PlyProperty& p : ply_scalars("rest_x rest_y rest_z", PlyType::float32))
+        if (has_rest) vertex.properties.push_back(p);
+    for (const PlyProperty& p : ply_scalars("vx vy vz", PlyType::float32))
+        if (has_velocities) vertex.properties.push_back(p);
     PlyElement face{"face", mesh.triangles.size(), {{"vertex_indices", PlyType::int32, PlyType::uint8}}};
     face.properties.push_back({"material", PlyType::int32, {}});
     face.properties.push_back({"fragment", PlyType::int32, {}});
@@ -115,7 +140,7 @@ ByteBuffer encode_mesh_ply(const VisualMesh& mesh, const FragmentSet& fragments)
     if (has_colors) face.properties.push_back({"corner_colors", PlyType::float32, PlyType::uint8});
     if (has_rim) face.properties.push_back({"rim", PlyType::float32, PlyType::uint8});
 
-    const size_t vertex_bytes = 16 + (has_velocities ? 12 : 0);
+    const size_t vertex_bytes = 16 + (has_rest ? 12 : 0) + (has_velocities ? 12 : 0);
     const size_t face_bytes = 1 + 12 + 8 + (has_hidden ? 1 : 0) + (has_uvs ? 1 + 24 : 0) + 1 + 36 +
                               (has_interfaces ? 4 : 0) + (has_colors ? 1 + 48 : 0) + (has_rim ? 1 + 12 : 0);
     ByteBuffer bytes;
@@ -128,6 +153,7 @@ ByteBuffer encode_mesh_ply(const VisualMesh& mesh, const FragmentSet& fragments)
     RowWriter rows{bytes.grow(mesh.positions.size() * vertex_bytes + mesh.triangles.size() * face_bytes)};
     for (size_t v = 0; v < mesh.positions.size(); ++v) {
         rows.put(mesh.positions[v]), rows.put(mesh.vertex_fragment[v]);
+        if (has_rest) rows.put(rest[v]);
         if (has_velocities) rows.put(mesh.velocities[v]);
     }
     for (size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -156,13 +182,14 @@ ByteBuffer encode_mesh_obj(const VisualMesh& mesh, const FragmentSet& fragments)
     }
     Pool<2> uvs("vt");
     Pool<3> normals("vn");
+    const std::vector<std::string> names = obj_names(fragments);
     const int32_t no_material = -1;
     int32_t material = no_material;
     for (size_t t = 0; t < mesh.triangles.size(); ++t) {
         line.clear();
         if (mesh.triangle_material[t] != material) {
             material = mesh.triangle_material[t];
-            line += "usemtl " + obj_name(material_label(fragments, material)) + "\n";
+            line += "usemtl " + names[static_cast<size_t>(material)] + "\n";
         }
         std::string face = "f";
         for (size_t c = 0; c < 3; ++c) {

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "fracture_tools/mesh/utf8_text.h"
 #include "nodes/files/mesh_frame_file.h"
 #include "nodes/files/ply_file.h"
 
@@ -116,7 +117,7 @@ std::vector<std::string> materials_of(const PlyHeader& header) {
         const auto [stop, code] =
             std::from_chars(line.data() + kMaterialComment.size(), line.data() + line.size(), number);
         if (code != std::errc() || number != names.size()) continue;
-        names.emplace_back(std::min(stop + 1, line.data() + line.size()), line.data() + line.size());
+        names.push_back(to_utf8({std::min(stop + 1, line.data() + line.size()), line.data() + line.size()}));
     }
     return names;
 }
@@ -141,6 +142,7 @@ Result<MeshFrame> decode_mesh_ply(std::string bytes, const std::string& where) {
         !read_as<int32_t>(*vertex, "fragment", PlyType::int32, m.vertex_fragment))
         return foreign;
     m.triangles = std::move(triangles);
+    read_vectors(*vertex, {"rest_x", "rest_y", "rest_z"}, m.rest_positions);
     read_vectors(*vertex, {"vx", "vy", "vz"}, m.velocities);
     read(*face, "hidden", PlyType::uint8, m.triangle_hidden);
     read_corners<2>(*face, "texcoord", m.corner_uvs);

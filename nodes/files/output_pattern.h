@@ -13,7 +13,7 @@ Status check_output_pattern(const std::string& pattern);
 /// The pattern with its run of # replaced by the frame, padded with zeros to the run's length ("-012" for -12).
 std::string output_path(const std::string& pattern, int frame);
 
-/// The file of a whole shot beside its frames: "mesh/bunny.####.ply" and ".usda" give "mesh/bunny.usda".
+/// The file of all frames beside them: "mesh/bunny.####.ply" and ".usda" give "mesh/bunny.usda".
 std::string shot_path(const std::string& pattern, const std::string& extension);
 
 }  // namespace sunder

@@ -23,8 +23,6 @@ constexpr std::array<TypeName, 8> kTypes = {{{PlyType::int8, 1, "char", "int8"},
                                              {PlyType::float32, 4, "float", "float32"},
                                              {PlyType::float64, 8, "double", "float64"}}};
 
-constexpr size_t kMaxHeaderBytes = 1 << 16;  // a longer one is not a header
-
 std::optional<PlyType> type_of(std::string_view word) {
     for (const TypeName& t : kTypes)
         if (word == t.name || word == t.other_name) return t.type;
@@ -91,8 +89,7 @@ Result<size_t> parse_header(const std::string& bytes, const std::string& where, 
     for (int number = 0;; ++number) {
         const size_t end = bytes.find('\n', at);
         if (number == 0 && bytes.compare(0, 3, "ply") != 0) return bad_input(where, "is not a PLY file");
-        if (end == std::string::npos || end > kMaxHeaderBytes)
-            return bad_input(where, "is truncated: the PLY header does not end");
+        if (end == std::string::npos) return bad_input(where, "is truncated: the PLY header does not end");
         std::string line = bytes.substr(at, end - at);
         at = end + 1;
         if (!line.empty() && line.back() == '\r') line.pop_back();

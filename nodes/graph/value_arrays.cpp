@@ -66,11 +66,10 @@ ArrayView made_of_influences(const SkinBinding& skin, Put&& put) {
 
 ArrayView rest_positions(const SkinBinding& skin) {
     auto numbers = std::make_shared<std::vector<double>>();
-    for (const auto& chunk : skin.chunks)
-        for (const SkinChunk::Vertex& v : chunk->vertex) {
-            const Vec3& x = (*skin.rest_vertex)[v.pool_vertex];
-            numbers->insert(numbers->end(), x.begin(), x.end());
-        }
+    for (uint32_t v : skin.pool_vertices()) {
+        const Vec3& x = (*skin.rest_vertex)[v];
+        numbers->insert(numbers->end(), x.begin(), x.end());
+    }
     return {type_code<double>(), {numbers->size() / 3, 3}, numbers->data(), numbers};
 }
 

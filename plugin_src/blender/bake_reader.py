@@ -80,9 +80,9 @@ def read_ply(path):
 
 
 class MeshFrame:
-    """positions (v, 3) f32, vertex_fragment (v,), velocities (v, 3) f32 or None, triangles (t, 3), corner_normals (3t, 3)
-    f32, uvs (3t, 2) f32 or None, material and fragment (t,), hidden (t,) bool; interface (t,), rim (3t,) f32 and colors
-    (3t, 4) f32 or None; whole numbers are int32."""
+    """positions (v, 3) f32, vertex_fragment (v,), velocities (v, 3) f32 or None, rest (v, 3) f32, in the mesh that was cut,
+    or None; triangles (t, 3), corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None, material and fragment (t,), hidden (t,)
+    bool; interface (t,), rim (3t,) f32 and colors (3t, 4) f32 or None; whole numbers are int32."""
 
 
 def read_mesh_frame(path):
@@ -93,6 +93,8 @@ def read_mesh_frame(path):
         mesh.vertex_fragment = np.ascontiguousarray(vertex["fragment"], np.int32)
         has_velocities = "vx" in vertex.dtype.names
         mesh.velocities = np.stack([vertex["v" + n] for n in "xyz"], 1) if has_velocities else None
+        has_rest = "rest_x" in vertex.dtype.names
+        mesh.rest = np.stack([vertex["rest_" + n] for n in "xyz"], 1) if has_rest else None
         mesh.triangles = np.ascontiguousarray(face["vertex_indices"], np.int32)
         mesh.corner_normals = np.ascontiguousarray(face["corner_normals"], np.float32).reshape(-1, 3)
         mesh.material, mesh.fragment = (np.ascontiguousarray(face[n], np.int32) for n in ("material", "fragment"))

@@ -191,7 +191,7 @@ typedef struct sunder_export_settings {
     const char* file;  /* its ending tells the format: .usda, .glb, .pc2, .####.ply, .####.obj */
     const char* node;  /* bake_mesh node whose mesh is written; NULL or "": all of them */
     int32_t has_frames, first_frame, last_frame; /* has_frames 0: all that are baked */
-    double tolerance; /* .glb: how far vertices may be from their rigid fragments, as a share of the shot's size */
+    double tolerance; /* .glb: how far vertices may be from their rigid fragments, as a share of their body's size */
 } sunder_export_settings;
 
 /* A bake as other programs read it: {"frames": [first, last], "files": [...], "note": TEXT}. Errors are told by the

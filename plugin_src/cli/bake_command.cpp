@@ -97,6 +97,7 @@ int run_bake(const Options& options) {
     else
         std::printf("%s: frames %d to %d baked, %zu files, %s\n", options.folder.c_str(), report->first_new_frame,
                     report->frames[1], report->n_files, bytes_text(report->bytes).c_str());
+    for (const std::string& note : report->notes) std::printf("note: %s\n", note.c_str());
     return kDone;
 }
 

@@ -54,7 +54,7 @@ void add_export_command(CLI::App& app, Run& out_run) {
         ->type_name("A:B");
     command
         ->add_option("--tolerance", options->wanted.settings.tolerance,
-                     ".glb: how far a vertex may be from its rigid fragment, as a share of the shot's size")
+                     ".glb: how far a vertex may be from its rigid fragment, as a share of its body's size")
         ->capture_default_str()
         ->type_name("SHARE");
     command

@@ -152,6 +152,21 @@ class Exports(AddonCase):
         bpy.ops.sunder.free_bake(tree=tree.name)
         self.assertFalse(folder.exists())
 
+    def test_a_colour_that_something_gives_is_told_to_vary(self):
+        paint = bpy.data.materials.new("Paint")
+        paint.diffuse_color = (0.25, 0.5, 0.75, 1)
+        paint.use_nodes = True
+        nodes, links = paint.node_tree.nodes, paint.node_tree.links
+        shader = nodes["Principled BSDF"]
+        shader.inputs["Base Color"].default_value = (1, 0.5, 0, 1)
+        told = addon("looks").surface(paint)
+        self.assertEqual((told["color"], "color_varies" in told), ([1, 0.5, 0, 1], False))
+        links.new(nodes.new("ShaderNodeVertexColor").outputs["Color"], shader.inputs["Base Color"])
+        told = addon("looks").surface(paint)
+        self.assertEqual((told["color"], told["color_varies"]), ([0.25, 0.5, 0.75, 1], True))
+        paint.use_nodes = False
+        self.assertNotIn("color_varies", addon("looks").surface(paint))
+
     def test_formats_are_told_by_the_ending(self):
         tree, _ = self.constant_tree()
         self.bake(tree)
@@ -168,6 +183,7 @@ class Exports(AddonCase):
         tree, _ = self.constant_tree()
         thing, = self.results(tree)
         self.bake(tree)
+        before = [m.name for m in thing.modifiers]
         known = addon("export").host_formats()
         for kind in ("ABC", "USD"):
             path = self.folder / f"host.{kind}"
@@ -176,7 +192,7 @@ class Exports(AddonCase):
             else:
                 with self.assertRaisesRegex(RuntimeError, "built without"):
                     bpy.ops.sunder.export_host(tree=tree.name, filepath=str(path), format=kind)
-        self.assertEqual(len(thing.modifiers), 0)
+        self.assertEqual([m.name for m in thing.modifiers], before)
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ class Guide(AddonCase):
         self.bake(tree)
         self.scene.frame_set(2)
         listed = re.findall(r"^\| `(\w+)` \| (faces|points) \|", GUIDE, re.MULTILINE)
-        self.assertEqual(len(listed), 7)
+        self.assertEqual(len(listed), 8)
         for name, domain in listed:
             self.assertEqual(result.data.attributes[name].domain, {"faces": "FACE", "points": "POINT"}[domain])
 

@@ -58,6 +58,58 @@ class Shown(ObjectCase):
         self.scene.frame_set(5)
         self.assertIn("Other", thing.data.uv_layers)
 
+    def test_textures_by_generated_coordinates_stick_to_the_pieces(self):
+        block = self.cube(size=1, location=(0.1, 0.2, 0.5))
+        block.scale, block.rotation_euler = (0.4, 0.3, 0.2), (0.3, 0.4, 0.5)
+        block.data.use_auto_texspace, block.data.texspace_size = False, (0.5, 0.25, 1)
+        tree, _ = self.tree(block)
+        thing, = self.results(tree)
+        self.bake(tree)
+
+        seen = []
+
+        class Sees(bpy.types.RenderEngine):
+            """What engines are given to render."""
+            bl_idname, bl_label = "SUNDER_TEST", "Sees"
+
+            def render(self, depsgraph):
+                mesh = thing.evaluated_get(depsgraph).data
+                at = lambda name: np.array([getattr(v, name) for v in mesh.vertices], np.float32)
+                seen.append((at("co"), at("undeformed_co"), list(mesh.texspace_location), list(mesh.texspace_size)))
+
+        bpy.utils.register_class(Sees)
+        self.addCleanup(bpy.utils.unregister_class, Sees)
+        self.scene.render.engine = "SUNDER_TEST"
+        self.scene.camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+        self.scene.collection.objects.link(self.scene.camera)
+        for frame in (1, 6):
+            self.scene.frame_set(frame)
+            bpy.ops.render.render()
+            moved, rest, location, size = seen[-1]
+            np.testing.assert_array_equal(moved, positions(thing))
+            np.testing.assert_allclose(rest, attribute(thing, "rest_position"), atol=1e-6)
+            np.testing.assert_allclose((location, size), ((0, 0, 0), (0.5, 0.25, 1)), atol=1e-7)
+            # In the block's own axes: what is outside lies on its faces, all of it within.
+            outer = np.unique(np.array([p.vertices for p, i in zip(thing.data.polygons, attribute(thing, "interior")) if not i]))
+            np.testing.assert_allclose(np.abs(rest[outer]).max(1), 0.5, atol=1e-5)
+            self.assertLess(np.abs(rest).max(), 0.5 + 1e-5)
+            if frame == 1:  # as the block stands
+                stands = np.array(block.matrix_world, np.float64)
+                self.assertLess(np.abs(rest @ stands[:3, :3].T + stands[:3, 3] - moved).max(), 0.05)
+        self.assertGreater(len(seen[1][0]), len(seen[0][0]))  # it tore
+        copy = thing.copy()
+        copy.data = thing.data.copy()
+        self.scene.collection.objects.link(copy)
+        self.scene.frame_set(2)
+        self.assertNotEqual(copy.data.texco_mesh, thing.data.texco_mesh)
+        rest = attribute(thing, "rest_position")
+        for _ in range(2):  # Blender does not count texture meshes as used once they come from a file
+            path = str(self.folder / "saved.blend")
+            bpy.ops.wm.save_as_mainfile(filepath=path)
+            bpy.ops.wm.open_mainfile(filepath=path)
+            mesh = bpy.data.objects["Block fractured"].data
+            np.testing.assert_array_equal([v.co for v in mesh.texco_mesh.vertices], rest)
+
     def test_normals_of_large_meshes_wait_until_playing_stops(self):
         tree, _ = self.tree()
         thing, = self.results(tree)

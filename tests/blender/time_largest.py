@@ -109,7 +109,7 @@ def in_blender(folder):
     thing = bpy.data.objects.new("big", mesh)
     scene.collection.objects.link(thing)
     row(f"write {v} v, {t} t: all new", lambda: write.write_geometry(mesh, big), mesh.clear_geometry)
-    for name in ("material", "fragment", "hidden", "uvs", "interface", "rim", "colors"):
+    for name in ("material", "fragment", "hidden", "uvs", "interface", "rim", "colors", "rest"):
         setattr(big, name, None)
     mesh[write.FACES] = write.face_stamp(big)
     row("write: positions alone, same faces", lambda: write.write_geometry(mesh, big, write.face_stamp(big)))

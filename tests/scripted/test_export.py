@@ -54,13 +54,13 @@ def export(sunder, *arguments):
     return run
 
 
-def readings(path):
+def readings(path, has_meshes=True):
     """[(root, relative error)] of a USD file: by our own reader to the bit, by tinyusdz to the 8 digits that it tells; and the
     meshes of the latter. Without both of the latter where npm could not bring tinyusdz, which `./sunder test` says."""
     own = [(usda_reader.read(path), 0)]
     if usda_reader.why_there_is_no_tinyusdz():
         return own, None
-    other = usda_reader.read_by_tinyusdz(path)
+    other = usda_reader.read_by_tinyusdz(path, has_meshes)
     return own + [(other.root, 1e-7)], other.meshes
 
 
@@ -81,6 +81,7 @@ def same_mesh(mesh, time, frame, rtol=0):
         np.testing.assert_allclose(at[name].astype(np.float32), values, rtol=rtol, atol=0)
     np.testing.assert_array_equal(at["faceVertexIndices"].reshape(-1, 3), frame.triangles)
     np.testing.assert_array_equal(at["faceVertexCounts"], np.full(len(frame.triangles), 3))
+    np.testing.assert_allclose(at["primvars:Pref"].astype(np.float32), frame.rest, rtol=rtol, atol=0)
     np.testing.assert_array_equal(at["primvars:fragment"], frame.fragment)
     np.testing.assert_allclose(at["extent"].astype(np.float32), [frame.positions.min(0), frame.positions.max(0)], rtol=rtol)
     subsets = [c for c in mesh.children.values() if c.kind == "GeomSubset"]
@@ -114,6 +115,8 @@ def test_usda_with_faces_that_appear(sunder, baked, tmp_path):
         for time, frame in enumerate(frames, 1):
             same_mesh(mesh, time, frame, rtol)
         assert len(mesh.attributes["faceVertexIndices"].samples) == changes
+        assert 1 < len(mesh.attributes["primvars:Pref"].samples) <= changes
+        assert mesh.attributes["primvars:Pref"].metadata["interpolation"] == "vertex"
         assert "primvars:hidden" not in mesh.attributes
         for subset in mesh.children.values():  # bound to materials that are there
             assert root[subset.relations["material:binding"].strip("</>")].kind == "Material"
@@ -290,33 +293,6 @@ def test_glb_moves_fragments_as_the_bake_does(sunder, baked, tmp_path):
     assert turned > 0.5
 
 
-def test_glb_carries_colours_of_vertices(sunder, scene, tmp_path):
-    corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
-    faces = [(0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 6, 7), (2, 7, 3), (0, 4, 6), (0, 6, 2), (1, 3, 7), (1, 7, 5)]
-    lines = ["ply", "format ascii 1.0", "element vertex 8", *(f"property float {n}" for n in "xyz"),
-             *(f"property uchar {n}" for n in ("red", "green", "blue")), "element face 12",
-             "property list uchar int vertex_indices", "end_header"]
-    lines += [f"{x} {y} {z} {255 * x} {255 * y} {51 * z}" for x, y, z in corners] + [f"3 {a} {b} {c}" for a, b, c in faces]
-    (tmp_path / "box.ply").write_text("\n".join(lines) + "\n")
-    scene({"sunder": 1, "frame_range": [1, 1], "nodes": {
-        "file": {"type": "mesh_file", "path": "box.ply"},
-        "cut": {"type": "prefracture", "mesh": "@file.mesh", "pieces": 4},
-        "clay": {"type": "body", "fragments": "@cut.fragments"},
-        "sim": {"type": "solver", "bodies": ["@clay.body"]},
-        "skin": {"type": "deformer", "body": "@clay.body", "state": "@sim.state", "topology": "constant"},
-        "out": {"type": "bake_mesh", "mesh": "@skin.mesh"}}})
-    assert sunder("bake", "scene.json", "-o", "bake").status == 0
-    export(sunder, "-o", "shot.glb")
-    frame, glb = read_mesh_frame(tmp_path / "bake/mesh/mesh.0001.ply"), Glb(tmp_path / "shot.glb")
-    assert [m["pbrMetallicRoughness"]["baseColorFactor"][0] for m in glb.json["materials"]] == [1, 0.5]
-    for node in (n for n in glb.json["nodes"] if "mesh" in n):
-        fragment = int(node["name"].rsplit(".", 1)[1])
-        for p in glb.json["meshes"][node["mesh"]]["primitives"]:
-            wanted = frame.colors.reshape(-1, 3, 4)[(frame.fragment == fragment) & (frame.material == p["material"])]
-            np.testing.assert_array_equal(glb.array(p["attributes"]["COLOR_0"])[glb.array(p["indices"])], wanted.reshape(-1, 4))
-    assert len(np.unique(frame.colors, axis=0)) > 8
-
-
 def test_what_a_format_cannot_hold_is_refused(sunder, baked, tmp_path):
     baked(block_scene((1, 8)))
     for name in ("shot.pc2", "shot.glb"):
@@ -343,6 +319,33 @@ def test_what_a_format_cannot_hold_is_refused(sunder, baked, tmp_path):
     assert run.status == 3 and "--overwrite" in run.err
     export(sunder, "-o", "shot.usda", "--overwrite")
     assert (tmp_path / "shot.usda").read_bytes() == before
+
+
+def test_an_export_costs_no_file_that_is_there(sunder, baked, tmp_path):
+    baked(block_scene((1, 3)))
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out/seq.0002.obj").write_text("a week's work")
+    (tmp_path / "link").symlink_to("bake/state")
+    before = contents(tmp_path)
+    run = sunder("export", "bake", "-o", "out/seq.####.obj")
+    assert run.status == 3 and "seq.0002.obj" in run.err and "--overwrite" in run.err
+    for name in ("bake/state/sim.####.ply", "bake/mesh/block.####.ply", "link/sim.####.ply", "bake/mesh/../state/sim.000#.ply"):
+        for flags in ((), ("--overwrite",)):
+            run = sunder("export", "bake", "-o", name, *flags)
+            assert run.status == 3 and "is a file of the bake itself" in run.err, run.err
+    for name in ("new/dir.####/shot.obj", "new/shot.usda.zip", "new/shot.####.glb", "new/shot.USDA"):
+        assert sunder("export", "bake", "-o", name).status == 3
+    assert contents(tmp_path) == before and not (tmp_path / "new").exists()
+    export(sunder, "-o", "out/seq.####.obj", "--overwrite")
+    assert (tmp_path / "out/seq.0002.obj").read_text().startswith("# sunder")
+
+
+def test_a_bake_keeps_its_own_export(sunder, baked, tmp_path):
+    baked(constant_scene((1, 2), export="pc2"))
+    before = contents(tmp_path)
+    run = sunder("export", "bake", "-o", "bake/mesh/block.pc2", "--overwrite", "--frames", "1:1")
+    assert run.status == 3 and "is a file of the bake itself" in run.err
+    assert contents(tmp_path) == before
 
 
 def test_a_broken_frame_is_named(sunder, baked, tmp_path):

@@ -160,6 +160,16 @@ def test_a_bake_nodes_own_export_finds_what_the_graph_names(sunder, scene, tmp_p
     assert (tmp_path / "shot.usda").read_bytes() == (tmp_path / "bake/mesh/block.usda").read_bytes()
 
 
+def test_a_bake_tells_what_its_exports_leave_out(sunder, scene, tmp_path):
+    graph = crowded_scene(tmp_path)
+    graph["nodes"]["out"]["export"] = "usda"
+    del graph["nodes"]["cache"]
+    scene(graph)
+    run = sunder("bake", "scene.json", "-o", "bake")
+    assert run.status == 0 and "note: mesh/block.usda: rigid bodies of 'sim' are left out" in run.out
+    assert "note:" not in sunder("bake", "scene.json", "-o", "bake", "--resume").out  # nothing is made again
+
+
 LOOKS = {"sunder_looks": 1, "nodes": {
     "clay": {"name": "Vase 1", "materials": [{"name": "Glaze", "color": [0.1, 0.2, 0.3, 1], "metallic": 0.5, "roughness": 0.25}],
              "interior": {"name": "Shard", "transmission": 1.0}},

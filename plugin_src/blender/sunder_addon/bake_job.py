@@ -71,7 +71,8 @@ class BakeJob:
             looks.write(tree, folder)
             note = {
                 "blend": cache.blend_name(), "tree": tree.name, "signature": signature.signature(tree, scene),
-                "rest_matrices": compiled.rest_matrices, "taken_over": taken_over,
+                "rest_matrices": compiled.rest_matrices, "rest_coordinates": compiled.rest_coordinates,
+                "taken_over": taken_over,
             }
         except OSError as error:
             raise core.Refused(f"{error.filename or folder}: {error.strerror}") from error

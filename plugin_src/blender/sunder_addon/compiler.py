@@ -5,17 +5,18 @@ Everything is copied here, in the main thread; the bake that follows knows nothi
 import bpy
 from mathutils import Vector
 
-from . import animation, core, descriptions, mesh_export, parameters, pickers, runtime, scene_input, wiring
+from . import animation, core, descriptions, mesh_export, parameters, pickers, rest_coordinates, runtime, scene_input, wiring
 
 _PATH_OF = {"deformer": ("bake_mesh", "mesh", "mesh/{}.####.ply"), "solver": ("bake_state", "state", "state/{}.####.ply")}
 
 
 class Compiled:
     """description: what a graph file holds. files: {path seen from the bake folder: bytes}.
-    rest_matrices: {graph name of a rigid body: 4x4 rows of its object at the first frame}."""
+    rest_matrices: {graph name of a rigid body: 4x4 rows of its object at the first frame}.
+    rest_coordinates: {graph name of a deformer whose body is cut from one object: what is noted of that}."""
 
     def __init__(self):
-        self.description, self.files, self.rest_matrices = {}, {}, {}
+        self.description, self.files, self.rest_matrices, self.rest_coordinates = {}, {}, {}, {}
 
 
 class _Channel:
@@ -174,6 +175,12 @@ class _Compiler:
             if pickers.uses_motion(node):
                 geometry = self.geometries[wiring.upstream(node, "mesh_file").graph_name]
                 fields.update(self._motion(node, thing, Vector(mesh_export.centroid(geometry))))
+
+    def _add_deformer(self, node, _depsgraph):
+        thing = scene_input.placed_by(node)
+        if thing is not None:
+            own = scene_input.placement(thing.matrix_world)[2]
+            self.result.rest_coordinates[node.graph_name] = rest_coordinates.describe(thing, own)
 
     def _add_rigid_body(self, node, depsgraph):
         for name, thing, center in self._shapes(node, depsgraph):

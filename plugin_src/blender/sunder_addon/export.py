@@ -29,7 +29,7 @@ class SUNDER_OT_export(operators._OnTree, bpy.types.Operator, ExportHelper):
     )
     tolerance: FloatProperty(
         name="Tolerance", default=0.005, min=0, soft_max=0.1, precision=4,
-        description="glTF: how far vertices may be from their rigid fragments, as a share of the shot's size",
+        description="glTF: how far vertices may be from their rigid fragments, as a share of their body's size",
     )
     overwrite: BoolProperty(name="Overwrite", default=True, options={"SKIP_SAVE"})
 

@@ -25,7 +25,8 @@ def _principled(material):
 
 
 def surface(material):
-    """A material by its name, colour and gloss. Where a texture or another shader gives them, the viewport's count."""
+    """A material by its name, colour and gloss. Where a texture or another shader gives them, the viewport's count; a colour
+    that something gives varies, and gives way to colours of vertices."""
     if material is None:
         return {}
     found = {"name": material.name, "color": [_share(c) for c in material.diffuse_color],
@@ -36,6 +37,8 @@ def surface(material):
     values = {name: s.default_value for name, s in shader.inputs.items() if not s.is_linked and hasattr(s, "default_value")}
     if "Base Color" in values:
         found["color"] = [_share(c) for c in values["Base Color"][:3]] + [_share(values.get("Alpha", 1.0))]
+    else:
+        found["color_varies"] = True
     for field, name in (("metallic", "Metallic"), ("roughness", "Roughness")):
         if name in values:
             found[field] = _share(values[name])

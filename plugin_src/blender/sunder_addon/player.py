@@ -6,7 +6,7 @@ import numpy as np
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from mathutils import Matrix, Quaternion
 
-from . import bake_reader, cache, preview_source, result_mesh, runtime, tearing, tree as trees
+from . import bake_reader, cache, preview_source, rest_coordinates, result_mesh, runtime, tearing, tree as trees
 
 SHOWN = "sunder_shown"  # on the mesh, so that undo and files carry it along
 PLAYED_FACES = 20_000  # from so many on, exact normals wait until playing stops: they take several times as long as the rest
@@ -125,7 +125,8 @@ def _show_mesh(thing, folder, manifest, shown, is_playing):
     node, mesh = thing.sunder.node, thing.data
     path, stamp = _file(folder, manifest, shown, node)
     key = f"{node} {stamp} {thing.sunder.use_exact_normals} {thing.sunder.interior_slot}"
-    if mesh.get(SHOWN) == key:
+    is_whole = rest_coordinates.is_whole(mesh)
+    if mesh.get(SHOWN) == key and is_whole:
         return False
     if mesh.library is not None:  # Blender drops half of what is written into it: the next draw would crash
         raise bake_reader.BakeError(f"mesh '{mesh.name}' is linked from another file: make object and mesh local")
@@ -133,9 +134,11 @@ def _show_mesh(thing, folder, manifest, shown, is_playing):
     interior = _interior_material(folder, manifest, node)
     attributes = _attributes(folder, manifest, shown, node, frame)
     result_mesh.set_property(mesh, SHOWN, "")  # until all is written
-    stamp = result_mesh.face_stamp(frame, thing.sunder.uv_map, thing.sunder.color_attribute, interior, thing.sunder.interior_slot)
-    if result_mesh.write_geometry(mesh, frame, stamp):
+    rest = cache.note(folder).get("rest_coordinates", {}).get(node, {})
+    stamp = result_mesh.face_stamp(frame, thing.sunder.uv_map, thing.sunder.color_attribute, interior, thing.sunder.interior_slot, rest)
+    if result_mesh.write_geometry(mesh, frame, stamp if is_whole else ""):
         _write_faces(thing, mesh, frame, interior)
+        rest_coordinates.write(mesh, frame.rest, rest)
         result_mesh.set_property(mesh, result_mesh.FACES, stamp)
     for name, (kind, values) in attributes.items():
         result_mesh.write_attribute(mesh, name, kind, "POINT", values)

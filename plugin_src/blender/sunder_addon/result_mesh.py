@@ -39,10 +39,11 @@ FACES = "sunder_faces"  # on the mesh, so that undo and files carry it along: wh
 
 
 def face_stamp(frame, *names):
-    """Of all that faces and their corners have but normals; equal stamps, equal faces. `names`: slots and layers."""
+    """Of all that faces and their corners have but normals, and of rest positions; equal stamps, equal faces. `names`: what
+    else they are written from, slots and layers."""
     digest = hashlib.blake2b(repr((len(frame.positions), names)).encode(), digest_size=16)
     for values in (frame.triangles, frame.material, frame.fragment, frame.hidden, frame.uvs, frame.interface, frame.rim,
-                   frame.colors):
+                   frame.colors, frame.rest):
         digest.update(b"none" if values is None else np.ascontiguousarray(values))
     return digest.hexdigest()
 

@@ -4,7 +4,7 @@ import types
 import bpy
 import numpy as np
 
-from . import core, interiors, mesh_export, player, runtime, scene_input, wiring
+from . import core, interiors, mesh_export, player, rest_coordinates, runtime, scene_input, wiring
 
 _NO_SLOT = types.SimpleNamespace(material=None)
 _TAKEN_OVER = ("pass_index", "color", "is_holdout", "is_shadow_catcher", "visible_camera", "visible_diffuse", "visible_glossy",
@@ -96,6 +96,7 @@ def add_mesh_result(deformer, scene):
     thing.sunder.uv_map, thing.sunder.color_attribute = uv_map, color_attribute
     if sources:
         _take_over(thing, sources[0])
+    rest_coordinates.prepare(thing)
     _link(thing, scene, deformer.id_data, deformer.graph_name, sources[0] if sources else None)
     return thing
 

@@ -304,7 +304,7 @@ def export(bake, file, node=None, frames=None, tolerance=0.005, overwrite=False,
     """Writes a bake folder as `file`: .usda, .glb, .pc2 (with its mesh as .obj), or a sequence .####.ply or .####.obj.
 
     `node`: one bake_mesh node's mesh, all unless given; `frames` (first, last). In .glb fragments are rigid: `tolerance` is
-    how far a vertex may be from that, as a share of the shot's size. Returns {"frames", "files", "note"}.
+    how far a vertex may be from that, as a share of its body's size. Returns {"frames", "files", "note"}.
     """
     graph, text = Graph(), ctypes.c_char_p()
     texts = encode(bake), encode(file), encode(node or "")

@@ -5,6 +5,7 @@
 #include <limits>
 #include <sstream>
 
+#include "fracture_tools/skin/skinning.h"
 #include "nodes/files/mesh_frame_reader.h"
 #include "nodes/files/ply_file.h"
 
@@ -92,6 +93,36 @@ TEST(MeshFrameFile, ply_reads_back_to_the_same_mesh) {
     }
 }
 
+TEST(MeshFrameFile, rest_positions_are_those_of_the_mesh_that_was_cut) {
+    VisualMesh m = example();
+    FragmentSet set = fragments();
+    set.vertices = {{0, 0, 0}, {1, 2, 3}, {0.1, 0.2, 0.3}};
+    SkinChunk first, second;
+    first.vertex = {{2, 0, 0}, {1, 0, 0}}, second.vertex = {{1, 0, 0}, {0, 0, 0}};
+    SkinBinding skin;
+    skin.chunks = {std::make_shared<SkinChunk>(first), std::make_shared<SkinChunk>(second)};
+    skin.first_vertex = {0, 2, 4};
+    m.skin = std::make_shared<SkinBinding>(skin);
+    const auto frame = decode_mesh_ply(std::string(encode_mesh_ply(m, set).view()), "a.ply");
+    ASSERT_TRUE(frame) << frame.error().text();
+    EXPECT_EQ(frame->mesh.rest_positions, (SharedArray<Vec3f>{{0.1f, 0.2f, 0.3f}, {1, 2, 3}, {1, 2, 3}, {0, 0, 0}}));
+    EXPECT_EQ(frame->mesh.positions, m.positions);
+    EXPECT_EQ(frame->mesh.vertex_fragment, m.vertex_fragment);
+    EXPECT_EQ(encode_mesh_ply(frame->mesh, fragments()).view(), encode_mesh_ply(m, set).view());
+}
+
+// Libraries of materials make headers of any length.
+TEST(MeshFrameFile, many_names_of_materials_read_back) {
+    FragmentSet many;
+    many.interior_material = 5000;
+    for (int k = 0; k < many.interior_material; ++k)
+        many.material_names.push_back(std::string(200, 'n') + std::to_string(k));
+    const auto frame = decode_mesh_ply(std::string(encode_mesh_ply(example(), many).view()), "a.ply");
+    ASSERT_TRUE(frame) << frame.error().text();
+    EXPECT_EQ(frame->materials.size(), 5001u);
+    EXPECT_EQ(frame->materials[4999], many.material_names[4999]);
+}
+
 TEST(MeshFrameFile, what_is_no_mesh_frame_is_refused) {
     const std::string whole(encode_mesh_ply(example(), fragments()).view());
     for (size_t n = 0; n < whole.size(); ++n) ASSERT_FALSE(decode_mesh_ply(whole.substr(0, n), "a.ply")) << n;
@@ -140,6 +171,21 @@ TEST(MeshFrameFile, obj_reads_back_to_the_same_floats) {
     EXPECT_EQ(n_normals, 2u);
     EXPECT_EQ(faces, (std::vector<std::string>{"f 1/1/1 2/2/1 3/1/1", "f 3/2/2 2/1/2 4/2/2"}));
     EXPECT_EQ(materials, (std::vector<std::string>{"usemtl old_clay", "usemtl interior"}));
+}
+
+TEST(MeshFrameFile, obj_keeps_materials_apart) {
+    VisualMesh m = example();
+    m.triangles = {{0, 1, 2}, {0, 1, 2}, {0, 1, 2}, {0, 1, 2}, {0, 1, 2}};
+    m.corner_normals = std::vector<Vec3f>(15, Vec3f(0, 0, 1)), m.corner_uvs = std::vector<Vec2f>(15, Vec2f(0, 0));
+    m.triangle_material = {0, 1, 2, 3, 4};
+    FragmentSet set;
+    set.material_names = {"a b", "a_b", "interior", "a_b_2"};
+    set.interior_material = 4;
+    std::istringstream text(std::string(encode_mesh_obj(m, set).view()));
+    std::vector<std::string> names;
+    for (std::string word; text >> word;)
+        if (word == "usemtl") names.emplace_back(), text >> names.back();
+    EXPECT_EQ(names, (std::vector<std::string>{"a_b", "a_b_2", "interior_2", "a_b_2_2", "interior"}));
 }
 
 TEST(MeshFrameFile, what_cannot_be_written_is_refused) {

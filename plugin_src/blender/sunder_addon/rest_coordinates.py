@@ -1,0 +1,70 @@
+"""Where the points of a result were before the shot: an attribute, and what textures by Generated coordinates go by.
+
+Blender takes Generated coordinates of a mesh whose points move from its texture mesh, but only where a modifier may have
+moved them. So a result has one that moves nothing.
+"""
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from . import result_mesh
+
+ATTRIBUTE = "rest_position"
+_MODIFIER, _OF = "Rest Coordinates", "sunder_of"
+
+
+def describe(source, own):
+    """What is noted of the object that a body was cut from: how to come from the cut's coordinates, to which `own` (4x4)
+    took it, back to its own, and its texture space. JSON."""
+    note = {"matrix": [list(row) for row in own.inverted()]}
+    if getattr(source.data, "texspace_location", None) is not None:
+        note.update(location=list(source.data.texspace_location), size=list(source.data.texspace_size))
+    return note
+
+
+def _is_own(mesh):
+    return mesh.texco_mesh is not None and mesh.texco_mesh.get(_OF) == mesh.name
+
+
+def is_whole(mesh):
+    """Whether a mesh that has rest positions has a texture mesh of its own: a copy of a result shares that of the first."""
+    return _is_own(mesh) or ATTRIBUTE not in mesh.attributes
+
+
+def _texture_mesh(mesh):
+    if not _is_own(mesh):
+        made = bpy.data.meshes.new(f"{mesh.name} at rest")
+        made[_OF] = mesh.name
+        result_mesh.set_property(mesh, "texco_mesh", made)
+        result_mesh.set_property(mesh, "sunder_at_rest", made)  # a use that Blender counts: a file keeps what is used
+    return mesh.texco_mesh
+
+
+def prepare(thing):
+    """The modifier that makes Blender look at a result object's texture mesh."""
+    if _MODIFIER not in thing.modifiers:
+        nothing = thing.modifiers.new(_MODIFIER, "CAST")
+        nothing.factor, nothing.radius, nothing.use_radius_as_size = 1e-30, 1e-6, False  # 0 would switch it off
+        nothing.show_expanded = False
+
+
+def write(mesh, positions, note):
+    """positions (v, 3) f32: rest positions in the cut's coordinates, None of bakes that tell none. note: of `describe`, {}
+    for none."""
+    if positions is None:
+        result_mesh.set_property(mesh, "texco_mesh", None)
+        return
+    matrix = np.array(note.get("matrix", Matrix.Identity(4)), np.float64)
+    rest = (positions @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32)
+    result_mesh.write_attribute(mesh, ATTRIBUTE, "FLOAT_VECTOR", "POINT", rest)
+    shape = _texture_mesh(mesh)
+    if len(shape.vertices) != len(rest):
+        shape.clear_geometry()
+        shape.vertices.add(len(rest))
+    shape.vertices.foreach_set("co", rest.ravel())
+    low, high = (rest.min(0), rest.max(0)) if len(rest) else (np.zeros(3), np.ones(3))
+    size = (high - low) / 2
+    for thing in (mesh, shape):
+        result_mesh.set_property(thing, "use_auto_texspace", False)
+        result_mesh.set_property(thing, "texspace_location", note.get("location", ((low + high) / 2).tolist()))
+        result_mesh.set_property(thing, "texspace_size", note.get("size", np.where(size > 0, size, 1).tolist()))
