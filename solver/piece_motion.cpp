@@ -170,7 +170,7 @@ void tumble_pieces(const StepContext& context, double h, Workspace& w) {
     for_pieces(w.live, kParticleGrain, context.workers, [&](size_t piece) {
         const ContactPiece& c = w.pieces[piece];
         const auto particles = w.live.piece_particles(piece);
-        if (moves_alone(c) || w.is_touched[piece]) return;
+        if (moves_alone(c) || w.is_touched[piece] || w.kept[particles.front()]) return;
         const Vec3& L = w.piece_angular[piece];
         const double turn = h * (c.inverse_inertia * L).norm();
         if (turn < kLeastTumble || turn > kMostTumble || resolves_waves(w, particles, h)) return;

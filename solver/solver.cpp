@@ -137,6 +137,7 @@ Status SolverSettings::check(const std::string& where) const {
     };
     for (const Range& r : {Range{"substeps", double(substeps), 1, 1000},
                            {"iterations", double(iterations), 1, 1000},
+                           {"crack_passes", double(crack_passes), 1, 64},
                            {"error_budget", error_budget, 0, 1},
                            {"over_relaxation", over_relaxation, 0.1, 1.9},
                            {"damping", damping, 0, 1e6},

@@ -45,7 +45,7 @@ void Substep::correct(int iterations) {
 void Substep::match_shapes(int sweep) {
     const SolverSettings& settings = context.settings;
     if (settings.method == Method::gauss_seidel)
-        return gauss_seidel_sweep(work.live, work.shapes, work.paper_stiffness, work.held, work.moving, work.goals);
+        return gauss_seidel_sweep(work.live, work.shapes, work.paper_stiffness, work.unmoved, work.moving, work.goals);
 
     const bool is_newton = settings.method == Method::projective;
     if (is_newton) work.before_newton.resize(n_particles()), work.newton_cosine.resize(n_particles());
@@ -53,7 +53,7 @@ void Substep::match_shapes(int sweep) {
         if (work.live.count(g) == 1) work.goals[g].rotation = work.moving[g].d;  // it matches itself wherever it is
         if (is_newton) work.before_newton[g] = {work.moving[g].x, work.moving[g].d}, work.newton_cosine[g] = 1;
     });
-    const SweepInput in{rest(), work.live, work.shapes, work.stiffness, work.held, work.span, work.brace};
+    const SweepInput in{rest(), work.live, work.shapes, work.stiffness, work.unmoved, work.span, work.brace};
     if (is_newton) {
         work.newton.apply(sweep == 0, in, context.workers, work.goals, work.moving, work.newton_cosine);
     } else {
@@ -62,7 +62,7 @@ void Substep::match_shapes(int sweep) {
     }
     for_piece_ranges(work.live, kParticleGrain, context.workers, [&](size_t first, size_t last) {
         if (is_newton) limit_step(work.live, work.before_newton, work.newton_cosine, first, last, work.moving);
-        restore_linear_momentum(rest(), work.live, work.piece_held, first, last, work.moving);
+        restore_linear_momentum(rest(), work.live, work.piece_unmoved, first, last, work.moving);
     });
 }
 
@@ -176,20 +176,32 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
 Status substep(const StepContext& context, Stage stage, double h, double begin, double end, bool measure,
                Workspace& io_work, FrameState& io_state, StepReport& io_report) {
     Substep s{context, stage, h, begin, end, measure, io_work, io_state, io_report};
-    {
-        Stopwatch watch(io_report.predict_s);
-        s.load();
-        s.hold();
+    io_work.kept.assign(s.n_movables(), 0), io_work.is_taken_again = false;
+    bool has_flowed = false, may_break = false;  // what a contact pushes, at the end
+    for (int pass = 1;; ++pass) {
+        do {
+            {
+                Stopwatch watch(io_report.predict_s);
+                s.load();
+                s.hold();
+            }
+            {
+                Stopwatch watch(io_report.contact_s);
+                s.find_contacts();
+            }
+            if (!io_work.woken.empty()) return {};
+        } while (io_work.is_taken_again && s.let_go_of_mixed_islands());
+        io_report.simulated += static_cast<size_t>(std::ranges::count(io_work.kept, 0));
+        s.pair_up();
+        s.correct(context.settings.iterations);
+        tumble_pieces(context, h, io_work);
+        has_flowed |= s.run_cracks(has_flowed);
+        may_break = s.contacts_push();
+        if (!may_break || pass == context.settings.crack_passes) break;
+        may_break = s.break_in_hit(has_flowed ? 0 : h);
+        has_flowed = true;
+        if (!may_break) break;
     }
-    {
-        Stopwatch watch(io_report.contact_s);
-        s.find_contacts();
-    }
-    if (!io_work.woken.empty()) return {};
-    s.pair_up();
-    s.correct(context.settings.iterations);
-    tumble_pieces(context, h, io_work);
-    const bool has_flowed = s.run_cracks(), pushed = s.contacts_push();
     {
         Stopwatch watch(io_report.momentum_s);
         turn_rigid_things(context, h, io_work);
@@ -201,12 +213,11 @@ Status substep(const StepContext& context, Stage stage, double h, double begin, 
         Stopwatch watch(io_report.contact_s);
         s.settle_contacts();
     }
-    if (pushed) {
+    if (may_break) {
         Stopwatch watch(io_report.fracture_s);
         s.break_edges(s.flow_and_measure(has_flowed ? 0 : h), 0);
     }
     if (Status ok = s.store(); !ok) return ok;
-    io_report.simulated += s.n_movables();
     io_report.n_components = io_work.live.n_pieces();
     return {};
 }

@@ -79,9 +79,18 @@ struct Workspace {
     std::vector<uint8_t> flowed;           // (n_particles)
     std::vector<uint8_t> held;             // by an active pin, or fixed (n_movables)
     std::vector<uint8_t> piece_held;       // (n_pieces)
+    std::vector<uint8_t> kept;             // is where a pass before took it: Substep::break_in_hit (n_movables)
+    std::vector<uint8_t> unmoved;          // held or kept (n_particles)
+    std::vector<uint8_t> piece_unmoved;    // likewise (n_pieces)
     std::vector<uint8_t> is_touched;       // a contact may push it (as pieces)
     std::vector<Vec3> piece_angular;       // L the piece must have (n_pieces)
     std::vector<ActiveContact> contacts;
+    // Where a substep is taken again (Substep::break_in_hit), of the pass before:
+    bool is_taken_again = false;
+    std::vector<ActiveContact> former_contacts;
+    std::vector<uint32_t> former_piece;
+    std::vector<ContactPiece> former_pieces;
+    std::vector<PieceVelocity> former_change;
     ContactIslands islands;  // of `contacts`
     SceneContacts detection;
     std::vector<Woken> woken;  // what is fixed and felt something

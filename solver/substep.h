@@ -108,7 +108,10 @@ struct Substep {
     template <class Body>
     void for_contacts(const Body& body);  // body(some of the contacts), in parts on all threads
     void take_up_pieces();
+    void take_over_pieces();
     void find_contacts();
+    void take_over_contacts();
+    bool let_go_of_mixed_islands();
     void push_apart(ContactRound::Which which);
     bool contacts_push() const;
     void settle_contacts();
@@ -127,7 +130,9 @@ struct Substep {
     bool add_if_it_gives_way(uint32_t group, const PrincipalStretch& principal, GivingWay& io_groups) const;
     Found give_way(GivingWay& io_groups, double seconds, const StretchKernels& kernels);
     bool break_edges(Found found, double leading);
-    bool run_cracks();  // whether material flowed, as it does once a substep
+    bool run_cracks(bool has_flowed);  // whether material flowed, as it does once a substep
+    bool break_in_hit(double seconds);
+    void keep_what_is_whole(size_t first_broken);
 
     // step.cpp
     void correct(int iterations);

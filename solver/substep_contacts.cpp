@@ -16,10 +16,11 @@ constexpr double kOfTheMargin = 1e-4, kOfTheFall = 0.003;
 }  // namespace
 
 void Substep::mark_held_pieces() {
-    work.piece_held.resize(work.live.n_pieces());
+    work.piece_held.resize(work.live.n_pieces()), work.piece_unmoved.resize(work.live.n_pieces());
     for_pieces([&](size_t piece) {
-        work.piece_held[piece] =
-            std::ranges::any_of(work.live.piece_particles(piece), [&](uint32_t j) { return work.held[j] != 0; });
+        const auto particles = work.live.piece_particles(piece);
+        work.piece_held[piece] = std::ranges::any_of(particles, [&](uint32_t j) { return work.held[j] != 0; });
+        work.piece_unmoved[piece] = work.piece_held[piece] | work.kept[particles.front()];
     });
 }
 
@@ -33,6 +34,11 @@ void Substep::for_contacts(const Body& body) {
 
 // Pieces as contacts see them, from the start of the substep; anew when edges broke.
 void Substep::take_up_pieces() {
+    if (work.is_taken_again) {
+        std::swap(work.pieces, work.former_pieces), std::swap(work.piece_change, work.former_change);
+        std::swap(work.piece, work.former_piece);
+        work.piece.resize(n_movables());
+    }
     for_all(n_movables(), [&](size_t i) { work.piece[i] = piece_of(i); });
     work.pieces.resize(work.live.n_pieces() + state.rigid_bodies.size());
     work.piece_change.assign(work.pieces.size(), PieceVelocity()), work.piece_motion.resize(work.pieces.size());
@@ -40,6 +46,7 @@ void Substep::take_up_pieces() {
     remember_pieces(context, h, work);
     for (size_t i = 0; i < std::min(context.fixed.size(), n_particles()); ++i)
         if (context.fixed[i]) work.pieces[work.piece[i]].rigid = true;  // what rests on it rests as on a rigid body
+    if (work.is_taken_again) take_over_pieces();
     for_contacts([&](std::span<ActiveContact> some) {
         prepare_contacts(bodies(), work.velocity, work.angular_velocity, h, context.settings.depenetration_speed, some);
     });
@@ -49,8 +56,18 @@ void Substep::take_up_pieces() {
     for (const uint32_t piece : work.islands.piece) work.is_touched[piece] = 1;
 }
 
+// Pieces that are kept are as they were when their contacts were solved.
+void Substep::take_over_pieces() {
+    for_all(n_movables(), [&](size_t i) {
+        if (!work.kept[i] || (i < n_particles() && work.live.piece_particles(work.piece[i]).front() != i)) return;
+        work.pieces[work.piece[i]] = work.former_pieces[work.former_piece[i]];
+        work.piece_change[work.piece[i]] = work.former_change[work.former_piece[i]];
+    });
+}
+
 void Substep::find_contacts() {
     work.woken.clear();
+    if (work.is_taken_again) std::swap(work.contacts, work.former_contacts);
     // Where one of these wakes, the others need not be found: the substep is taken again.
     const auto wakes = [&](std::span<const Contact> with_sleepers) {
         const double g = acceleration_of(context.input);
@@ -71,7 +88,7 @@ void Substep::find_contacts() {
         return !work.woken.empty();
     };
     SearchEnd search_end;
-    if (!context.fixed.empty() && context.wakes) search_end = {context.fixed, wakes};
+    if (!context.fixed.empty() && context.wakes && !work.is_taken_again) search_end = {context.fixed, wakes};
     const bool complete = work.detection.find(
         context.scene, context.input, context.settings.self_collision, work.live, work.held,
         {work.start_position, work.start_rotation, work.velocity, work.angular_velocity, state.plastic_deformation},
@@ -82,6 +99,36 @@ void Substep::find_contacts() {
     take_up_pieces();
     for_contacts(
         [&](std::span<ActiveContact> some) { warm_start(bodies(), state.contacts, h, resting_speed(), some); });
+    if (work.is_taken_again) take_over_contacts();
+}
+
+// What is kept has the impulses that were found for it.
+void Substep::take_over_contacts() {
+    const auto pair_of = [](const ActiveContact& c) { return std::pair(c.contact.a, c.contact.b); };
+    auto former = work.former_contacts.begin();
+    for (ActiveContact& c : work.contacts) {
+        if (!work.kept[c.contact.a]) continue;
+        while (former != work.former_contacts.end() && pair_of(*former) < pair_of(c)) ++former;
+        if (former != work.former_contacts.end() && pair_of(*former) == pair_of(c)) c = *former++;
+    }
+}
+
+// Whether an island has both what is kept and what is not, for what flowed may reach farther: none of it is kept then.
+bool Substep::let_go_of_mixed_islands() {
+    bool any = false;
+    for (uint32_t island = 0; island < work.islands.size(); ++island) {
+        const auto movables = work.islands.movables_of(island);
+        const auto is_kept = [&](uint32_t i) { return work.kept[i] != 0; };
+        if (std::ranges::all_of(movables, is_kept) || std::ranges::none_of(movables, is_kept)) continue;
+        any = true;
+        for (const uint32_t piece : work.islands.pieces_of(island)) {
+            if (piece >= work.live.n_pieces())
+                work.kept[n_particles() + piece - work.live.n_pieces()] = 0;
+            else
+                for (const uint32_t j : work.live.piece_particles(piece)) work.kept[j] = 0;
+        }
+    }
+    return any;
 }
 
 // A round over the contacts, the first with what they start from; `last`: no shape matching follows. All of an island
@@ -94,9 +141,11 @@ void Substep::push_apart(ContactRound::Which which) {
     const bool as_wholes = which == Which::first && context.settings.method == Method::projective;
     const double enough =
         std::max(kOfTheMargin * context.contact_margin, kOfTheFall * acceleration_of(context.input) * h * h);
+    const auto is_kept = [&](uint32_t island) { return work.kept[work.islands.movables_of(island).front()] != 0; };
     ContactRound& round = work.round;
     round.open(bodies(), work.islands, which, context.contact_margin, work.contacts);
     work.islands.for_each(context.workers, [&](uint32_t island) {
+        if (is_kept(island)) return;
         turn_pieces(context, island, work);
         divide_pushes(context, h, last, island, work);
         if (which == Which::first)
@@ -106,6 +155,7 @@ void Substep::push_apart(ContactRound::Which which) {
     });
     round.lay_out();
     work.islands.for_each(context.workers, [&](uint32_t island) {
+        if (is_kept(island)) return;
         round.start(island);
         round.relax(island, enough);
         round.end(island, work.round_push, work.piece_motion, work.brace);

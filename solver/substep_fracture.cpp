@@ -50,6 +50,7 @@ Substep::Found Substep::flow_and_measure(double seconds) {
         GroupsBySize waiting;
         for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
             work.strains[g].load = 0;
+            if (work.kept[g]) continue;
             if (work.live.count(g) == 1)
                 state.strain[g] = 0;
             else if (measure || strain_limit(g) < kNever)
@@ -139,24 +140,51 @@ bool Substep::break_edges(Found found, double leading) {
 }
 
 // Cuts and starts the correction over until nothing breaks: a crack runs as far as the load that it releases lets it,
-// and not one ring a substep. Only while nothing pushes: what contacts did was divided by the pieces as they were, so
-// that a hit breaks one pass a substep, after the momentum books are closed; what parts along a crack may push, too.
-bool Substep::run_cracks() {
+// and not one ring a substep. Only while nothing pushes: what contacts did was divided by the pieces as they were (see
+// `break_in_hit`), and what parts along a crack may push, too.
+bool Substep::run_cracks(bool has_flowed) {
     for (int pass = 0; pass < kFracturePasses; ++pass) {
-        if (contacts_push()) return pass > 0;
+        if (contacts_push()) return has_flowed;
         {
             Stopwatch watch(report.fracture_s);
-            if (!break_edges(flow_and_measure(pass == 0 ? h : 0), kLeading)) return true;
+            if (!break_edges(flow_and_measure(has_flowed ? 0 : h), kLeading)) return true;
         }
+        has_flowed = true;
         take_up_pieces();
         take_up_smooth_momentum();
         for (size_t i = 0; i < n_particles(); ++i) {
+            if (work.kept[i]) continue;
             MovingParticle& p = work.moving[i];
             p.x = p.x_inertial, p.d = p.d_inertial;
         }
         correct(context.settings.iterations);
     }
     return true;
+}
+
+// Where things push: cuts what is to break, and says whether the substep is to be taken again, by what hangs together
+// with the cuts through edges or contacts as they were. So a hit breaks as much with few substeps as with many, where
+// it broke one ring a substep; what contacts did to the pieces as they were is forgotten, as fragments that come loose
+// must not keep a push that carried a whole body. What breaks in the last pass is cut when the momentum books are
+// closed, and let go in the next substep.
+bool Substep::break_in_hit(double seconds) {
+    Stopwatch watch(report.fracture_s);
+    const size_t first_broken = state.broken.size();
+    if (!break_edges(flow_and_measure(seconds), 0)) return false;
+    keep_what_is_whole(first_broken);
+    return work.is_taken_again = true;
+}
+
+void Substep::keep_what_is_whole(size_t first_broken) {
+    std::vector<uint8_t> again(work.pieces.size(), 0);  // by pieces before the cuts, as `work.piece` still has them
+    for (size_t k = first_broken; k < state.broken.size(); ++k)
+        again[work.piece[rest().edges[state.broken[k].edge].a]] = 1;
+    for (uint32_t island = 0; island < work.islands.size(); ++island) {
+        const auto pieces = work.islands.pieces_of(island);
+        if (std::ranges::any_of(pieces, [&](uint32_t p) { return again[p] != 0; }))
+            for (const uint32_t p : pieces) again[p] = 1;
+    }
+    for_all(n_movables(), [&](size_t i) { work.kept[i] = !again[work.piece[i]]; });
 }
 
 }  // namespace sunder

@@ -12,6 +12,7 @@ namespace sunder {
 void Substep::load() {
     const FieldsOfForce fields(context.input);
     for_all(n_movables(), [&](size_t i) {
+        if (work.kept[i]) return;
         MovingParticle& p = work.moving[i];
         if (i < n_particles()) {
             p.x = state.position[i];
@@ -43,6 +44,8 @@ void Substep::hold() {
     hold_pins(Pinned::at_the_end);
     fix_sleepers();
     mark_held_pieces();
+    work.unmoved.resize(n_particles());
+    for_all(n_particles(), [&](size_t i) { work.unmoved[i] = work.held[i] | work.kept[i]; });
 }
 
 // Where inertia takes what is not held. What is bound and in a pair goes elsewhere (`begin_stage`).
@@ -53,7 +56,7 @@ void Substep::predict() {
     for_all(n_movables(), [&](size_t i) {
         if (left_out[piece_of(i)]) pair.smooth[i] = 0;
         const bool is_bound = i < n_particles() && work.live.count(i) > 1;
-        if (work.held[i] || (pair.smooth[i] && is_bound)) return;
+        if (work.held[i] || work.kept[i] || (pair.smooth[i] && is_bound)) return;
         MovingParticle& p = work.moving[i];
         p.x = p.x_inertial = work.start_position[i] + h * work.velocity[i];
         p.d = p.d_inertial = (rotation_of(h * work.angular_velocity[i]) * work.start_rotation[i]).normalized();

@@ -133,10 +133,11 @@ void Substep::begin_stage(const FieldsOfForce& fields, size_t i) {
         }
     }
     work.velocity[i] = fields.after(span, v);
+    if (turns) work.angular_velocity[i] = w;
+    if (work.kept[i]) return;
     MovingParticle& p = work.moving[i];
     p.x = p.x_inertial = work.base[i] + span * work.velocity[i];
     if (!turns) return;  // it turns freely, a substep at a time
-    work.angular_velocity[i] = w;
     p.d = p.d_inertial = (rotation_of(span * w) * work.base_rotation[i]).normalized();
 }
 

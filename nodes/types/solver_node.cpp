@@ -242,6 +242,15 @@ std::vector<ParameterDescription> parameters() {
              .default_value = nullptr,
              .sentence = "Sweeps per substep: more carry a push further through a body; null: the preset's",
              .nullable = true},
+            {.name = "crack_passes",
+             .label = "Crack Passes",
+             .type = ParameterType::integer,
+             .min = 1,
+             .max = 64,
+             .default_value = 4,
+             .sentence = "How often in a substep a hit may break things. With 1, as in the paper, its cracks run one "
+                         "ring of fragments a substep; with more it breaks nearly as much with few substeps as with "
+                         "many, but what hangs together with the cracks takes the substep again each time"},
             {.name = "error_budget",
              .label = "Error Budget",
              .min = 0,

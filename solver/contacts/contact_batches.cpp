@@ -71,7 +71,7 @@ private:
 
 void ContactBatches::open(size_t n_members, size_t n_islands, size_t n_things) {
     taken_.resize(n_things, 0);  // nothing is open between rounds
-    count_.resize(n_islands);
+    count_.assign(n_islands, 0);
     lane.resize(n_members);
 }
 

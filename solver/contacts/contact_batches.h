@@ -23,8 +23,8 @@ struct ContactBatches {
 
     size_t size() const { return member.size() / 8; }
 
-    /// For as many members, islands and things that may be touched; then `form` for each island, in any order and from
-    /// any threads, then `lay_out`, then `place` for each.
+    /// For as many members, islands and things that may be touched; then `form` for islands, in any order and from any
+    /// threads (those left out have no batches), then `lay_out`, then `place` for each of these.
     void open(size_t n_members, size_t n_islands, size_t n_things);
 
     /// Batches of an island, whose contacts are `members` from `first` on; no two islands touch the same. Each contact

@@ -129,6 +129,7 @@ struct SolverSettings {
     Method method = Method::projective;
     int substeps = 8;                  // per frame, 1 .. 1000
     int iterations = 2;                // sweeps per substep, 1 .. 1000
+    int crack_passes = 4;              // how often in a substep a hit may break things, 1 .. 64 (Substep::break_in_hit)
     double error_budget = 0;           // 0 .. 1; above 0 the solver chooses substeps and iterations (error_budget.h)
     double over_relaxation = 1.5;      // 0.1 .. 1.9; at most 1 with one iteration, 1.58 with three
     double damping = 0;                // 1/s, >= 0: velocities decay as exp(-damping t)

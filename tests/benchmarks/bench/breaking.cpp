@@ -21,10 +21,21 @@ Mean mean(const std::vector<double>& samples) {
     return {sum / n, std::sqrt(squares / (n * (n - 1)))};
 }
 
-void shoot(const NamedScene& named, int shots, double spread, int frames) {
+struct Options {
+    int shots = 32, frames = 0, substeps = 0, iterations = 0, crack_passes = 0;  // 0: the scene's own
+    double spread = 0.03, error_budget = 0;
+};
+
+void shoot(const NamedScene& named, const Options& options) {
+    const int shots = options.shots;
+    const double spread = options.spread;
     BenchScene s = named.make();
+    if (options.substeps > 0) s.settings.substeps = options.substeps;
+    if (options.iterations > 0) s.settings.iterations = options.iterations;
+    if (options.crack_passes > 0) s.settings.crack_passes = options.crack_passes;
+    s.settings.error_budget = options.error_budget;
     const auto solver = must(Solver::create(std::move(s.scene), 0));
-    if (frames == 0) frames = s.frames;
+    const int frames = options.frames > 0 ? options.frames : s.frames;
     std::vector<double> edges, pieces;
     for (int shot = 0; shot < shots; ++shot) {
         FrameInput input = s.input;
@@ -54,22 +65,25 @@ int main(int argc, char** argv) {
     CLI::App app("How much of a benchmark scene breaks, in the mean of shots of nearly the same toughness",
                  "sunder_breaking");
     std::string scene;
-    int shots = 32, frames = 0;
-    double spread = 0.03;
+    Options options;
     std::vector<std::string> names;
     for (const NamedScene& named : all_scenes()) names.push_back(named.name);
     app.add_option("SCENE", scene, "one in which things break: bunnies, paper")
         ->required()
         ->check(CLI::IsMember(names));
-    app.add_option("--shots", shots, "how many")->capture_default_str()->check(CLI::Range(2, 10000));
-    app.add_option("--spread", spread, "of the toughness, to either side")
+    app.add_option("--shots", options.shots, "how many")->capture_default_str()->check(CLI::Range(2, 10000));
+    app.add_option("--spread", options.spread, "of the toughness, to either side")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 0.5));
-    app.add_option("--frames", frames, "[the scene's own]")->check(CLI::Range(1, 100000));
+    app.add_option("--frames", options.frames, "[the scene's own]")->check(CLI::Range(1, 100000));
+    app.add_option("--substeps", options.substeps, "[the scene's own]")->check(CLI::Range(1, 1000));
+    app.add_option("--iterations", options.iterations, "[the scene's own]")->check(CLI::Range(1, 1000));
+    app.add_option("--crack-passes", options.crack_passes, "[the scene's own]")->check(CLI::Range(1, 64));
+    app.add_option("--error-budget", options.error_budget, "0: none")->check(CLI::Range(0.0, 1.0));
     CLI11_PARSE(app, argc, argv);
     try {
         for (const NamedScene& named : all_scenes())
-            if (named.name == scene) shoot(named, shots, spread, frames);
+            if (named.name == scene) shoot(named, options);
     } catch (const std::exception& e) {
         std::fprintf(stderr, "sunder: error: %s\n", e.what());
         return 1;

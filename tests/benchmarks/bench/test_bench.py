@@ -18,7 +18,7 @@ MOST_INSTRUCTIONS = {"jacobi": 2400, "projective": 4550}
 
 # Edges that break in `bunnies`, the mean of 32 shots, whose standard error is 7: a change that only rounds otherwise
 # moves it by 9 (one standard error of the difference), one that left out contacts through which hits went on by 114.
-EDGES_BROKEN, EDGES_BROKEN_APART = 980, 40
+EDGES_BROKEN, EDGES_BROKEN_APART = 1353, 40
 
 
 def bench(*arguments):
@@ -95,6 +95,12 @@ class Bench(unittest.TestCase):
         broken, standard_error = re.match(r"bunnies: edges broken ([\d.]+), standard error ([\d.]+);", result.stdout).groups()
         self.assertLess(float(standard_error), 0.3 * EDGES_BROKEN_APART)
         self.assertAlmostEqual(float(broken), EDGES_BROKEN, delta=EDGES_BROKEN_APART)
+
+    def test_a_hit_breaks_as_much_with_few_substeps_as_with_twice_as_many(self):
+        result = subprocess.run([os.environ["SUNDER_BREAKING"], "bunnies", "--substeps", "16", "--shots", "8"],
+                                capture_output=True, text=True, check=True)
+        broken = float(re.match(r"bunnies: edges broken ([\d.]+),", result.stdout)[1])
+        self.assertLess(broken, 1.18 * EDGES_BROKEN)  # 1.1 times; with one pass a substep 1.47 times
 
     def test_a_sweep_takes_no_more_instructions_than_it_did(self):
         frames, substeps, iterations, groups = 2, 8, 2, 320
