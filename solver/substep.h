@@ -108,10 +108,7 @@ struct Substep {
     template <class Body>
     void for_contacts(const Body& body);  // body(some of the contacts), in parts on all threads
     void take_up_pieces();
-    void take_over_pieces();
     void find_contacts();
-    void take_over_contacts();
-    bool let_go_of_mixed_islands();
     void push_apart(ContactRound::Which which);
     bool contacts_push() const;
     void settle_contacts();
@@ -131,8 +128,13 @@ struct Substep {
     Found give_way(GivingWay& io_groups, double seconds, const StretchKernels& kernels);
     bool break_edges(Found found, double leading);
     bool run_cracks(bool has_flowed);  // whether material flowed, as it does once a substep
-    bool break_in_hit(double seconds);
+
+    // substep_hits.cpp
+    bool break_in_hit(double seconds);  // whether the substep is to be taken again
     void keep_what_is_whole(size_t first_broken);
+    void take_over_pieces();
+    void take_over_contacts();
+    bool let_go_of_mixed_islands();
 
     // step.cpp
     void correct(int iterations);

@@ -56,15 +56,6 @@ void Substep::take_up_pieces() {
     for (const uint32_t piece : work.islands.piece) work.is_touched[piece] = 1;
 }
 
-// Pieces that are kept are as they were when their contacts were solved.
-void Substep::take_over_pieces() {
-    for_all(n_movables(), [&](size_t i) {
-        if (!work.kept[i] || (i < n_particles() && work.live.piece_particles(work.piece[i]).front() != i)) return;
-        work.pieces[work.piece[i]] = work.former_pieces[work.former_piece[i]];
-        work.piece_change[work.piece[i]] = work.former_change[work.former_piece[i]];
-    });
-}
-
 void Substep::find_contacts() {
     work.woken.clear();
     if (work.is_taken_again) std::swap(work.contacts, work.former_contacts);
@@ -100,35 +91,6 @@ void Substep::find_contacts() {
     for_contacts(
         [&](std::span<ActiveContact> some) { warm_start(bodies(), state.contacts, h, resting_speed(), some); });
     if (work.is_taken_again) take_over_contacts();
-}
-
-// What is kept has the impulses that were found for it.
-void Substep::take_over_contacts() {
-    const auto pair_of = [](const ActiveContact& c) { return std::pair(c.contact.a, c.contact.b); };
-    auto former = work.former_contacts.begin();
-    for (ActiveContact& c : work.contacts) {
-        if (!work.kept[c.contact.a]) continue;
-        while (former != work.former_contacts.end() && pair_of(*former) < pair_of(c)) ++former;
-        if (former != work.former_contacts.end() && pair_of(*former) == pair_of(c)) c = *former++;
-    }
-}
-
-// Whether an island has both what is kept and what is not, for what flowed may reach farther: none of it is kept then.
-bool Substep::let_go_of_mixed_islands() {
-    bool any = false;
-    for (uint32_t island = 0; island < work.islands.size(); ++island) {
-        const auto movables = work.islands.movables_of(island);
-        const auto is_kept = [&](uint32_t i) { return work.kept[i] != 0; };
-        if (std::ranges::all_of(movables, is_kept) || std::ranges::none_of(movables, is_kept)) continue;
-        any = true;
-        for (const uint32_t piece : work.islands.pieces_of(island)) {
-            if (piece >= work.live.n_pieces())
-                work.kept[n_particles() + piece - work.live.n_pieces()] = 0;
-            else
-                for (const uint32_t j : work.live.piece_particles(piece)) work.kept[j] = 0;
-        }
-    }
-    return any;
 }
 
 // A round over the contacts, the first with what they start from; `last`: no shape matching follows. All of an island

@@ -162,29 +162,4 @@ bool Substep::run_cracks(bool has_flowed) {
     return true;
 }
 
-// Where things push: cuts what is to break, and says whether the substep is to be taken again, by what hangs together
-// with the cuts through edges or contacts as they were. So a hit breaks as much with few substeps as with many, where
-// it broke one ring a substep; what contacts did to the pieces as they were is forgotten, as fragments that come loose
-// must not keep a push that carried a whole body. What breaks in the last pass is cut when the momentum books are
-// closed, and let go in the next substep.
-bool Substep::break_in_hit(double seconds) {
-    Stopwatch watch(report.fracture_s);
-    const size_t first_broken = state.broken.size();
-    if (!break_edges(flow_and_measure(seconds), 0)) return false;
-    keep_what_is_whole(first_broken);
-    return work.is_taken_again = true;
-}
-
-void Substep::keep_what_is_whole(size_t first_broken) {
-    std::vector<uint8_t> again(work.pieces.size(), 0);  // by pieces before the cuts, as `work.piece` still has them
-    for (size_t k = first_broken; k < state.broken.size(); ++k)
-        again[work.piece[rest().edges[state.broken[k].edge].a]] = 1;
-    for (uint32_t island = 0; island < work.islands.size(); ++island) {
-        const auto pieces = work.islands.pieces_of(island);
-        if (std::ranges::any_of(pieces, [&](uint32_t p) { return again[p] != 0; }))
-            for (const uint32_t p : pieces) again[p] = 1;
-    }
-    for_all(n_movables(), [&](size_t i) { work.kept[i] = !again[work.piece[i]]; });
-}
-
 }  // namespace sunder

@@ -1,0 +1,71 @@
+// Hits that break things on within a substep: what hangs together with the cuts takes it again, all else is kept.
+#include <algorithm>
+
+#include "solver/substep.h"
+
+namespace sunder {
+
+// Where things push: cuts what is to break, and says whether the substep is to be taken again, by what hangs together
+// with the cuts through edges or contacts as they were. So a hit breaks as much with few substeps as with many, where
+// it broke one ring a substep; what contacts did to the pieces as they were is forgotten, as fragments that come loose
+// must not keep a push that carried a whole body. What breaks in the last pass is cut when the momentum books are
+// closed, and let go in the next substep.
+bool Substep::break_in_hit(double seconds) {
+    Stopwatch watch(report.fracture_s);
+    const size_t first_broken = state.broken.size();
+    if (!break_edges(flow_and_measure(seconds), 0)) return false;
+    keep_what_is_whole(first_broken);
+    return work.is_taken_again = true;
+}
+
+void Substep::keep_what_is_whole(size_t first_broken) {
+    std::vector<uint8_t> again(work.pieces.size(), 0);  // by pieces before the cuts, as `work.piece` still has them
+    for (size_t k = first_broken; k < state.broken.size(); ++k)
+        again[work.piece[rest().edges[state.broken[k].edge].a]] = 1;
+    for (uint32_t island = 0; island < work.islands.size(); ++island) {
+        const auto pieces = work.islands.pieces_of(island);
+        if (std::ranges::any_of(pieces, [&](uint32_t p) { return again[p] != 0; }))
+            for (const uint32_t p : pieces) again[p] = 1;
+    }
+    for_all(n_movables(), [&](size_t i) { work.kept[i] = !again[work.piece[i]]; });
+}
+
+// Pieces that are kept are as they were when their contacts were solved.
+void Substep::take_over_pieces() {
+    for_all(n_movables(), [&](size_t i) {
+        if (!work.kept[i] || (i < n_particles() && work.live.piece_particles(work.piece[i]).front() != i)) return;
+        work.pieces[work.piece[i]] = work.former_pieces[work.former_piece[i]];
+        work.piece_change[work.piece[i]] = work.former_change[work.former_piece[i]];
+    });
+}
+
+// What is kept has the impulses that were found for it.
+void Substep::take_over_contacts() {
+    const auto pair_of = [](const ActiveContact& c) { return std::pair(c.contact.a, c.contact.b); };
+    auto former = work.former_contacts.begin();
+    for (ActiveContact& c : work.contacts) {
+        if (!work.kept[c.contact.a]) continue;
+        while (former != work.former_contacts.end() && pair_of(*former) < pair_of(c)) ++former;
+        if (former != work.former_contacts.end() && pair_of(*former) == pair_of(c)) c = *former++;
+    }
+}
+
+// Whether an island has both what is kept and what is not, for what flowed may reach farther: none of it is kept then.
+bool Substep::let_go_of_mixed_islands() {
+    bool any = false;
+    for (uint32_t island = 0; island < work.islands.size(); ++island) {
+        const auto movables = work.islands.movables_of(island);
+        const auto is_kept = [&](uint32_t i) { return work.kept[i] != 0; };
+        if (std::ranges::all_of(movables, is_kept) || std::ranges::none_of(movables, is_kept)) continue;
+        any = true;
+        for (const uint32_t piece : work.islands.pieces_of(island)) {
+            if (piece >= work.live.n_pieces())
+                work.kept[n_particles() + piece - work.live.n_pieces()] = 0;
+            else
+                for (const uint32_t j : work.live.piece_particles(piece)) work.kept[j] = 0;
+        }
+    }
+    return any;
+}
+
+}  // namespace sunder
