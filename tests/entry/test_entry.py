@@ -18,6 +18,7 @@ add_custom_command(OUTPUT "${CMAKE_BINARY_DIR}/plugin_src/sunder" COMMAND cp "${
   DEPENDS "${CMAKE_SOURCE_DIR}/program.sh" VERBATIM)
 add_custom_target(sunder ALL DEPENDS "${CMAKE_BINARY_DIR}/plugin_src/sunder")
 enable_testing()
+file(GLOB scripts CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/*.sh")  # as the real one has
 include(${CMAKE_SOURCE_DIR}/tests.cmake)
 """
 PROGRAM = """#!/bin/bash
