@@ -1,5 +1,6 @@
 // Contacts of a substep: found, pushed apart between Newton steps, settled at the end.
 #include <algorithm>
+#include <cassert>
 
 #include "solver/contacts/contact_memory.h"
 #include "solver/contacts/depenetration.h"
@@ -103,7 +104,12 @@ void Substep::push_apart(ContactRound::Which which) {
     const bool as_wholes = which == Which::first && context.settings.method == Method::projective;
     const double enough =
         std::max(kOfTheMargin * context.contact_margin, kOfTheFall * acceleration_of(context.input) * h * h);
-    const auto is_kept = [&](uint32_t island) { return work.kept[work.islands.movables_of(island).front()] != 0; };
+    const auto is_kept = [&](uint32_t island) {  // all of it, or nothing
+        const auto movables = work.islands.movables_of(island);
+        const uint8_t kept = work.kept[movables.front()];
+        assert(std::ranges::all_of(movables, [&](uint32_t i) { return work.kept[i] == kept; }));
+        return kept != 0;
+    };
     ContactRound& round = work.round;
     round.open(bodies(), work.islands, which, context.contact_margin, work.contacts);
     work.islands.for_each(context.workers, [&](uint32_t island) {

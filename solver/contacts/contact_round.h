@@ -37,8 +37,8 @@ public:
     };
     /// Makes room. `length`: a typical small one, such as the contact margin, the same in all rounds of a substep, m.
     /// After it come `take_up` for every island, `lay_out`, and for every island `start`, `relax`, `end` and, in the
-    /// last round, `hand_over`; or for some islands, the same ones in all rounds of a substep. Islands have nothing in common: each may be taken through these by any thread, and
-    /// stays in its caches where it is the same one.
+    /// last round, `hand_over`; or for some islands, the same ones in all rounds of a substep. Islands have nothing in
+    /// common: each may be taken through these by any thread, and stays in its caches where it is the same one.
     void open(const ContactBodies& bodies, const ContactIslands& islands, Which which, double length,
               std::span<const ActiveContact> contacts);
 

@@ -69,9 +69,8 @@ TEST(hit_passes, a_hit_breaks_as_much_with_few_substeps_as_with_many) {
     EXPECT_LT(coarse, 1.2 * fine);
 }
 
-// What hangs together with the cracks takes the substep again, and nothing else: far from the hit a soft block lands
-// and bounces, a box of another on a plank that pins hold, loose cubes and a ball, with one pass and with four the
-// same.
+// What hangs together with the cracks takes the substep again, and nothing else: far from the hit a soft block, a loose
+// cube and a ball land and bounce, and another cube falls on a plank that pins hold, with one pass and with four alike.
 TEST(hit_passes, what_breaks_elsewhere_changes_nothing) {
     Hit hit;
     hit.add_floor();
@@ -138,7 +137,7 @@ TEST(hit_passes, give_the_same_bits_on_any_number_of_threads_and_from_any_frame)
     for (const uint64_t hash : hashes) EXPECT_EQ(hash, hashes[0]);
 }
 
-TEST(hit_passes, momentum_is_kept) {
+TEST(hit_passes, linear_momentum_is_kept) {
     Hit hit;
     hit.gravity = 0;
     const auto solver = test::make_solver(hit.scene);
