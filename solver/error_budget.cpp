@@ -218,7 +218,7 @@ double largest_turn(const Placement& start, const Placement& end) {
 
 FramePlan plan_frame(const StepContext& context, const FrameState& state, Workspace& io_work) {
     SolverSettings once = context.settings;
-    once.substeps = 1, once.iterations = kTrialIterations, once.crack_passes = 1;
+    once.substeps = 1, once.iterations = kTrialIterations, once.crack_passes = once.hit_substeps = 1;
     const StepContext trial{context.scene,          context.input, once, context.workers,
                             context.contact_margin, context.fixed, false};
     const double seconds = context.input.duration;

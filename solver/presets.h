@@ -8,12 +8,13 @@ namespace sunder {
 
 struct Preset {
     std::string_view name;
-    int substeps, iterations;  // as in SolverSettings
+    int substeps, iterations, hit_substeps;  // as in SolverSettings
 };
 
 /// Of method projective, which most of the front is made of (jacobi is faster for soft or resting bodies, and for tears
 /// at the finest steps); from the fastest to the most accurate; the middle one is what SolverSettings starts with.
-inline constexpr std::array kPresets = {Preset{"preview", 4, 1}, Preset{"default", 8, 2}, Preset{"final", 32, 1}};
+inline constexpr std::array kPresets = {Preset{"preview", 4, 1, 4}, Preset{"default", 8, 2, 16},
+                                        Preset{"final", 32, 1, 64}};
 
 /// The preset of that name, or null.
 constexpr const Preset* find_preset(std::string_view name) {

@@ -107,6 +107,9 @@ Status check_scene(const Scene& scene) {
     return {};
 }
 
+// What a substep is of a pair: the second where one has begun.
+Stage stage_of(bool begun, bool last) { return begun ? Stage::second : last ? Stage::alone : Stage::first; }
+
 }  // namespace
 
 Status Material::check(const std::string& where) const {
@@ -138,6 +141,7 @@ Status SolverSettings::check(const std::string& where) const {
     for (const Range& r : {Range{"substeps", double(substeps), 1, 1000},
                            {"iterations", double(iterations), 1, 1000},
                            {"crack_passes", double(crack_passes), 1, 64},
+                           {"hit_substeps", double(hit_substeps), 1, 256},
                            {"error_budget", error_budget, 0, 1},
                            {"over_relaxation", over_relaxation, 0.1, 1.9},
                            {"damping", damping, 0, 1e6},
@@ -160,7 +164,9 @@ struct Solver::Impl {
     Status check_input(const FrameInput& input) const;
     void enter(const StepContext& whole, const FrameState& state);
     Status advance(const StepContext& whole, Stage stage, double h, double begin, double end, bool measure,
-                   FrameState& io_state, StepReport& io_report);
+                   FrameState& io_state, StepReport& io_report, int& o_parts);
+    Status advance_hit(const StepContext& whole, int parts, double h, double begin, double end, bool measure,
+                       const Progress& progress, FrameState& io_state, StepReport& io_report);
     Result<StepReport> run_frame(const FrameInput& input, const SolverSettings& settings, const FrameState& before,
                                  const WorkerPool& threads, FrameState& io_state, const Progress& progress);
 };
@@ -280,9 +286,10 @@ void Solver::Impl::enter(const StepContext& whole, const FrameState& state) {
     synchronise(whole, state, work);
 }
 
-// A substep of all that is awake, anew as long as it wakes something.
+// A substep of all that is awake, anew as long as it wakes something. `o_parts`: as Workspace's.
 Status Solver::Impl::advance(const StepContext& whole, Stage stage, double h, double begin, double end, bool measure,
-                             FrameState& io_state, StepReport& io_report) {
+                             FrameState& io_state, StepReport& io_report, int& o_parts) {
+    o_parts = 1;
     while (anything_sleeps(io_state)) {
         if (awake.empty()) {
             awake.state().time += h;
@@ -291,6 +298,7 @@ Status Solver::Impl::advance(const StepContext& whole, Stage stage, double h, do
         awake.cover(whole, h, end, io_state);
         const Status ok =
             substep(awake.context(whole), stage, h, begin, end, measure, awake.work(), awake.state(), io_report);
+        o_parts = awake.work().parts;
         if (!ok || awake.work().woken.empty()) return ok;
         awake.leave(whole.workers, io_state);
         wake(scene, whole.input, awake.woken(), io_state);
@@ -301,7 +309,29 @@ Status Solver::Impl::advance(const StepContext& whole, Stage stage, double h, do
         else
             work.pair = std::move(begun);
     }
-    return substep(whole, stage, h, begin, end, measure, work, io_state, io_report);
+    const Status ok = substep(whole, stage, h, begin, end, measure, work, io_state, io_report);
+    o_parts = work.parts;
+    return ok;
+}
+
+// A substep in parts, and each of them as short steps are best taken: with one Newton step.
+Status Solver::Impl::advance_hit(const StepContext& whole, int parts, double h, double begin, double end, bool measure,
+                                 const Progress& progress, FrameState& io_state, StepReport& io_report) {
+    SolverSettings settings = whole.settings;
+    settings.hit_substeps = settings.iterations = 1;
+    const StepContext context{whole.scene, whole.input, settings, whole.workers, whole.contact_margin};
+    for (int k = 0; k < parts; ++k) {
+        const double part_begin = std::lerp(begin, end, double(k) / parts);
+        const double part_end = std::lerp(begin, end, double(k + 1) / parts);
+        const bool last = k + 1 == parts;
+        if (!progress.report(part_begin, "simulating")) return cancelled();
+        int undivided;
+        const Status ok = advance(context, stage_of(k % 2 == 1, last), h / parts, part_begin, part_end, measure && last,
+                                  io_state, io_report, undivided);
+        if (!ok) return ok;
+    }
+    io_report.substeps += parts - 1;
+    return {};
 }
 
 // Spoils the state on an error; `before` is what it was.
@@ -331,11 +361,17 @@ Result<StepReport> Solver::Impl::run_frame(const FrameInput& input, const Solver
     effort.substeps = std::max(effort.substeps, static_cast<int>(std::ceil(input.duration / kLongestStep)));
     report.substeps = effort.substeps, report.iterations = effort.iterations;
     const double h = input.duration / effort.substeps;
+    bool begun = false;  // a pair of substeps
     for (int k = 0; k < effort.substeps && !done; ++k) {
         const double begin = double(k) / effort.substeps, end = double(k + 1) / effort.substeps;
         if (!progress.report(begin, "simulating")) return cancelled();
-        const Stage stage = k % 2 == 1 ? Stage::second : k + 1 < effort.substeps ? Stage::first : Stage::alone;
-        if (Status ok = advance(context, stage, h, begin, end, k + 1 == effort.substeps, io_state, report); !ok)
+        const bool last = k + 1 == effort.substeps;
+        const Stage stage = stage_of(begun, last);
+        int parts;
+        if (Status ok = advance(context, stage, h, begin, end, last, io_state, report, parts); !ok) return ok.error();
+        begun = stage == Stage::first && parts == 1;
+        if (parts == 1) continue;
+        if (Status ok = advance_hit(context, parts, h, begin, end, last, progress, io_state, report); !ok)
             return ok.error();
     }
     if (anything_sleeps(io_state)) awake.leave(threads, io_state);

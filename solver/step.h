@@ -94,6 +94,7 @@ struct Workspace {
     ContactIslands islands;  // of `contacts`
     SceneContacts detection;
     std::vector<Woken> woken;  // what is fixed and felt something
+    int parts = 1;             // of the substep, that a hit asks for
 };
 
 /// The movable things of a step, as contacts see them.
@@ -128,7 +129,7 @@ void renumber(const StepContext& context, const FrameState& state, std::span<con
 /// Advances by h seconds, as the `stage` of a pair of equal substeps or alone; `begin` and `end` say where in the frame
 /// this is, in [0, 1]. `measure`: also write the strain of groups that neither flow nor break. On an error the state is
 /// spoilt: keep a copy. Where `woken` is not empty afterwards the state is as before: wake those, and take the substep
-/// again.
+/// again; and where `parts` is above 1: take it in so many.
 Status substep(const StepContext& context, Stage stage, double h, double begin, double end, bool measure,
                Workspace& io_work, FrameState& io_state, StepReport& io_report);
 

@@ -118,6 +118,7 @@ struct Substep {
         bool changed = false, overloaded = false;  // a rest shape flowed; a group is to break
     };
     Found flow_and_measure(double seconds);
+    double breaking_strain(uint32_t group) const;
     double strain_limit(uint32_t group) const;
     struct GivingWay {  // of four groups those that flow or break
         size_t n = 0;
@@ -135,6 +136,7 @@ struct Substep {
     void take_over_pieces();
     void take_over_contacts();
     bool let_go_of_mixed_islands();
+    int parts_of_hit() const;
 
     // step.cpp
     void correct(int iterations);

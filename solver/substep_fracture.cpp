@@ -61,13 +61,15 @@ Substep::Found Substep::flow_and_measure(double seconds) {
     return {changed, overloaded};
 }
 
-// Below it no principal strain lets a group flow or break.
-double Substep::strain_limit(uint32_t g) const {
+// Below it no principal strain breaks a group.
+double Substep::breaking_strain(uint32_t g) const {
     const Material m = material_of(rest(), g, material(g));
-    double toughness = std::min(m.toughness, m.compressive_toughness);
-    if (rest().group_uneven[g] != 0) toughness *= weakest_factor(rest(), work.live, g);
-    return std::min(state.yield[g], toughness);
+    const double toughness = std::min(m.toughness, m.compressive_toughness);
+    return rest().group_uneven[g] != 0 ? toughness * weakest_factor(rest(), work.live, g) : toughness;
 }
+
+// Below it none lets it flow or break.
+double Substep::strain_limit(uint32_t g) const { return std::min(state.yield[g], breaking_strain(g)); }
 
 // Whether it flows or breaks.
 bool Substep::add_if_it_gives_way(uint32_t g, const PrincipalStretch& principal, GivingWay& io_groups) const {

@@ -200,12 +200,13 @@ std::vector<Json> preset_names() {
     return names;
 }
 
-// "preview: 4 substeps of 1 iteration, ..."
+// "preview: 4 substeps of 1, hits in up to 4 parts, ..."
 std::string preset_texts() {
     std::string text;
     for (const Preset& preset : kPresets)
         text += (text.empty() ? "" : ", ") + std::string(preset.name) + ": " + std::to_string(preset.substeps) +
-                " substeps of " + std::to_string(preset.iterations);
+                " substeps of " + std::to_string(preset.iterations) + ", hits in up to " +
+                std::to_string(preset.hit_substeps) + " parts";
     return text;
 }
 
@@ -223,7 +224,7 @@ std::vector<ParameterDescription> parameters() {
              .type = ParameterType::choice,
              .default_value = "default",
              .sentence = "Speed against accuracy, as docs/images/chart.svg shows it: " + preset_texts() +
-                         "; what substeps or iterations say goes before",
+                         "; what substeps, iterations or hit_substeps say goes before",
              .choices = preset_names()},
             {.name = "substeps",
              .label = "Substeps",
@@ -241,6 +242,17 @@ std::vector<ParameterDescription> parameters() {
              .max = 1000,
              .default_value = nullptr,
              .sentence = "Sweeps per substep: more carry a push further through a body; null: the preset's",
+             .nullable = true},
+            {.name = "hit_substeps",
+             .label = "Hit Substeps",
+             .type = ParameterType::integer,
+             .min = 1,
+             .max = 256,
+             .default_value = nullptr,
+             .sentence = "Of method projective: parts, at most, of a substep in which something is hit so fast that it "
+                         "may break: as many as let the hit's waves run from fragment to fragment, so that it breaks "
+                         "as much with few substeps as with many; stiff things need more. 1: never divided; null: the "
+                         "preset's",
              .nullable = true},
             {.name = "crack_passes",
              .label = "Crack Passes",

@@ -118,6 +118,7 @@ SolverSettings settings_of(const Parameters& p) {
     const Preset& preset = *find_preset(p.text("preset"));
     s.substeps = p.is_null("substeps") ? preset.substeps : p.integer("substeps");
     s.iterations = p.is_null("iterations") ? preset.iterations : p.integer("iterations");
+    s.hit_substeps = p.is_null("hit_substeps") ? preset.hit_substeps : p.integer("hit_substeps");
     s.crack_passes = p.integer("crack_passes");
     s.error_budget = p.number("error_budget");
     s.over_relaxation = p.number("over_relaxation");
@@ -163,6 +164,7 @@ ContentKey key_of(const FrameInput& input, const SolverSettings& s) {
         .add(s.substeps)
         .add(s.iterations)
         .add(s.crack_passes)
+        .add(s.hit_substeps)
         .add(s.over_relaxation)
         .add(s.damping)
         .add(s.error_budget);

@@ -130,6 +130,7 @@ struct SolverSettings {
     int substeps = 8;                  // per frame, 1 .. 1000
     int iterations = 2;                // sweeps per substep, 1 .. 1000
     int crack_passes = 4;              // how often in a substep a hit may break things, 1 .. 64 (Substep::break_in_hit)
+    int hit_substeps = 16;             // most parts of a substep with a hit that may break, 1 .. 256 (projective)
     double error_budget = 0;           // 0 .. 1; above 0 the solver chooses substeps and iterations (error_budget.h)
     double over_relaxation = 1.5;      // 0.1 .. 1.9; at most 1 with one iteration, 1.58 with three
     double damping = 0;                // 1/s, >= 0: velocities decay as exp(-damping t)

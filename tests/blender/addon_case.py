@@ -46,7 +46,7 @@ class AddonCase(unittest.TestCase):
         tree = addon("quick_fracture").build(thing, "CLAY", pieces, fall_speed=fall_speed)
         tree.preset = ""  # as one that was built by hand
         nodes = {n.sunder_type: n for n in tree.nodes}
-        nodes["solver"].set_parameters(substeps=4, crack_passes=1)  # pieces come off frame by frame
+        nodes["solver"].set_parameters(substeps=4, hit_substeps=1, crack_passes=1)  # pieces come off frame by frame
         nodes["body"].set_parameters(angular_velocity=(400, 250, 0), **(material or {"toughness": 0.01}))
         return tree, nodes
 

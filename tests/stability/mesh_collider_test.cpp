@@ -233,7 +233,13 @@ TEST(MeshCollider, fragments_on_rough_ground_gain_no_energy) {
     EXPECT_GT(test::count_broken(shot.state), 20u);
     EXPECT_LE(highest, 0);
     EXPECT_LE(rise, 0.005 * std::abs(start));
-    for (const Vec3& x : shot.state.position) EXPECT_GT(x.z(), -0.15) << "fell through";
+    size_t over = 0;  // the ground; what flies farther falls
+    for (const Vec3& x : shot.state.position) {
+        if (std::max(std::abs(x.x()), std::abs(x.y())) > 1) continue;
+        ++over;
+        EXPECT_GT(x.z(), -0.15) << "fell through";
+    }
+    EXPECT_GT(over, 50u);
 }
 
 TEST(MeshCollider, the_same_bits_for_any_number_of_threads) {

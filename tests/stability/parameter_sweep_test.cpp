@@ -40,6 +40,7 @@ std::function<void(Values&, double)> setter(const std::string& name) {
         {"restitution", member([](Values& s) -> double& { return s.material.restitution; })},
         {"substeps", member([](Values& s) -> int& { return s.settings.substeps; })},
         {"iterations", member([](Values& s) -> int& { return s.settings.iterations; })},
+        {"hit_substeps", member([](Values& s) -> int& { return s.settings.hit_substeps; })},
         {"crack_passes", member([](Values& s) -> int& { return s.settings.crack_passes; })},
         {"error_budget", member([](Values& s) -> double& { return s.settings.error_budget; })},
         {"over_relaxation", member([](Values& s) -> double& { return s.settings.over_relaxation; })},

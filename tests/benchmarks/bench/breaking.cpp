@@ -22,8 +22,8 @@ Mean mean(const std::vector<double>& samples) {
 }
 
 struct Options {
-    int shots = 32, frames = 0, substeps = 0, iterations = 0, crack_passes = 0;  // 0: the scene's own
-    double spread = 0.03, error_budget = 0;
+    int shots = 32, frames = 0, substeps = 0, iterations = 0, crack_passes = 0, hit_substeps = 0;  // 0: the scene's own
+    double spread = 0.03, error_budget = 0, stiffer = 1;
 };
 
 void shoot(const NamedScene& named, const Options& options) {
@@ -33,7 +33,12 @@ void shoot(const NamedScene& named, const Options& options) {
     if (options.substeps > 0) s.settings.substeps = options.substeps;
     if (options.iterations > 0) s.settings.iterations = options.iterations;
     if (options.crack_passes > 0) s.settings.crack_passes = options.crack_passes;
+    if (options.hit_substeps > 0) s.settings.hit_substeps = options.hit_substeps;
     s.settings.error_budget = options.error_budget;
+    for (Material& m : s.input.materials) {
+        const double speed = std::sqrt(options.stiffer);  // of waves
+        m.youngs_modulus *= options.stiffer, m.toughness /= speed, m.yield /= speed;
+    }
     const auto solver = must(Solver::create(std::move(s.scene), 0));
     const int frames = options.frames > 0 ? options.frames : s.frames;
     std::vector<double> edges, pieces;
@@ -79,6 +84,11 @@ int main(int argc, char** argv) {
     app.add_option("--substeps", options.substeps, "[the scene's own]")->check(CLI::Range(1, 1000));
     app.add_option("--iterations", options.iterations, "[the scene's own]")->check(CLI::Range(1, 1000));
     app.add_option("--crack-passes", options.crack_passes, "[the scene's own]")->check(CLI::Range(1, 64));
+    app.add_option("--hit-substeps", options.hit_substeps, "[the scene's own]")->check(CLI::Range(1, 256));
+    app.add_option("--stiffer", options.stiffer,
+                   "how many times: toughness and yield fall by the root of it, as strains of hits do")
+        ->capture_default_str()
+        ->check(CLI::Range(1e-3, 1e6));
     app.add_option("--error-budget", options.error_budget, "0: none")->check(CLI::Range(0.0, 1.0));
     CLI11_PARSE(app, argc, argv);
     try {

@@ -174,11 +174,13 @@ TEST(SolverNode, a_preset_gives_the_steps_that_are_not_given) {
         by_name.set("sim", "preset", std::string(preset.name));
         by_numbers.set("sim", "substeps", preset.substeps);
         by_numbers.set("sim", "iterations", preset.iterations);
+        by_numbers.set("sim", "hit_substeps", preset.hit_substeps);
         EXPECT_EQ(by_name.hash(10), by_numbers.hash(10)) << preset.name;
         mixed.set("sim", "preset", std::string(preset.name));
         mixed.set("sim", "substeps", 5);
         mixed_numbers.set("sim", "substeps", 5);
         mixed_numbers.set("sim", "iterations", preset.iterations);
+        mixed_numbers.set("sim", "hit_substeps", preset.hit_substeps);
         EXPECT_EQ(mixed.hash(10), mixed_numbers.hash(10)) << preset.name;
     }
 }

@@ -1,7 +1,9 @@
-// Hits that break things on within a substep (SolverSettings::crack_passes).
+// Hits: substeps divided for them (SolverSettings::hit_substeps), and what breaks on within one (crack_passes).
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <utility>
 
 #include "tests/support/lattice_scene.h"
 
@@ -47,23 +49,105 @@ struct Hit {
     FrameState start(const Solver& solver) const { return solver.initial_state(materials); }
 };
 
-double broken(int substeps, int passes) {
+// `stiffer`: times. Hits of a speed strain what is stiffer by less, and its toughness is less by as much.
+double broken(const SolverSettings& settings, double stiffer = 1) {
     double sum = 0;
     for (int place = -8; place <= 8; ++place) {  // what breaks varies from shot to shot
         Hit hit(0.01 * place);
         hit.add_floor();
-        hit.settings.substeps = substeps, hit.settings.crack_passes = passes;
+        hit.materials[0].youngs_modulus *= stiffer, hit.materials[0].toughness /= std::sqrt(stiffer);
         const auto solver = test::make_solver(hit.scene);
         FrameState state = hit.start(*solver);
-        for (int f = 0; f < 12; ++f) advance(*solver, hit.input(), hit.settings, state);
+        for (int f = 0; f < 12; ++f) advance(*solver, hit.input(), settings, state);
         sum += static_cast<double>(test::count_broken(state));
     }
     return sum;
 }
 
+SolverSettings settings_of(int substeps, int iterations, int hit_substeps) {
+    SolverSettings s;
+    s.substeps = substeps, s.iterations = iterations, s.hit_substeps = hit_substeps;
+    return s;
+}
+
+// Undivided, eight substeps break less than half as much of the stiffer block.
+TEST(hit_substeps, a_hit_breaks_as_much_with_few_substeps_as_with_many) {
+    for (const double stiffer : {1., 20.}) {
+        const double fine = broken(settings_of(32, 1, 64), stiffer);
+        for (const auto& [substeps, iterations] : {std::pair(4, 1), std::pair(8, 2)}) {
+            const double coarse = broken(settings_of(substeps, iterations, 64), stiffer);
+            std::printf("%g times as stiff, edges broken: %g at %d substeps, %g at 32\n", stiffer, coarse, substeps,
+                        fine);
+            EXPECT_GT(coarse, 0.75 * fine);  // in 17 shots the same settings vary by a twentieth
+            EXPECT_LT(coarse, 1.25 * fine);
+        }
+    }
+    EXPECT_LT(broken(settings_of(8, 2, 1), 20), 0.6 * broken(settings_of(8, 2, 64), 20)) << "else this tells nothing";
+}
+
+// Only what may break costs more, and only while it is hit.
+TEST(hit_substeps, divide_substeps_in_which_a_hit_may_break_something_and_no_others) {
+    struct Case {
+        const char* what;
+        double toughness;
+        int most;
+        Method method;
+        bool divides;
+    };
+    for (const Case& c : {Case{"brittle", 0.1, 16, Method::projective, true},
+                          {"by sweeps", 0.1, 16, Method::jacobi, false},
+                          {"tough", 0.5, 16, Method::projective, false},
+                          {"not to be divided", 0.1, 1, Method::projective, false},
+                          {"by the paper's sweeps", 0.1, 16, Method::gauss_seidel, false}}) {
+        Hit hit;  // at 7 m/s, strains of 0.3
+        hit.scene.rigid_bodies[0].pose.position.z() += 0.5;
+        hit.settings.method = c.method, hit.settings.hit_substeps = c.most, hit.settings.substeps = 4;
+        hit.materials[0].toughness = c.toughness;
+        const auto solver = test::make_solver(hit.scene);
+        FrameState state = hit.start(*solver);
+        int most = 0, first = 0;
+        for (int f = 0; f < 8; ++f) {
+            const int substeps = advance(*solver, hit.input(), hit.settings, state).substeps;
+            if (f == 0) first = substeps;
+            most = std::max(most, substeps);
+        }
+        EXPECT_EQ(first, 4) << c.what << ": it has not come down yet";
+        EXPECT_EQ(most > 4, c.divides) << c.what;
+        EXPECT_LE(most, 4 * std::max(c.most, 1)) << c.what;
+    }
+}
+
+// What drives pins and colliders is where it is to be at the end of a frame, however its substeps were divided.
+TEST(hit_substeps, driven_things_keep_their_time) {
+    Hit hit;
+    hit.scene.rigid_bodies.clear();
+    Collider hammer;
+    hammer.name = "hammer", hammer.shape.radius = 0.15;
+    hit.scene.colliders.push_back(hammer);
+    test::add_pin(hit.scene, [](const Vec3& x) { return x.x() < -0.4; });
+    const auto solver = test::make_solver(hit.scene);
+    FrameState state = hit.start(*solver);
+    FrameInput in = hit.input();
+    int most = 0;
+    for (int f = 0; f < 8; ++f) {
+        const auto path = [](int frame) { return Vec3(0.01 * frame, 0, 0.02 * frame); };
+        const auto fall = [](int frame) { return Vec3(0.1, 0.04, 0.9 - 0.2 * frame); };
+        in.pins[0] = {{path(f), Quat::Identity()}, {path(f + 1), Quat::Identity()}};
+        in.colliders[0] = {{fall(f), Quat::Identity()}, {fall(f + 1), Quat::Identity()}};
+        most = std::max(most, advance(*solver, in, hit.settings, state).substeps);
+        for (const uint32_t j : hit.scene.pins[0].particles) {
+            const Vec3 wanted = solver->scene().rest.rest_position[j] + path(f + 1);
+            EXPECT_LT((state.position[j] - wanted).norm(), 1e-12) << "frame " << f;
+        }
+    }
+    EXPECT_GT(most, hit.settings.substeps) << "else this tells nothing";
+    EXPECT_GT(test::count_broken(state), 10u);
+    EXPECT_NEAR(state.time, 8 * in.duration, 1e-12);
+}
+
 // With one pass a third too little.
 TEST(hit_passes, a_hit_breaks_as_much_with_few_substeps_as_with_many) {
-    const double fine = broken(32, 4), coarse = broken(8, 4);
+    const double fine = broken(settings_of(32, 2, 1)), coarse = broken(settings_of(8, 2, 1));
     std::printf("edges broken: %g at 8 substeps, %g at 32\n", coarse, fine);
     EXPECT_GT(coarse, 0.8 * fine);
     EXPECT_LT(coarse, 1.2 * fine);
@@ -94,7 +178,8 @@ TEST(hit_passes, what_breaks_elsewhere_changes_nothing) {
     FrameInput input = hit.input();
     input.duration /= hit.settings.substeps;
     SolverSettings once = hit.settings, again = hit.settings;
-    once.substeps = again.substeps = 1, once.crack_passes = 1, again.crack_passes = 4;
+    once.substeps = again.substeps = once.hit_substeps = again.hit_substeps = 1;
+    once.crack_passes = 1, again.crack_passes = 4;
 
     const auto solver = test::make_solver(hit.scene), other = test::make_solver(hit.scene);
     FrameState state = hit.start(*solver);
