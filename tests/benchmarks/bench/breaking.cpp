@@ -22,7 +22,8 @@ Mean mean(const std::vector<double>& samples) {
 }
 
 struct Options {
-    int shots = 32, frames = 0, substeps = 0, iterations = 0, crack_passes = 0, hit_substeps = 0;  // 0: the scene's own
+    int shots = 32, threads = 0, frames = 0, substeps = 0, iterations = 0, crack_passes = 0,
+        hit_substeps = 0;  // 0: the scene's own
     double spread = 0.03, error_budget = 0, stiffer = 1;
 };
 
@@ -39,7 +40,7 @@ void shoot(const NamedScene& named, const Options& options) {
         const double speed = std::sqrt(options.stiffer);  // of waves
         m.youngs_modulus *= options.stiffer, m.toughness /= speed, m.yield /= speed;
     }
-    const auto solver = must(Solver::create(std::move(s.scene), 0));
+    const auto solver = must(Solver::create(std::move(s.scene), options.threads));
     const int frames = options.frames > 0 ? options.frames : s.frames;
     std::vector<double> edges, pieces;
     for (int shot = 0; shot < shots; ++shot) {
@@ -80,6 +81,7 @@ int main(int argc, char** argv) {
     app.add_option("--spread", options.spread, "of the toughness, to either side")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 0.5));
+    app.add_option("--threads", options.threads, "0: all")->capture_default_str()->check(CLI::Range(0, 1024));
     app.add_option("--frames", options.frames, "[the scene's own]")->check(CLI::Range(1, 100000));
     app.add_option("--substeps", options.substeps, "[the scene's own]")->check(CLI::Range(1, 1000));
     app.add_option("--iterations", options.iterations, "[the scene's own]")->check(CLI::Range(1, 1000));
