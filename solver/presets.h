@@ -13,7 +13,7 @@ struct Preset {
 
 /// Of method projective, which most of the front is made of (jacobi is faster for soft or resting bodies, and for tears
 /// at the finest steps); from the fastest to the most accurate; the middle one is what SolverSettings starts with.
-inline constexpr std::array kPresets = {Preset{"preview", 4, 1, 4}, Preset{"default", 8, 2, 16},
+inline constexpr std::array kPresets = {Preset{"preview", 4, 1, 16}, Preset{"default", 8, 2, 16},
                                         Preset{"final", 32, 1, 64}};
 
 /// The preset of that name, or null.

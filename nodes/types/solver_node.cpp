@@ -200,7 +200,7 @@ std::vector<Json> preset_names() {
     return names;
 }
 
-// "preview: 4 substeps of 1, hits in up to 4 parts, ..."
+// "preview: 4 substeps of 1, hits in up to 16 parts, ..."
 std::string preset_texts() {
     std::string text;
     for (const Preset& preset : kPresets)

@@ -26,8 +26,9 @@ UNDIVIDED = [(4, 1), (8, 2), (16, 1), (32, 1), (64, 1)]
 WAYS = {  # key: label, colour, marker, options, settings (substeps, iterations, hit_substeps)
     "paper": ("undivided, cracks run a ring a substep (the paper)", "#c2452d", "s", ("--crack-passes", "1"), [(*s, 1) for s in UNDIVIDED]),
     "undivided": ("undivided, cracks run on", "#e0a100", "^", (), [(*s, 1) for s in UNDIVIDED]),
-    "divided": ("hits in parts: presets", "#0b5fa5", "o", (), [(4, 1, 4), (8, 2, 16), (32, 1, 64)]),
+    "divided": ("hits in parts: presets", "#0b5fa5", "o", (), [(4, 1, 16), (8, 2, 16), (32, 1, 64)]),
     "more": ("hits in up to 64 parts", "#1a9988", "D", (), [(2, 1, 64), (4, 1, 64), (8, 2, 64)]),
+    "budget": ("error budget of 10 %", "#8b2f7f", "v", ("--error-budget", "0.1"), [(8, 2, 16)]),
     "finest": ("finest undivided", "#22272e", "*", (), []),
 }
 INK = "#22272e"
@@ -54,7 +55,7 @@ def measure(build):
 
 
 def draw(rows, stem):
-    figure, axes = plt.subplots(1, len(STIFFER), figsize=(13, 4.6))
+    figure, axes = plt.subplots(1, len(STIFFER), figsize=(13, 4.9))
     for axis, (stiffer, modulus) in zip(axes, STIFFER.items()):
         own = [r for r in rows if int(r["stiffer"]) == stiffer]
         for way, (label, colour, marker, *_) in WAYS.items():
@@ -64,8 +65,8 @@ def draw(rows, stem):
         finest, = (float(r["edges"]) for r in own if r["way"] == "finest")
         axis.axhline(finest, color=INK, linewidth=0.8, linestyle=":")
         for name, row in zip(("preview", "default", "final"), (r for r in own if r["way"] == "divided")):
-            axis.annotate(name, (float(row["cpu_s_per_s"]), float(row["edges"])), xytext=(5, -13), textcoords="offset points",
-                          color="#0b5fa5", fontsize=9)
+            axis.annotate(name, (float(row["cpu_s_per_s"]), float(row["edges"])), color="#0b5fa5", fontsize=9,
+                          xytext=(-44, 8) if name == "preview" else (5, -13), textcoords="offset points")
         axis.set_xscale("log")
         axis.set_ylim(0, 1.35 * max(float(r["edges"]) for r in own) / 1.15)
         axis.set_title(f"Bunnies of {modulus}", color=INK, fontsize=11, loc="left", weight="bold")
@@ -73,8 +74,8 @@ def draw(rows, stem):
         axis.grid(alpha=0.25)
     axes[0].set_ylabel("edges that a hit breaks (bars: two standard errors)")
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncol=len(WAYS), frameon=False, fontsize=9)
-    figure.tight_layout(rect=(0, 0.06, 1, 1))
+    figure.legend(handles, labels, loc="lower center", ncol=3, frameon=False, fontsize=9)
+    figure.tight_layout(rect=(0, 0.11, 1, 1))
     plt.rcParams["svg.hashsalt"] = "sunder"
     figure.savefig(stem + ".svg", metadata={"Date": None})
     figure.savefig(stem + ".png", dpi=110)
