@@ -314,11 +314,11 @@ Status Solver::Impl::advance(const StepContext& whole, Stage stage, double h, do
     return ok;
 }
 
-// A substep in parts, and each of them as short steps are best taken: with one Newton step.
+// A substep in parts. What these resolve needs no more Newton steps and passes than this, whatever the settings say.
 Status Solver::Impl::advance_hit(const StepContext& whole, int parts, double h, double begin, double end, bool measure,
                                  const Progress& progress, FrameState& io_state, StepReport& io_report) {
     SolverSettings settings = whole.settings;
-    settings.hit_substeps = settings.iterations = 1;
+    settings.hit_substeps = 1, settings.iterations = 2, settings.crack_passes = std::min(settings.crack_passes, 2);
     const StepContext context{whole.scene, whole.input, settings, whole.workers, whole.contact_margin};
     for (int k = 0; k < parts; ++k) {
         const double part_begin = std::lerp(begin, end, double(k) / parts);

@@ -4,44 +4,70 @@
 #include <atomic>
 #include <cmath>
 
+#include "solver/momentum.h"
 #include "solver/piece_motion.h"
 #include "solver/substep.h"
 
 namespace sunder {
 namespace {
 
-// How far the waves of a hit run in a part of a substep, in distances between particles: twice as far breaks a tenth
-// less, half as far a fiftieth more.
+// How far the waves of a hit run in a part of a substep, in distances between particles.
 constexpr double kWaveInPart = 0.7;
+// A wave that moves what it comes through by v leaves it, of the motion of the whole piece, half of that at least.
+constexpr double kOfTheWave = 0.5;
 
 }  // namespace
 
 // What is hit at speed v strains by v / c where the waves of the hit, of speed c, have come; an implicit step spreads
 // that over all that they reach in it, so that nothing breaks of a strain that is many times the toughness. Hence where
-// something closes fast enough to break what it meets, the substep is to be taken in parts in which waves go from
-// particle to particle. Of two particles that meet, the lighter one takes most of v. Not by sweeps: what stiffness they
-// leave depends on the step, and what a long one bent a short one lets go.
+// something closes fast enough to break what it meets, or such waves run through what is pushed, the substep is
+// to be taken in parts in which they go from particle to particle. Of two particles that meet, the lighter one takes
+// most of v. Not by sweeps: what stiffness they leave depends on the step, and what a long one bent a short one lets
+// go.
 int Substep::parts_of_hit() const {
     if (context.settings.hit_substeps == 1 || context.settings.method != Method::projective) return 1;
-    const auto inverse_mass = [&](uint32_t i) { return i < n_movables() ? work.inverse_mass[i] : 0.0; };
-    const auto parts_for = [&](uint32_t j, uint32_t other, double closing_speed) {
-        if (j >= n_particles() || work.held[j] || work.live.count(j) == 1) return 1;
-        const double own = inverse_mass(j), speed = closing_speed * own / (own + inverse_mass(other));
+    const auto parts_for = [&](uint32_t j, double speed) {
         const double wave_speed = std::sqrt(material(j).youngs_modulus * rest().volume[j] / rest().mass[j]);
         if (!(speed > breaking_strain(j) * wave_speed)) return 1;
         const double wave = h * std::sqrt(kWavePerWeight * work.live.count(j) * work.stiffness[j].k);
         return static_cast<int>(std::min(std::ceil(wave / kWaveInPart), double(context.settings.hit_substeps)));
     };
+    const auto inverse_mass = [&](uint32_t i) { return i < n_movables() ? work.inverse_mass[i] : 0.0; };
+    const auto parts_for_touch = [&](uint32_t j, uint32_t other, double closing_speed) {
+        if (j >= n_particles() || work.held[j] || work.live.count(j) == 1) return 1;
+        const double own = inverse_mass(j);
+        return parts_for(j, closing_speed * own / (own + inverse_mass(other)));
+    };
+    std::vector<uint8_t> is_pushed(work.pieces.size(), 0);
     std::atomic<int> most{1};
+    const auto add = [&](int parts) {
+        for (int now = most; parts > now && !most.compare_exchange_weak(now, parts);) {
+        }
+    };
     context.workers.for_range(work.contacts.size(), kParticleGrain, [&](size_t first, size_t last) {
         int parts = 1;
         for (const ActiveContact& c : std::span(work.contacts).subspan(first, last - first)) {
-            if (!(c.approach_speed * h > c.contact.gap - c.allowed_gap)) continue;  // it comes no nearer than that
+            const bool closes = c.approach_speed * h > c.contact.gap - c.allowed_gap;
+            if (!closes && c.before.normal <= 0) continue;
             const uint32_t a = c.contact.a, b = c.contact.b;
-            parts = std::max({parts, parts_for(a, b, c.approach_speed), parts_for(b, a, c.approach_speed)});
+            for (const uint32_t i : {a, b})
+                if (i < n_movables()) std::atomic_ref(is_pushed[work.piece[i]]).store(1, std::memory_order_relaxed);
+            parts = std::max({parts, parts_for_touch(a, b, c.approach_speed), parts_for_touch(b, a, c.approach_speed)});
         }
-        for (int now = most; parts > now && !most.compare_exchange_weak(now, parts);) {
+        add(parts);
+    });
+    for_pieces([&](size_t piece) {
+        const auto particles = work.live.piece_particles(piece);
+        if (particles.size() == 1 || !is_pushed[piece]) return;
+        const PieceMomentum p =
+            piece_momentum(rest(), work.inertia, particles, work.start_position, work.velocity, work.angular_velocity);
+        const Vec3 spin = rigid_spin(p, p.angular);
+        int parts = 1;
+        for (const uint32_t j : particles) {
+            const Vec3 own = work.velocity[j] - p.velocity - spin.cross(work.start_position[j] - p.center);
+            parts = std::max(parts, parts_for(j, own.norm() / kOfTheWave));
         }
+        add(parts);
     });
     return most;
 }

@@ -97,17 +97,20 @@ def struck_plate(**material):
 
 
 class Fig5StruckPlates(unittest.TestCase):
+    # Plates that yield between 0.014 and 0.025 break into as many pieces at fine steps (of 64 substeps 55 at 0.025, 53 at
+    # 0.018); that they differed was the doing of coarse ones.
     def test_pieces_become_fewer_with_ductility(self):
         counts = []
-        for material in ({"yield": None}, {"yield": 0.025, "flow_rate": 60}, {"yield": 0.018, "flow_rate": 90}, {"yield": 0.01, "flow_rate": 120}):
+        for material in ({"yield": None}, {"yield": 0.025, "flow_rate": 60}, {"yield": 0.012, "flow_rate": 110}, {"yield": 0.008, "flow_rate": 130}):
             counts.append(0)
-            for place in ([0.03, 0.02, 1.3], [0.22, 0.35, 1.3], [-0.31, -0.18, 1.3], [0.11, -0.42, 1.3]):  # a single hit is a matter of luck
+            for place in ([0.03, 0.02, 1.3], [0.22, 0.35, 1.3], [-0.31, -0.18, 1.3], [0.11, -0.42, 1.3],
+                          [-0.12, 0.27, 1.3], [0.35, -0.05, 1.3], [-0.22, -0.51, 1.3], [0.05, 0.55, 1.3]):  # a single hit is a matter of luck
                 plate = struck_plate(**material)
                 plate["ball"].set(position=place)
                 state = plate.evaluate("sim.state", frame=25)
                 self.assertTrue(np.isfinite(state.position).all())
                 counts[-1] += len(pieces(state))
-        print("Fig. 5: pieces of four plates, from brittle to ductile:", counts)
+        print("Fig. 5: pieces of eight plates, from brittle to ductile:", counts)
         self.assertGreater(counts[0], counts[-1])
         self.assertTrue(all(a >= b for a, b in zip(counts, counts[1:])), counts)
 
