@@ -13,7 +13,7 @@ namespace {
 
 // How far the waves of a hit run in a part of a substep, in distances between particles.
 constexpr double kWaveInPart = 0.7;
-// A wave that moves what it comes through by v leaves it, of the motion of the whole piece, half of that at least.
+// Where a wave moves part of a piece by v, there or elsewhere particles move by half of v against the whole piece.
 constexpr double kOfTheWave = 0.5;
 
 }  // namespace
