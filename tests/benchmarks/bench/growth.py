@@ -16,6 +16,8 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
+import kept_csv
+
 ROOT = Path(__file__).resolve().parents[3]
 BUNNY = ROOT / "tests/data/bunny.obj"
 SCENES = ("1k", "10k", "100k", "1m")
@@ -75,20 +77,5 @@ def draw(rows, stem):
         figure.savefig(f"{stem}.{suffix}", dpi=110)
 
 
-def main():
-    if len(sys.argv) not in (2, 3):
-        sys.exit(__doc__)
-    stem = sys.argv[-1]
-    if len(sys.argv) == 3:
-        with open(stem + ".csv", "w", newline="") as file:
-            writer = csv.writer(file)
-            writer.writerow(("what", "count", "seconds", "peak_mb"))
-            for row in measure(Path(sys.argv[1])):
-                writer.writerow(row)
-                file.flush()
-    with open(stem + ".csv", newline="") as file:
-        draw(list(csv.DictReader(file)), stem)
-
-
 if __name__ == "__main__":
-    main()
+    kept_csv.run(__doc__, ("what", "count", "seconds", "peak_mb"), measure, draw)

@@ -7,17 +7,17 @@ Scene: `bunnies`, and the same as many times as stiff (`sunder_breaking --stiffe
 way (a key of WAYS), substeps, iterations, hit_substeps, edges, standard_error (of the mean of the shots), cpu_s_per_s
 (processor time for a simulated second, s).
 """
-import csv
 import re
 import resource
 import subprocess
 import sys
-from pathlib import Path
 
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+
+import kept_csv
 
 SHOTS, SECONDS = 8, 2  # that a shot simulates
 STIFFER = {1: "0.5 MPa", 20: "10 MPa", 1000: "500 MPa"}
@@ -81,20 +81,5 @@ def draw(rows, stem):
     figure.savefig(stem + ".png", dpi=110)
 
 
-def main():
-    if len(sys.argv) not in (2, 3):
-        sys.exit(__doc__)
-    stem = sys.argv[-1]
-    if len(sys.argv) == 3:
-        with open(stem + ".csv", "w", newline="") as file:
-            writer = csv.writer(file)
-            writer.writerow(("stiffer", "way", "substeps", "iterations", "hit_substeps", "edges", "standard_error", "cpu_s_per_s"))
-            for row in measure(Path(sys.argv[1])):
-                writer.writerow(row)
-                file.flush()
-    with open(stem + ".csv", newline="") as file:
-        draw(list(csv.DictReader(file)), stem)
-
-
 if __name__ == "__main__":
-    main()
+    kept_csv.run(__doc__, ("stiffer", "way", "substeps", "iterations", "hit_substeps", "edges", "standard_error", "cpu_s_per_s"), measure, draw)
