@@ -146,6 +146,7 @@ void remember_pieces(const StepContext& context, double h, Workspace& w) {
         c.center = p.center;
         c.inverse_mass = 1 / p.mass;
         c.inverse_inertia = p.inertia.inverse();
+        c.spin = c.inverse_inertia * p.angular;
         c.rigid = particles.size() == 1;
         if (c.rigid)
             c.turned = h * w.angular_velocity[particles.front()] + c.inverse_inertia * w.push[particles.front()].torque;

@@ -127,6 +127,7 @@ void Substep::restore_momentum() {
             gained += rest().mass[j] * (work.start_position[j] - work.pieces[piece].center).cross(work.push[j].shift) +
                       work.push[j].torque;
         const Vec3 wanted = work.piece_angular[piece] + gained / h, turn = work.pieces[piece].inverse_inertia * wanted;
+        work.pieces[piece].spin = turn;
         // What turns by more than a radian is not resolved: its momentum comes to lie along another of its axes, and a
         // spin that is read as its opposite would be given twice to all of it.
         const double most_energy = turn.norm() * h > 1 ? 0.5 * turn.dot(wanted) : std::numeric_limits<double>::max();
