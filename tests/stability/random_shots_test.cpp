@@ -51,7 +51,7 @@ TEST(random_shots, gain_nothing) {
         if (outcome.gained > most) most = outcome.gained, worst = seed;
     };
     for (uint64_t seed = 0; seed < 100; ++seed) check(seed);
-    for (uint64_t seed : {202, 287, 502, 550, 998, 1693, 2410}) check(seed);  // once gained 0.03 to 5.4
+    for (uint64_t seed : {202, 287, 502, 550, 653, 998, 1693, 2410}) check(seed);  // once gained 0.02 to 5.4
     std::printf("%zu shots, %zu torn; most energy gained: %.4f of the start, shot %d\n", shots, torn, most,
                 static_cast<int>(worst));
     EXPECT_GE(torn, shots / 2) << "else this tells little";
@@ -71,14 +71,15 @@ TEST(random_shots, gain_nothing_with_a_parameter_from_anywhere_in_its_range) {
     std::printf("most energy gained: %.4f of the start, %s\n", most, worst.c_str());
 }
 
-// Pins that stand still do no work. Of the last eight shots six gained 0.08 to 56,000 times their energy when held
-// pieces answered pushes as free ones do, two 0.06 and 0.08 when particles' own turns brought contacts together.
+// Pins that stand still do no work. Of the last nine shots six gained 0.08 to 56,000 times their energy when held
+// pieces answered pushes as free ones do, two 0.06 and 0.08 when particles' own turns brought contacts together, one
+// 0.09 when short substeps worked off as much overlap as long ones.
 TEST(random_shots, gain_nothing_where_pins_hold) {
     double most = 0;
     uint64_t worst = 0;
     std::vector<uint64_t> seeds(50);
     std::iota(seeds.begin(), seeds.end(), 0);
-    seeds.insert(seeds.end(), {104, 116, 131, 266, 292, 365, 626, 1255});
+    seeds.insert(seeds.end(), {104, 116, 131, 266, 292, 365, 547, 626, 1255});
     for (uint64_t seed : seeds) {
         test::Shot shot(seed);
         shot.hold(seed + 2000);
@@ -88,6 +89,16 @@ TEST(random_shots, gain_nothing_where_pins_hold) {
         if (outcome.gained > most) most = outcome.gained, worst = seed;
     }
     std::printf("most energy gained: %.4f of the start, shot %d\n", most, static_cast<int>(worst));
+}
+
+// A stiff rabbit in needles lands on the floor and vibrates. Bounces by what the needles turned by, and a fifth of
+// their overlap worked off in each of many short substeps, drove it to 0.08 and 0.15 more than it had.
+TEST(random_shots, what_vibrates_on_the_floor_gains_nothing_by_short_substeps) {
+    for (const int substeps : {64, 256, 512}) {
+        test::Shot shot(653);
+        shot.settings.substeps = substeps, shot.settings.hit_substeps = 1;
+        EXPECT_LE(shoot(shot).gained, 1e-3) << substeps << " substeps";
+    }
 }
 
 // A soft body hangs on pins and folds over itself. What its particles turned by closed their contacts, which push
