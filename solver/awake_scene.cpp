@@ -310,6 +310,12 @@ StepContext AwakeScene::context(const StepContext& whole) const {
     return {scene_, whole.input, whole.settings, whole.workers, whole.contact_margin, fixed_, whole.wakes};
 }
 
+std::vector<uint8_t> AwakeScene::hit() const {
+    std::vector<uint8_t> whole(index_.size(), 0);
+    for (size_t k = 0; k < work_.hit.size(); ++k) whole[movable_[k]] = work_.hit[k];
+    return whole;
+}
+
 std::vector<Woken> AwakeScene::woken() const {
     std::vector<Woken> whole = work_.woken;
     for (Woken& w : whole) w.movable = movable_[w.movable];

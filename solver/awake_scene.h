@@ -35,6 +35,7 @@ public:
     FrameState& state() { return state_; }
     Workspace& work() { return work_; }
     std::vector<Woken> woken() const;  // by the last substep; movables of the whole scene
+    std::vector<uint8_t> hit() const;  // in it, likewise (n_movables of the whole scene)
 
 private:
     void build(const StepContext& whole, const FrameState& state);

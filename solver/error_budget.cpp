@@ -224,13 +224,13 @@ FramePlan plan_frame(const StepContext& context, const FrameState& state, Worksp
     const double seconds = context.input.duration;
     FramePlan plan;
     FrameState after = state, soon = state;
-    bool sound = bool(substep(trial, Stage::alone, seconds, 0, 1, true, io_work, after, plan.report));
+    bool sound = bool(substep(trial, {Stage::alone, seconds, 0, 1, true}, io_work, after, plan.report));
     synchronise(context, state, io_work);
     const bool touches = plan.report.contacts > 0;
     if (sound && touches) {
         StepReport unused;
-        sound = bool(substep(trial, Stage::alone, seconds / kContactSubsteps, 0, 1.0 / kContactSubsteps, false, io_work,
-                             soon, unused));
+        sound = bool(substep(trial, {Stage::alone, seconds / kContactSubsteps, 0, 1.0 / kContactSubsteps, false},
+                             io_work, soon, unused));
         synchronise(context, state, io_work);
     }
     if (!sound) {

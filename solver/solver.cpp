@@ -8,6 +8,7 @@
 
 #include "solver/awake_scene.h"
 #include "solver/error_budget.h"
+#include "solver/local_hit.h"
 #include "solver/matching/unit_schedule.h"
 #include "solver/sleeping.h"
 #include "solver/threads/first_of.h"
@@ -107,9 +108,6 @@ Status check_scene(const Scene& scene) {
     return {};
 }
 
-// What a substep is of a pair: the second where one has begun.
-Stage stage_of(bool begun, bool last) { return begun ? Stage::second : last ? Stage::alone : Stage::first; }
-
 }  // namespace
 
 Status Material::check(const std::string& where) const {
@@ -151,6 +149,11 @@ Status SolverSettings::check(const std::string& where) const {
 }
 
 struct Solver::Impl {
+    struct Hit {
+        int parts = 1;              // of the substep, that it asks for
+        std::vector<uint8_t> what;  // takes them (n_movables)
+    };
+
     Scene scene;
     std::shared_ptr<const WorkerPool> workers;
     WorkerPool alone{1};
@@ -158,15 +161,21 @@ struct Solver::Impl {
     double margin;                     // of contacts, m
     Workspace work;                    // of the whole scene
     AwakeScene awake;                  // what is simulated while something sleeps
+    LocalHit local_hit;
+    bool met = false;  // in this frame what was hit met the rest: it may again
 
     Impl(Scene s, std::shared_ptr<const WorkerPool> w)
         : scene(std::move(s)), workers(std::move(w)), margin(contact_margin(scene)) {}
     Status check_input(const FrameInput& input) const;
     void enter(const StepContext& whole, const FrameState& state);
-    Status advance(const StepContext& whole, Stage stage, double h, double begin, double end, bool measure,
-                   FrameState& io_state, StepReport& io_report, int& o_parts);
-    Status advance_hit(const StepContext& whole, int parts, double h, double begin, double end, bool measure,
-                       const Progress& progress, FrameState& io_state, StepReport& io_report);
+    SubstepPair pair(const WorkerPool& threads, const FrameState& state);
+    void go_on(const StepContext& whole, const FrameState& state, SubstepPair pair);
+    Status advance(const StepContext& whole, const SubstepTime& time, FrameState& io_state, StepReport& io_report,
+                   Hit& o_hit);
+    Result<bool> advance_local_hit(const StepContext& whole, const Hit& hit, const SubstepTime& time,
+                                   const Progress& progress, FrameState& io_state, StepReport& io_report);
+    Status advance_hit(const StepContext& whole, const Hit& hit, const SubstepTime& time, const Progress& progress,
+                       FrameState& io_state, StepReport& io_report, bool& o_pair_begun);
     Result<StepReport> run_frame(const FrameInput& input, const SolverSettings& settings, const FrameState& before,
                                  const WorkerPool& threads, FrameState& io_state, const Progress& progress);
 };
@@ -286,52 +295,74 @@ void Solver::Impl::enter(const StepContext& whole, const FrameState& state) {
     synchronise(whole, state, work);
 }
 
-// A substep of all that is awake, anew as long as it wakes something. `o_parts`: as Workspace's.
-Status Solver::Impl::advance(const StepContext& whole, Stage stage, double h, double begin, double end, bool measure,
-                             FrameState& io_state, StepReport& io_report, int& o_parts) {
-    o_parts = 1;
+// Of all that is awake. Empties where it is kept.
+SubstepPair Solver::Impl::pair(const WorkerPool& threads, const FrameState& state) {
+    return anything_sleeps(state) ? awake.pair(threads) : std::move(work.pair);
+}
+
+// After `enter`, between two substeps of a pair.
+void Solver::Impl::go_on(const StepContext& whole, const FrameState& state, SubstepPair pair) {
+    if (anything_sleeps(state))
+        awake.go_on(pair, whole.workers);
+    else
+        work.pair = std::move(pair);
+}
+
+// A substep of all that is awake, anew as long as it wakes something. Where `o_hit` asks for parts the state is as
+// before.
+Status Solver::Impl::advance(const StepContext& whole, const SubstepTime& time, FrameState& io_state,
+                             StepReport& io_report, Hit& o_hit) {
+    o_hit = {};
     while (anything_sleeps(io_state)) {
         if (awake.empty()) {
-            awake.state().time += h;
+            awake.state().time += time.h;
             return {};
         }
-        awake.cover(whole, h, end, io_state);
-        const Status ok =
-            substep(awake.context(whole), stage, h, begin, end, measure, awake.work(), awake.state(), io_report);
-        o_parts = awake.work().parts;
+        awake.cover(whole, time.h, time.end, io_state);
+        const Status ok = substep(awake.context(whole), time, awake.work(), awake.state(), io_report);
+        if (awake.work().parts > 1) o_hit = {awake.work().parts, awake.hit()};
         if (!ok || awake.work().woken.empty()) return ok;
         awake.leave(whole.workers, io_state);
         wake(scene, whole.input, awake.woken(), io_state);
         SubstepPair begun = awake.pair(whole.workers);
         enter(whole, io_state);
-        if (anything_sleeps(io_state))
-            awake.go_on(begun, whole.workers);
-        else
-            work.pair = std::move(begun);
+        go_on(whole, io_state, std::move(begun));
     }
-    const Status ok = substep(whole, stage, h, begin, end, measure, work, io_state, io_report);
-    o_parts = work.parts;
+    const Status ok = substep(whole, time, work, io_state, io_report);
+    if (work.parts > 1) o_hit = {work.parts, work.hit};
     return ok;
 }
 
-// A substep in parts. What these resolve needs no more Newton steps and passes than this, whatever the settings say.
-Status Solver::Impl::advance_hit(const StepContext& whole, int parts, double h, double begin, double end, bool measure,
-                                 const Progress& progress, FrameState& io_state, StepReport& io_report) {
-    SolverSettings settings = whole.settings;
-    settings.hit_substeps = 1, settings.iterations = 2, settings.crack_passes = std::min(settings.crack_passes, 2);
+// False where all is to take the parts of the hit.
+Result<bool> Solver::Impl::advance_local_hit(const StepContext& whole, const Hit& hit, const SubstepTime& time,
+                                             const Progress& progress, FrameState& io_state, StepReport& io_report) {
+    if (met || !LocalHit::pays(hit.what, hit.parts, io_state)) return false;
+    if (anything_sleeps(io_state)) awake.leave(whole.workers, io_state);
+    SubstepPair begun = pair(whole.workers, io_state);
+    const Result<bool> done = local_hit.advance(whole, hit.what, hit.parts, time, progress, io_state, begun, io_report);
+    if (!done) return done;
+    met = !*done;
+    enter(whole, io_state);
+    go_on(whole, io_state, std::move(begun));
+    if (!anything_sleeps(io_state)) io_report.n_components = work.live.n_pieces();
+    return done;
+}
+
+// A substep in which something is hit, in parts.
+Status Solver::Impl::advance_hit(const StepContext& whole, const Hit& hit, const SubstepTime& time,
+                                 const Progress& progress, FrameState& io_state, StepReport& io_report,
+                                 bool& o_pair_begun) {
+    io_report.substeps += hit.parts - 1;
+    const Result<bool> local = advance_local_hit(whole, hit, time, progress, io_state, io_report);
+    if (!local) return local.error();
+    o_pair_begun = *local && time.stage == Stage::first;
+    if (*local) return {};
+    const SolverSettings settings = settings_of_parts(whole.settings);
     const StepContext context{whole.scene, whole.input, settings, whole.workers, whole.contact_margin};
-    for (int k = 0; k < parts; ++k) {
-        const double part_begin = std::lerp(begin, end, double(k) / parts);
-        const double part_end = std::lerp(begin, end, double(k + 1) / parts);
-        const bool last = k + 1 == parts;
-        if (!progress.report(part_begin, "simulating")) return cancelled();
-        int undivided;
-        const Status ok = advance(context, stage_of(k % 2 == 1, last), h / parts, part_begin, part_end, measure && last,
-                                  io_state, io_report, undivided);
-        if (!ok) return ok;
-    }
-    io_report.substeps += parts - 1;
-    return {};
+    return in_parts(hit.parts, time, progress, [&](const SubstepTime& part) {
+        Hit none;
+        return advance(context, part, io_state, io_report, none);
+    });
 }
 
 // Spoils the state on an error; `before` is what it was.
@@ -346,6 +377,7 @@ Result<StepReport> Solver::Impl::run_frame(const FrameInput& input, const Solver
         forget_sleep(settings.sleeping ? scene.rest.n_particles() + scene.rigid_bodies.size() : 0, io_state);
     StepReport report;
     enter(context, io_state);
+    met = false;
     bool done = false;
     if (settings.error_budget > 0 && !(anything_sleeps(io_state) && awake.empty())) {
         if (!progress.report(0, "simulating")) return cancelled();
@@ -366,13 +398,12 @@ Result<StepReport> Solver::Impl::run_frame(const FrameInput& input, const Solver
         const double begin = double(k) / effort.substeps, end = double(k + 1) / effort.substeps;
         if (!progress.report(begin, "simulating")) return cancelled();
         const bool last = k + 1 == effort.substeps;
-        const Stage stage = stage_of(begun, last);
-        int parts;
-        if (Status ok = advance(context, stage, h, begin, end, last, io_state, report, parts); !ok) return ok.error();
-        begun = stage == Stage::first && parts == 1;
-        if (parts == 1) continue;
-        if (Status ok = advance_hit(context, parts, h, begin, end, last, progress, io_state, report); !ok)
-            return ok.error();
+        const SubstepTime time{stage_of(begun, last), h, begin, end, last};
+        Hit hit;
+        if (Status ok = advance(context, time, io_state, report, hit); !ok) return ok.error();
+        begun = time.stage == Stage::first;
+        if (hit.parts == 1) continue;
+        if (Status ok = advance_hit(context, hit, time, progress, io_state, report, begun); !ok) return ok.error();
     }
     if (anything_sleeps(io_state)) awake.leave(threads, io_state);
     if (settings.sleeping) report.n_components = fall_asleep(scene, input, settings.self_collision, before, io_state);

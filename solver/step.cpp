@@ -173,9 +173,10 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
     take_up_frame(context, state, w);
 }
 
-Status substep(const StepContext& context, Stage stage, double h, double begin, double end, bool measure,
-               Workspace& io_work, FrameState& io_state, StepReport& io_report) {
-    Substep s{context, stage, h, begin, end, measure, io_work, io_state, io_report};
+Status substep(const StepContext& context, const SubstepTime& time, Workspace& io_work, FrameState& io_state,
+               StepReport& io_report) {
+    const double h = time.h;
+    Substep s{context, time.stage, h, time.begin, time.end, time.measure, io_work, io_state, io_report};
     io_work.kept.assign(s.n_movables(), 0), io_work.is_taken_again = false, io_work.parts = 1;
     bool has_flowed = false, may_break = false;  // what a contact pushes, at the end
     for (int pass = 1;; ++pass) {
@@ -190,7 +191,7 @@ Status substep(const StepContext& context, Stage stage, double h, double begin, 
                 s.find_contacts();
             }
             if (!io_work.woken.empty()) return {};
-            if (pass == 1 && (io_work.parts = s.parts_of_hit()) > 1) return {};
+            if (pass == 1 && s.find_hits()) return {};
         } while (io_work.is_taken_again && s.let_go_of_mixed_islands());
         io_report.simulated += static_cast<size_t>(std::ranges::count(io_work.kept, 0));
         s.pair_up();

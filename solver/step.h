@@ -20,6 +20,17 @@ namespace sunder {
 /// Where a substep stands in its pair (`Substep::pair_up`).
 enum class Stage { alone, first, second };
 
+/// The second where one has begun.
+inline Stage stage_of(bool begun, bool last) { return begun ? Stage::second : last ? Stage::alone : Stage::first; }
+
+/// A substep of h seconds; `begin` and `end` say where in the frame it is, in [0, 1]. `measure`: it also writes the
+/// strain of groups that neither flow nor break.
+struct SubstepTime {
+    Stage stage;
+    double h, begin, end;
+    bool measure;
+};
+
 /// How far a mode exp(i w t) of a piece that touches nothing gets out of phase in pairs of substeps of h seconds, over
 /// (w h)^2, -.
 double phase_error(double damping_time, double h);
@@ -94,7 +105,9 @@ struct Workspace {
     ContactIslands islands;  // of `contacts`
     SceneContacts detection;
     std::vector<Woken> woken;  // what is fixed and felt something
-    int parts = 1;             // of the substep, that a hit asks for
+    // Where a hit asks for a substep in parts:
+    int parts = 1;
+    std::vector<uint8_t> hit;  // what is to take them: all that hangs together with a hit or is near (n_movables)
 };
 
 /// The movable things of a step, as contacts see them.
@@ -108,10 +121,14 @@ struct StepContext {
     const SolverSettings& settings;
     const WorkerPool& workers;
     double contact_margin;  // how far beyond touching contacts reach, m
-    std::span<const uint8_t> fixed =
-        {};             // sleepers: there to be touched, and nothing moves them (n_movables), or empty
+    // Sleepers, and what stands by: there to be touched, and nothing moves them (n_movables), or empty.
+    std::span<const uint8_t> fixed = {};
     bool wakes = true;  // a substep that is felt by what is fixed ends there and tells what to wake
 };
+
+/// In `FrameState::asleep` and `StepContext::fixed`, of what moves, but not in this substep: it feels whatever may come
+/// to touch it.
+constexpr uint8_t kStandsBy = 2;
 
 /// s; no substep is longer: frames of less than 24 a second are divided, whatever the settings say. Newton steps and
 /// contacts take turns, and what a contact leaves to a stiff body over a longer step can be more energy than all of the
@@ -126,11 +143,9 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
 void renumber(const StepContext& context, const FrameState& state, std::span<const uint32_t> former,
               Workspace& io_work);
 
-/// Advances by h seconds, as the `stage` of a pair of equal substeps or alone; `begin` and `end` say where in the frame
-/// this is, in [0, 1]. `measure`: also write the strain of groups that neither flow nor break. On an error the state is
-/// spoilt: keep a copy. Where `woken` is not empty afterwards the state is as before: wake those, and take the substep
-/// again; and where `parts` is above 1: take it in so many.
-Status substep(const StepContext& context, Stage stage, double h, double begin, double end, bool measure,
-               Workspace& io_work, FrameState& io_state, StepReport& io_report);
+/// Advances by a substep. On an error the state is spoilt: keep a copy. Where `woken` is not empty afterwards the state
+/// is as before: wake those, and take the substep again; and where `parts` is above 1: take it in so many.
+Status substep(const StepContext& context, const SubstepTime& time, Workspace& io_work, FrameState& io_state,
+               StepReport& io_report);
 
 }  // namespace sunder

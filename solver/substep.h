@@ -1,6 +1,7 @@
 // The parts of a substep, as step.cpp puts them in order.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdint>
@@ -78,6 +79,22 @@ struct Substep {
         context.workers.for_each((n + kPart - 1) / kPart,
                                  [&](size_t part) { body(part * kPart, std::min(n, (part + 1) * kPart)); });
     }
+    /// Calls body(i) for the particles of a piece of `work.pieces`, or for its rigid body.
+    template <class Body>
+    void for_movables(uint32_t piece, const Body& body) const {
+        if (piece < work.live.n_pieces())
+            std::ranges::for_each(work.live.piece_particles(piece), body);
+        else
+            body(static_cast<uint32_t>(n_particles() + piece - work.live.n_pieces()));
+    }
+    /// Calls body(some of the contacts), in parts on all threads.
+    template <class Body>
+    void for_contacts(const Body& body) const {
+        constexpr size_t kGrain = 256;  // fewest a thread is worth waking for
+        context.workers.for_range(work.contacts.size(), kGrain, [&](size_t first, size_t last) {
+            body(std::span(work.contacts).subspan(first, last - first));
+        });
+    }
     template <class Body>
     void for_pieces(const Body& body) const {
         sunder::for_pieces(work.live, kParticleGrain, context.workers, body);
@@ -105,8 +122,6 @@ struct Substep {
 
     // substep_contacts.cpp
     void mark_held_pieces();
-    template <class Body>
-    void for_contacts(const Body& body);  // body(some of the contacts), in parts on all threads
     void take_up_pieces();
     void find_contacts();
     void push_apart(ContactRound::Which which);
@@ -136,7 +151,9 @@ struct Substep {
     void take_over_pieces();
     void take_over_contacts();
     bool let_go_of_mixed_islands();
-    int parts_of_hit() const;
+    bool find_hits();  // whether the substep is to be taken in parts
+    void take_in_parts(std::vector<int>& io_parts);
+    void join_what_is_near_a_hit(std::vector<int>& io_parts);
 
     // step.cpp
     void correct(int iterations);

@@ -25,14 +25,6 @@ void Substep::mark_held_pieces() {
     });
 }
 
-template <class Body>
-void Substep::for_contacts(const Body& body) {
-    constexpr size_t kGrain = 256;  // fewest a thread is worth waking for
-    context.workers.for_range(work.contacts.size(), kGrain, [&](size_t first, size_t last) {
-        body(std::span(work.contacts).subspan(first, last - first));
-    });
-}
-
 // Pieces as contacts see them, from the start of the substep; anew when edges broke.
 void Substep::take_up_pieces() {
     if (work.is_taken_again) {
@@ -74,7 +66,8 @@ void Substep::find_contacts() {
             const Vec3 velocity = v + w.cross(arm);
             const double approach = (context.fixed[c.a] ? 1 : -1) * c.normal.dot(velocity), hard = hard_speed(size, g);
             const bool touches = c.gap < (std::max(approach, 0.0) + g * h) * h;
-            if (touches && (approach > waking_speed(size, g) || velocity.norm() > hard))
+            if (context.fixed[sleeper] == kStandsBy ||
+                (touches && (approach > waking_speed(size, g) || velocity.norm() > hard)))
                 work.woken.push_back({sleeper, approach > hard});
         }
         return !work.woken.empty();

@@ -1,9 +1,10 @@
-// Hits: into how many parts a substep is divided for one; and how it breaks things on within a substep, for which what
-// hangs together with the cuts takes it again, while all else is kept.
+// Hits: into how many parts a substep is divided for one, and for what; and how it breaks things on within a substep,
+// for which what hangs together with the cuts takes it again, while all else is kept.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 
+#include "solver/awake_reach.h"
 #include "solver/momentum.h"
 #include "solver/piece_motion.h"
 #include "solver/substep.h"
@@ -21,11 +22,12 @@ constexpr double kOfTheWave = 0.5;
 // What is hit at speed v strains by v / c where the waves of the hit, of speed c, have come; an implicit step spreads
 // that over all that they reach in it, so that nothing breaks of a strain that is many times the toughness. Hence where
 // something closes fast enough to break what it meets, or such waves run through what is pushed, the substep is
-// to be taken in parts in which they go from particle to particle. Of two particles that meet, the lighter one takes
-// most of v. Not by sweeps: what stiffness they leave depends on the step, and what a long one bent a short one lets
-// go.
-int Substep::parts_of_hit() const {
-    if (context.settings.hit_substeps == 1 || context.settings.method != Method::projective) return 1;
+// to be taken in parts in which they go from particle to particle, by all that hangs together with it. Of two particles
+// that meet, the lighter one takes most of v. Not by sweeps: what stiffness they leave depends on the step, and what a
+// long one bent a short one lets go.
+bool Substep::find_hits() {
+    work.hit.clear();
+    if (context.settings.hit_substeps == 1 || context.settings.method != Method::projective) return false;
     const auto parts_for = [&](uint32_t j, double speed) {
         const double wave_speed = std::sqrt(material(j).youngs_modulus * rest().volume[j] / rest().mass[j]);
         if (!(speed > breaking_strain(j) * wave_speed)) return 1;
@@ -38,38 +40,83 @@ int Substep::parts_of_hit() const {
         const double own = inverse_mass(j);
         return parts_for(j, closing_speed * own / (own + inverse_mass(other)));
     };
-    std::vector<uint8_t> is_pushed(work.pieces.size(), 0);
-    std::atomic<int> most{1};
-    const auto add = [&](int parts) {
-        for (int now = most; parts > now && !most.compare_exchange_weak(now, parts);) {
+    std::vector<int> parts(work.pieces.size(), 0);  // 0: nothing pushes the piece
+    const auto ask_for = [&](uint32_t piece, int wanted) {
+        std::atomic_ref<int> most(parts[piece]);
+        for (int now = most; wanted > now && !most.compare_exchange_weak(now, wanted);) {
         }
     };
-    context.workers.for_range(work.contacts.size(), kParticleGrain, [&](size_t first, size_t last) {
-        int parts = 1;
-        for (const ActiveContact& c : std::span(work.contacts).subspan(first, last - first)) {
+    for_contacts([&](std::span<const ActiveContact> some) {
+        for (const ActiveContact& c : some) {
             const bool closes = c.approach_speed * h > c.contact.gap - c.allowed_gap;
             if (!closes && c.before.normal <= 0) continue;
             const uint32_t a = c.contact.a, b = c.contact.b;
-            for (const uint32_t i : {a, b})
-                if (i < n_movables()) std::atomic_ref(is_pushed[work.piece[i]]).store(1, std::memory_order_relaxed);
-            parts = std::max({parts, parts_for_touch(a, b, c.approach_speed), parts_for_touch(b, a, c.approach_speed)});
+            ask_for(work.piece[a], parts_for_touch(a, b, c.approach_speed));
+            if (has_movable_b(c.contact)) ask_for(work.piece[b], parts_for_touch(b, a, c.approach_speed));
         }
-        add(parts);
     });
     for_pieces([&](size_t piece) {
         const auto particles = work.live.piece_particles(piece);
-        if (particles.size() == 1 || !is_pushed[piece]) return;
+        if (particles.size() == 1 || parts[piece] == 0) return;
         const PieceMomentum p =
             piece_momentum(rest(), work.inertia, particles, work.start_position, work.velocity, work.angular_velocity);
         const Vec3 spin = rigid_spin(p, p.angular);
-        int parts = 1;
         for (const uint32_t j : particles) {
             const Vec3 own = work.velocity[j] - p.velocity - spin.cross(work.start_position[j] - p.center);
-            parts = std::max(parts, parts_for(j, own.norm() / kOfTheWave));
+            parts[piece] = std::max(parts[piece], parts_for(j, own.norm() / kOfTheWave));
         }
-        add(parts);
     });
-    return most;
+    work.parts = std::max(1, std::ranges::max(parts));
+    if (work.parts == 1) return false;
+    take_in_parts(parts);
+    join_what_is_near_a_hit(parts);
+    return true;
+}
+
+// Of `io_parts`, by piece: what hangs together with what takes more than one takes them, too. Marks these things.
+void Substep::take_in_parts(std::vector<int>& io_parts) {
+    for (uint32_t island = 0; island < work.islands.size(); ++island) {
+        const auto pieces = work.islands.pieces_of(island);
+        if (std::ranges::any_of(pieces, [&](uint32_t p) { return io_parts[p] > 1; }))
+            for (const uint32_t p : pieces) io_parts[p] = work.parts;
+    }
+    work.hit.resize(n_movables());
+    for_all(n_movables(), [&](size_t i) {
+        const bool is_fixed = !context.fixed.empty() && context.fixed[i];
+        work.hit[i] = io_parts[work.piece[i]] > 1 && !is_fixed;
+    });
+}
+
+// What lies about what is hit is likely to be touched by what the hit lets go: at up to twice the speed of what hits.
+void Substep::join_what_is_near_a_hit(std::vector<int>& io_parts) {
+    double fastest = 0;
+    for (const ActiveContact& c : work.contacts)
+        if (work.hit[c.contact.a]) fastest = std::max(fastest, c.approach_speed);
+    for (size_t i = 0; i < n_movables(); ++i)
+        if (work.hit[i]) fastest = std::max(fastest, work.velocity[i].norm());
+    std::vector<Aabb> boxes(n_movables());
+    for_all(n_movables(), [&](size_t i) {
+        const double radius = reach_of(context.scene, i) + context.contact_margin;
+        boxes[i] = ball(work.start_position[i], radius + (work.hit[i] ? 2 * fastest * h : 0));
+        if (work.hit[i]) return;
+        const Vec3 way = h * work.velocity[i];
+        boxes[i].min += way.cwiseMin(0.0), boxes[i].max += way.cwiseMax(0.0);
+    });
+    std::vector<Aabb> islands;  // that are hit
+    for (uint32_t island = 0; island < work.islands.size(); ++island) {
+        const auto pieces = work.islands.pieces_of(island);
+        if (io_parts[pieces.front()] <= 1) continue;
+        Aabb& box = islands.emplace_back();
+        for (const uint32_t piece : pieces)
+            for_movables(piece, [&](uint32_t i) { box.extend(boxes[i].min), box.extend(boxes[i].max); });
+    }
+    const CellFilter filter(boxes, work.hit, context.workers);
+    for_all(n_movables(), [&](size_t i) {
+        const auto meets = [&](const Aabb& island) { return overlap(boxes[i], island); };
+        if (!work.hit[i] && std::ranges::any_of(islands, meets) && filter.may_meet(boxes[i]))
+            std::atomic_ref(io_parts[work.piece[i]]).store(work.parts, std::memory_order_relaxed);
+    });
+    take_in_parts(io_parts);
 }
 
 // Where things push: cuts what is to break, and says whether the substep is to be taken again, by what hangs together
@@ -125,12 +172,8 @@ bool Substep::let_go_of_mixed_islands() {
         const auto is_kept = [&](uint32_t i) { return work.kept[i] != 0; };
         if (std::ranges::all_of(movables, is_kept) || std::ranges::none_of(movables, is_kept)) continue;
         any = true;
-        for (const uint32_t piece : work.islands.pieces_of(island)) {
-            if (piece >= work.live.n_pieces())
-                work.kept[n_particles() + piece - work.live.n_pieces()] = 0;
-            else
-                for (const uint32_t j : work.live.piece_particles(piece)) work.kept[j] = 0;
-        }
+        for (const uint32_t piece : work.islands.pieces_of(island))
+            for_movables(piece, [&](uint32_t i) { work.kept[i] = 0; });
     }
     return any;
 }

@@ -94,7 +94,8 @@ void Substep::pair_up() {
 
 bool Substep::is_paired() const { return stage != Stage::alone && context.settings.method != Method::gauss_seidel; }
 
-// Of pairs: those that touch something, and those whose waves are not resolved.
+// Of pairs: those that touch something, those whose waves are not resolved, and what is fixed, for it may be woken
+// between the two.
 std::vector<uint8_t> Substep::pieces_left_out() const {
     std::vector<uint8_t> rough(work.live.n_pieces() + state.rigid_bodies.size(), 0);
     if (!is_paired()) return rough;
@@ -102,6 +103,8 @@ std::vector<uint8_t> Substep::pieces_left_out() const {
         rough[piece_of(c.contact.a)] = 1;
         if (has_movable_b(c.contact)) rough[piece_of(c.contact.b)] = 1;
     }
+    for (size_t i = 0; i < context.fixed.size(); ++i)
+        if (context.fixed[i]) rough[piece_of(i)] = 1;
     for_pieces([&](size_t piece) {
         const auto particles = work.live.piece_particles(piece);
         if (!resolves_waves(work, particles, h)) rough[piece] = 1;

@@ -5,49 +5,12 @@
 #include <limits>
 #include <utility>
 
-#include "tests/support/lattice_scene.h"
+#include "tests/support/hit_scene.h"
 
 namespace sunder {
 namespace {
 
-using test::advance;
-
-RigidBody ball(const Vec3& position, double mass, const Vec3& velocity) {
-    RigidBody b;
-    b.name = "ball";
-    b.shape.radius = 0.15;
-    b.mass = mass;
-    b.pose.position = position;
-    b.velocity = velocity;
-    return b;
-}
-
-// A brittle block, hit by a weight from above.
-struct Hit {
-    Scene scene;
-    std::vector<Material> materials = {Material()};
-    SolverSettings settings;
-    double gravity = 9.81;
-
-    explicit Hit(double off_centre = 0) {
-        test::LatticeBody block;
-        block.cells = {10, 6, 4}, block.spacing = 0.1;
-        test::add_body(scene, test::lattice_mesh(block));
-        materials[0].youngs_modulus = 5e5, materials[0].toughness = 0.1;
-        scene.rigid_bodies.push_back(ball(Vec3(off_centre, 0.04, 0.57), 300, Vec3(0, 0, -6)));
-    }
-    void add_floor() {
-        Collider floor;
-        floor.name = "floor", floor.shape.kind = ShapeKind::plane;
-        scene.colliders.push_back(floor);
-    }
-    FrameInput input() const {
-        FrameInput in = test::quiet_input(scene, Material());
-        in.materials = materials, in.gravity = Vec3(0, 0, -gravity);
-        return in;
-    }
-    FrameState start(const Solver& solver) const { return solver.initial_state(materials); }
-};
+using test::advance, test::ball, test::Hit;
 
 // `stiffer`: times. Hits of a speed strain what is stiffer by less, and its toughness is less by as much.
 double broken(const SolverSettings& settings, double stiffer = 1) {

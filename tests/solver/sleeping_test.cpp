@@ -318,13 +318,16 @@ TEST(sleeping, what_is_fixed_keeps_its_bits) {
     Workspace work;
     StepReport report;
     synchronise(context, state, work);
-    for (int k = 0; k < 4; ++k) ASSERT_TRUE(substep(context, Stage::alone, 0.005, 0, 1, false, work, state, report));
+    for (int k = 0; k < 4; ++k) ASSERT_TRUE(substep(context, {Stage::alone, 0.005, 0, 1, false}, work, state, report));
     for (size_t i = 0; i < state.n_particles(); ++i) {
         if (!fixed[i]) continue;
         EXPECT_EQ(before.position[i], state.position[i]) << "particle " << i;
         EXPECT_EQ(before.orientation[i].coeffs(), state.orientation[i].coeffs()) << "particle " << i;
     }
     EXPECT_NE(before.position[0], state.position[0]);
+    // Woken in the middle of a pair, it has no first half to go on from.
+    ASSERT_TRUE(substep(context, {Stage::first, 0.005, 0, 1, false}, work, state, report));
+    for (size_t i = 0; i < fixed.size(); ++i) EXPECT_FALSE(fixed[i] && work.pair.smooth[i]) << i;
 }
 
 TEST(sleeping, going_on_from_any_frame_gives_the_same_bits_for_any_number_of_threads) {
