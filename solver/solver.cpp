@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 #include "solver/awake_scene.h"
 #include "solver/error_budget.h"
@@ -157,12 +158,13 @@ struct Solver::Impl {
     Scene scene;
     std::shared_ptr<const WorkerPool> workers;
     WorkerPool alone{1};
-    std::optional<ThreadTrial> trial;  // of frames on the calling thread alone
-    double margin;                     // of contacts, m
-    Workspace work;                    // of the whole scene
-    AwakeScene awake;                  // what is simulated while something sleeps
-    LocalHit local_hit;
-    bool met = false;  // in this frame what was hit met the rest: it may again
+    std::optional<ThreadTrial> trial;   // of frames on the calling thread alone
+    double margin;                      // of contacts, m
+    Workspace work;                     // of the whole scene
+    AwakeScene awake;                   // what is simulated while something sleeps
+    std::optional<LocalHit> local_hit;  // from the first of a frame until a frame had none
+    bool has_local_hits = false;        // this frame
+    bool met = false;                   // in it what was hit met the rest: it may again
 
     Impl(Scene s, std::shared_ptr<const WorkerPool> w)
         : scene(std::move(s)), workers(std::move(w)), margin(contact_margin(scene)) {}
@@ -339,7 +341,10 @@ Result<bool> Solver::Impl::advance_local_hit(const StepContext& whole, const Hit
     if (met || !LocalHit::pays(hit.what, hit.parts, io_state)) return false;
     if (anything_sleeps(io_state)) awake.leave(whole.workers, io_state);
     SubstepPair begun = pair(whole.workers, io_state);
-    const Result<bool> done = local_hit.advance(whole, hit.what, hit.parts, time, progress, io_state, begun, io_report);
+    if (!local_hit) local_hit.emplace();
+    has_local_hits = true;
+    const Result<bool> done =
+        local_hit->advance(whole, hit.what, hit.parts, time, progress, io_state, begun, io_report);
     if (!done) return done;
     met = !*done;
     enter(whole, io_state);
@@ -377,6 +382,7 @@ Result<StepReport> Solver::Impl::run_frame(const FrameInput& input, const Solver
         forget_sleep(settings.sleeping ? scene.rest.n_particles() + scene.rigid_bodies.size() : 0, io_state);
     StepReport report;
     enter(context, io_state);
+    if (!std::exchange(has_local_hits, false)) local_hit.reset();
     met = false;
     bool done = false;
     if (settings.error_budget > 0 && !(anything_sleeps(io_state) && awake.empty())) {
