@@ -16,6 +16,9 @@ namespace {
 constexpr double kWaveInPart = 0.7;
 // Where a wave moves part of a piece by v, there or elsewhere particles move by half of v against the whole piece.
 constexpr double kOfTheWave = 0.5;
+// What rings with more than this of the strain that breaks it takes the parts of any hit: a whole substep would damp
+// its waves, and what breaks by them after the next hit would hang on the step.
+constexpr double kRinging = 0.2;
 
 }  // namespace
 
@@ -55,19 +58,27 @@ bool Substep::find_hits() {
             if (has_movable_b(c.contact)) ask_for(work.piece[b], parts_for_touch(b, a, c.approach_speed));
         }
     });
-    for_pieces([&](size_t piece) {
+    const auto parts_for_waves = [&](size_t piece, double share) {
         const auto particles = work.live.piece_particles(piece);
-        if (particles.size() == 1 || parts[piece] == 0) return;
+        if (particles.size() == 1) return 1;
         const PieceMomentum p =
             piece_momentum(rest(), work.inertia, particles, work.start_position, work.velocity, work.angular_velocity);
         const Vec3 spin = rigid_spin(p, p.angular);
+        int most = 1;
         for (const uint32_t j : particles) {
             const Vec3 own = work.velocity[j] - p.velocity - spin.cross(work.start_position[j] - p.center);
-            parts[piece] = std::max(parts[piece], parts_for(j, own.norm() / kOfTheWave));
+            most = std::max(most, parts_for(j, own.norm() / share));
         }
+        return most;
+    };
+    for_pieces([&](size_t piece) {
+        if (parts[piece] > 0) parts[piece] = std::max(parts[piece], parts_for_waves(piece, kOfTheWave));
     });
     work.parts = std::max(1, std::ranges::max(parts));
     if (work.parts == 1) return false;
+    for_pieces([&](size_t piece) {
+        if (parts[piece] <= 1) parts[piece] = parts_for_waves(piece, kOfTheWave * kRinging) > 1 ? work.parts : 0;
+    });
     take_in_parts(parts);
     join_what_is_near_a_hit(parts);
     return true;

@@ -128,6 +128,34 @@ TEST(local_hit, sleepers_sleep_on) {
     }
 }
 
+// A block far from the hit whose halves move apart at a thirteenth, or a seventh, of the speed that would break it.
+TEST(local_hit, what_rings_takes_the_parts_too) {
+    Hit hit;
+    test::LatticeBody block;
+    block.cells = {10, 6, 4}, block.spacing = 0.1;
+    test::add_body(hit.scene, test::lattice_mesh(block), {Vec3(0, 20, 0), Quat::Identity()});
+    hit.materials.resize(2, hit.materials[0]);
+    const auto solver = test::make_solver(hit.scene);
+    const WorkerPool workers(1);
+    const FrameInput input = hit.input();
+    const StepContext context{solver->scene(), input, hit.settings, workers, 1e-3};
+    const double wave_speed = std::sqrt(hit.materials[0].youngs_modulus / block.density);
+    for (const double share : {1. / 13, 1. / 7}) {
+        FrameState state = hit.start(*solver);
+        const uint32_t first = hit.scene.bodies[1].particle_begin;
+        for (uint32_t i = first; i < state.n_particles(); ++i)
+            state.velocity[i].x() =
+                std::copysign(share * wave_speed * hit.materials[0].toughness, state.position[i].x());
+        Workspace work;
+        StepReport report;
+        synchronise(context, state, work);
+        ASSERT_TRUE(substep(context, {Stage::alone, input.duration / 4, 0, 1, false}, work, state, report));
+        EXPECT_GT(work.parts, 1);
+        EXPECT_TRUE(work.hit[0]);
+        EXPECT_EQ(work.hit[first], share > 0.1) << share;
+    }
+}
+
 // A weight that flies against a block, 10 cm from another: told that only these two are hit, nothing is done as soon as
 // they meet the third.
 TEST(local_hit, gives_up_where_what_is_hit_meets_the_rest) {
