@@ -128,18 +128,25 @@ TEST(local_hit, sleepers_sleep_on) {
     }
 }
 
+// The block that is hit and another, as LocalHit and substeps see them.
+struct Two : Hit {
+    WorkerPool workers{1};
+
+    explicit Two(double y) {
+        test::LatticeBody block;
+        block.cells = {10, 6, 4}, block.spacing = 0.1;
+        test::add_body(scene, test::lattice_mesh(block), {Vec3(0, y, 0), Quat::Identity()});
+        materials.resize(2, materials[0]);
+    }
+};
+
 // A block far from the hit whose halves move apart at a thirteenth, or a seventh, of the speed that would break it.
 TEST(local_hit, what_rings_takes_the_parts_too) {
-    Hit hit;
-    test::LatticeBody block;
-    block.cells = {10, 6, 4}, block.spacing = 0.1;
-    test::add_body(hit.scene, test::lattice_mesh(block), {Vec3(0, 20, 0), Quat::Identity()});
-    hit.materials.resize(2, hit.materials[0]);
+    Two hit(20);
     const auto solver = test::make_solver(hit.scene);
-    const WorkerPool workers(1);
     const FrameInput input = hit.input();
-    const StepContext context{solver->scene(), input, hit.settings, workers, 1e-3};
-    const double wave_speed = std::sqrt(hit.materials[0].youngs_modulus / block.density);
+    const StepContext context{solver->scene(), input, hit.settings, hit.workers, 1e-3};
+    const double wave_speed = std::sqrt(hit.materials[0].youngs_modulus / 1000);  // density
     for (const double share : {1. / 13, 1. / 7}) {
         FrameState state = hit.start(*solver);
         const uint32_t first = hit.scene.bodies[1].particle_begin;
@@ -159,17 +166,12 @@ TEST(local_hit, what_rings_takes_the_parts_too) {
 // A weight that flies against a block, 10 cm from another: told that only these two are hit, nothing is done as soon as
 // they meet the third.
 TEST(local_hit, gives_up_where_what_is_hit_meets_the_rest) {
-    Hit hit;
-    hit.gravity = 0, hit.settings.substeps = 1;
+    Two hit(0.7);
+    hit.gravity = 0;
     hit.scene.rigid_bodies[0] = test::ball(Vec3(0, -0.48, 0.2), 300, Vec3(0, 20, 0));
-    test::LatticeBody block;
-    block.cells = {10, 6, 4}, block.spacing = 0.1;
-    test::add_body(hit.scene, test::lattice_mesh(block), {Vec3(0, 0.7, 0), Quat::Identity()});
-    hit.materials.resize(2, hit.materials[0]);
     const auto solver = test::make_solver(hit.scene);
-    const WorkerPool workers(1);
     const FrameInput input = hit.input();
-    const StepContext context{solver->scene(), input, hit.settings, workers, 1e-3};
+    const StepContext context{solver->scene(), input, hit.settings, hit.workers, 1e-3};
     FrameState state = hit.start(*solver);
     const FrameState before = state;
     std::vector<uint8_t> what(state.n_particles() + 1, 0);
