@@ -84,6 +84,27 @@ def test_any_number_of_threads_gives_the_same_bits(sunder, scene, tmp_path, whol
         assert contents(tmp_path / f"t{threads}") == whole
 
 
+def test_nothing_is_read_that_was_never_written(sunder, scene, tmp_path):
+    """Six blocks about one that is hit, which takes parts of the substeps for itself: with memory filled otherwise."""
+    graph = block_scene((1, 12))
+    nodes = graph["nodes"]
+    del nodes["skin"], nodes["out"]
+    nodes["clay"].update({"youngs_modulus": 1e6, "yield": None})
+    for k in range(6):
+        x, y = 0.75 * (k % 3) - 0.75, 0.9 * (k // 3) - 0.45
+        nodes[f"block{k}"] = {**nodes["block"], "center": [x, y, 0.6]}
+        nodes[f"clay{k}"] = {**nodes["clay"], "fragments": f"@block{k}.fragments"}
+        nodes["sim"]["bodies"].append(f"@clay{k}.body")
+    scene(graph)
+    bakes = []
+    for filled_with in ("0", "85", "170", "255"):
+        environment = {**os.environ, "MALLOC_PERTURB_": filled_with}
+        run = sunder("bake", "scene.json", "-o", filled_with, "--threads", 2, env=environment)
+        assert run.status == 0, run.err
+        bakes.append(contents(tmp_path / filled_with))
+    assert all(bake == bakes[0] for bake in bakes)
+
+
 def test_extended_by_resume(sunder, tmp_path, whole):
     bake(sunder, "out", "--frames", "1:4")
     bake(sunder, "out", "--resume", "--frames", "1:7")
