@@ -61,7 +61,8 @@ TEST(local_hit, what_is_not_hit_goes_on_as_if_nothing_was) {
             farthest = std::max(farthest, (state.position[i] - same.position[i]).norm());
         EXPECT_NEAR(state.time, same.time, 1e-12);
     }
-    EXPECT_LT(farthest, 0.005);  // of blocks of a metre, one of which makes half a turn
+    // Of blocks of a metre, one of which turns by half a radian: solved to 0.005 of all residual, a hit's among it.
+    EXPECT_LT(farthest, 0.002);
     EXPECT_GT(test::count_broken(state), 2 * test::count_broken(same));
     EXPECT_GT(parts, 20u);
     EXPECT_LT(simulated, 600 * parts);  // a block and its weight in two passes; all of the scene would be 921 in each

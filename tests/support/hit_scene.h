@@ -15,7 +15,6 @@ inline RigidBody ball(const Vec3& position, double mass, const Vec3& velocity) {
     return b;
 }
 
-// A brittle block, hit by a weight from above.
 struct Hit {
     Scene scene;
     std::vector<Material> materials = {Material()};
