@@ -4,6 +4,7 @@
 
 #include "solver/contacts/contact_memory.h"
 #include "solver/contacts/depenetration.h"
+#include "solver/contacts/standing_load.h"
 #include "solver/piece_motion.h"
 #include "solver/sleeping.h"
 #include "solver/substep.h"
@@ -103,6 +104,7 @@ void Substep::push_apart(ContactRound::Which which) {
         assert(std::ranges::all_of(movables, [&](uint32_t i) { return work.kept[i] == kept; }));
         return kept != 0;
     };
+    std::vector<uint8_t> stands(work.islands.size());
     ContactRound& round = work.round;
     round.open(bodies(), work.islands, which, context.contact_margin, work.contacts);
     work.islands.for_each(context.workers, [&](uint32_t island) {
@@ -112,13 +114,15 @@ void Substep::push_apart(ContactRound::Which which) {
         if (which == Which::first)
             temper_warm_start(bodies(), work.islands, island, h, acceleration_of(context.input), work.piece_motion,
                               work.contacts);
+        stands[island] = as_wholes && keep_standing_load(bodies(), work.islands, island, resting_speed(),
+                                                         context.settings.iterations > 1, work.contacts);
         round.take_up(island);
     });
     round.lay_out();
     work.islands.for_each(context.workers, [&](uint32_t island) {
         if (is_kept(island)) return;
         round.start(island);
-        round.relax(island, enough);
+        if (!stands[island]) round.relax(island, enough);
         round.end(island, work.round_push, work.piece_motion, work.brace);
         if (last) round.hand_over(island, work.contacts);
         if (last) note_what_pins_take(context, h, island, work);

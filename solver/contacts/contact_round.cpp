@@ -13,11 +13,6 @@ constexpr int kPasses[3][3] = {{6, 0, 100}, {6, 6, 60}, {3, 3, 20}};
 // that pushed in the last of these.
 constexpr int kFirstFull = 2, kEveryFull = 4;
 constexpr uint32_t kLanes = kContactLanes;
-// Of what a movable was taken to resist a push with, besides its inertia. What a push is measured by is a guess, and
-// the tip of a slender piece gives way by several times as much: matched without, it goes as far beyond the contact as
-// it was before it, is taken back as a whole, stays bent, and is bent further in the next substep. With 1 some shots of
-// stiff needles still go on like that; 3 to 30 do as well.
-constexpr double kBrace = 3;
 constexpr double kTiny = 1e-300;
 
 Vec3 lane_of(const float (&v)[3][kLanes], uint32_t lane) { return {v[0][lane], v[1][lane], v[2][lane]}; }
@@ -94,12 +89,7 @@ void ContactRound::end_contacts(uint32_t n) {
             c.rolling_impulse[i] = from.impulse[3 + i][lane];
         }
         Given &a = given_[c.movable[0] / kMovableStride], &b = given_[c.movable[1] / kMovableStride];
-        if (c.normal_impulse > 0) {
-            a.pushes = b.pushes = true;
-            const double both = from.inverse_mass[lane];
-            a.met += 1 / std::max(both - movables_[c.movable[0] / kMovableStride].own, kTiny);
-            b.met += 1 / std::max(both - movables_[c.movable[1] / kMovableStride].own, kTiny);
-        }
+        a.normal += c.normal_impulse, b.normal += c.normal_impulse;
         const double normal = double{c.normal_impulse} - already.normal;
         const Vec3 friction = vector(c.friction_impulse) - vector(already.friction);
         const Vec3 rolling = vector(c.rolling_impulse) - vector(already.rolling);
@@ -111,9 +101,27 @@ void ContactRound::end_contacts(uint32_t n) {
     }
 }
 
+// What a held piece is pressed by moves with it: its mass is shared out to the particles that it presses on, as it
+// presses on them. So a step of both together is what matching finds, whatever the round gave them.
+void ContactRound::share_masses_out(uint32_t n) {
+    if (std::ranges::none_of(islands_->pieces_of(n), [&](uint32_t piece) { return is_held(piece); })) return;
+    for (uint32_t place = islands_->offset[n]; place < islands_->offset[n + 1]; ++place) {
+        const RoundContact& c = taken_[place];
+        if (batches_.lane[place] == BatchMember::kNone || !(c.normal_impulse > 0)) continue;
+        for (const int side : {0, 1}) {
+            const uint32_t other = c.movable[1 - side] / kMovableStride;
+            const double given_way =
+                double{movables_[other].own} + double{pieces_[c.piece[1 - side] / kPieceStride].whole};
+            given_[c.movable[side] / kMovableStride].met +=
+                c.normal_impulse / given_[other].normal / std::max(given_way, kTiny);
+        }
+    }
+}
+
 void ContactRound::end(uint32_t n, std::span<RoundPush> io_push, std::span<PieceMotion> io_motion,
                        std::span<double> io_brace) {
     end_contacts(n);
+    share_masses_out(n);
     // What passes have it move; of pieces in `turn` and `spin` first the angular impulses by arms and by levers.
     const double unit = units_[n].impulse();
     for (uint32_t k = islands_->movable_offset[n]; k < islands_->movable_offset[n + 1]; ++k) {
@@ -126,10 +134,10 @@ void ContactRound::end(uint32_t n, std::span<RoundPush> io_push, std::span<Piece
         motion.turn += couple;
         motion.spin += division.lever.cross(impulse);
         io_push[i] = {division.own * impulse, b_.inverse_mass[i] * impulse, couple};
-        const bool braced = which_ != Which::last && given_[k].pushes;
+        const bool braced = which_ != Which::last && given_[k].normal > 0;
         io_brace[i] = braced ? kBrace * (b_.inverse_mass[i] / (division.own + division.whole) - 1) : 0;
         // No last round takes back what a held piece bends by: what it meets may keep it where it is as its mass can.
-        if (!(b_.pieces[b_.piece[i]].inverse_mass > 0))
+        if (is_held(b_.piece[i]))
             io_brace[i] = std::min(io_brace[i], b_.inverse_mass[i] * units_[n].mass * given_[k].met);
     }
     for (uint32_t k = islands_->piece_offset[n]; k < islands_->piece_offset[n + 1]; ++k) {
