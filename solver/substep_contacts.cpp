@@ -114,8 +114,8 @@ void Substep::push_apart(ContactRound::Which which) {
         if (which == Which::first)
             temper_warm_start(bodies(), work.islands, island, h, acceleration_of(context.input), work.piece_motion,
                               work.contacts);
-        stands[island] = as_wholes && keep_standing_load(bodies(), work.islands, island, resting_speed(),
-                                                         context.settings.iterations > 1, work.contacts);
+        stands[island] = as_wholes && context.settings.iterations > 1 &&
+                         keep_standing_load(bodies(), work.islands, island, resting_speed(), work.contacts);
         round.take_up(island);
     });
     round.lay_out();

@@ -121,7 +121,7 @@ void ContactRound::share_masses_out(uint32_t n) {
 void ContactRound::end(uint32_t n, std::span<RoundPush> io_push, std::span<PieceMotion> io_motion,
                        std::span<double> io_brace) {
     end_contacts(n);
-    share_masses_out(n);
+    if (which_ != Which::last) share_masses_out(n);
     // What passes have it move; of pieces in `turn` and `spin` first the angular impulses by arms and by levers.
     const double unit = units_[n].impulse();
     for (uint32_t k = islands_->movable_offset[n]; k < islands_->movable_offset[n + 1]; ++k) {

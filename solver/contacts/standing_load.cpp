@@ -13,7 +13,7 @@ namespace {
 constexpr double kKept = 0.75;
 
 // Calls body(contact, movable, other) for each side of the island's contacts that a held piece has; other: what it
-// meets there, or kNone: a collider.
+// meets there, or kStatic: a collider.
 template <class Body>
 void for_held_sides(const ContactBodies& b, const ContactIslands& islands, uint32_t island,
                     std::span<const ActiveContact> contacts, const Body& body) {
@@ -55,7 +55,7 @@ bool outweighs_braces(const ContactBodies& b, const ContactIslands& islands, uin
 }  // namespace
 
 bool keep_standing_load(const ContactBodies& b, const ContactIslands& islands, uint32_t island, double resting,
-                        bool matched_again, std::span<ActiveContact> io_contacts) {
+                        std::span<ActiveContact> io_contacts) {
     bool any = false;
     for (const uint32_t k : islands.contacts_of(island)) {
         const ActiveContact& c = io_contacts[k];
@@ -66,9 +66,7 @@ bool keep_standing_load(const ContactBodies& b, const ContactIslands& islands, u
     const auto pieces = islands.pieces_of(island);
     if (std::ranges::all_of(pieces, [&](uint32_t p) { return b.pieces[p].rigid; })) return false;
     const auto is_held = [&](uint32_t p) { return !b.pieces[p].rigid && b.pieces[p].inverse_mass == 0; };
-    const bool stands =
-        std::ranges::any_of(pieces, is_held) ? outweighs_braces(b, islands, island, io_contacts) : matched_again;
-    if (!stands) return false;
+    if (std::ranges::any_of(pieces, is_held) && !outweighs_braces(b, islands, island, io_contacts)) return false;
     for (const uint32_t k : islands.contacts_of(island)) io_contacts[k].impulse = kKept * io_contacts[k].before;
     return true;
 }

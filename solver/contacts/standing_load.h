@@ -13,13 +13,13 @@ namespace sunder {
 /// hangs on hinges: what carries a load pushes back by how it is bent, which no round knows of before shape matching. A
 /// round would see it give way to a load that it has borne all along, and take most of a heavy one from it: weights on
 /// blocks sank by a third too far or too little, as the substep had it, and trembled. The round after shape matching
-/// sees both; where none comes but the last (`matched_again` false), it is left to held pieces.
+/// sees both: call only where one comes before the last.
 ///
 /// Not so where a held piece can be matched together with the inertia of all that it carries (contact_round.h,
 /// kBrace): it needs to know where that is, and not what it weighed.
 ///
 /// Needs the pieces' `own_share` of the first round.
 bool keep_standing_load(const ContactBodies& bodies, const ContactIslands& islands, uint32_t island, double resting,
-                        bool matched_again, std::span<ActiveContact> io_contacts);
+                        std::span<ActiveContact> io_contacts);
 
 }  // namespace sunder

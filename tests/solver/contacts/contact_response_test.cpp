@@ -202,12 +202,13 @@ TEST(contacts, what_lies_on_a_held_plank_is_not_thrown) {
                 double worst = 0, highest = 0;
                 for (int frame = 0; frame < 144; ++frame) {
                     advance(*solver, high_above.input(), high_above.settings, state);
-                    for (const Vec3& x : state.position) highest = std::max(highest, x.z());
+                    for (uint32_t i = scene.bodies[0].particle_end; i < state.n_particles(); ++i)
+                        highest = std::max(highest, state.position[i].z());
                     if (frame >= 120) worst = std::max(worst, fastest(state));
                 }
                 const std::string which = "E " + std::to_string(youngs_modulus) + ", " + std::to_string(substeps) +
                                           " substeps, " + std::to_string(density) + " kg/m3";
-                EXPECT_LT(highest, 1.45) << which;  // they lie at 1.24, and start 4 cm too deep
+                EXPECT_LT(highest, 1.45) << which;  // they lie at 1.24; the plank that two tons bent lifts one of them
                 // Two tons bend the softer plank until they slide off its end.
                 if (density > 6000 && youngs_modulus < 1e10) continue;
                 EXPECT_GT(state.position.back().z(), 1) << which;
