@@ -21,6 +21,9 @@ struct ContactPiece {
     double own_share = 1;                 // of a push, what moves the particle alone and not the piece, 0 .. 1
     Vec3 turned = Vec3::Zero();           // since the start of the substep, rad; held: 0
     Vec3 spin = Vec3::Zero();             // of the whole of it, rad/s, at the start, then at the end; held: 0
+
+    /// By pins; sleepers, which nothing moves either, are rigid.
+    bool is_held() const { return !rigid && inverse_mass == 0; }
 };
 
 /// What contacts did to a movable thing in this substep, for the momentum books.

@@ -77,6 +77,7 @@ void ContactRound::relax(uint32_t island, double enough) {
 // Of an island: what its contacts give to its movables.
 void ContactRound::end_contacts(uint32_t n) {
     for (uint32_t k = islands_->movable_offset[n]; k < islands_->movable_offset[n + 1]; ++k) given_[k] = Given();
+    given_[islands_->movable.size() + n] = Given();
     for (uint32_t place = islands_->offset[n]; place < islands_->offset[n + 1]; ++place) {
         if (batches_.lane[place] == BatchMember::kNone) continue;
         const ContactBatch& from = contacts_[batches_.lane[place] / kLanes];
@@ -104,7 +105,8 @@ void ContactRound::end_contacts(uint32_t n) {
 // What a held piece is pressed by moves with it: its mass is shared out to the particles that it presses on, as it
 // presses on them. So a step of both together is what matching finds, whatever the round gave them.
 void ContactRound::share_masses_out(uint32_t n) {
-    if (std::ranges::none_of(islands_->pieces_of(n), [&](uint32_t piece) { return is_held(piece); })) return;
+    if (std::ranges::none_of(islands_->pieces_of(n), [&](uint32_t piece) { return b_.pieces[piece].is_held(); }))
+        return;
     for (uint32_t place = islands_->offset[n]; place < islands_->offset[n + 1]; ++place) {
         const RoundContact& c = taken_[place];
         if (batches_.lane[place] == BatchMember::kNone || !(c.normal_impulse > 0)) continue;
@@ -137,7 +139,7 @@ void ContactRound::end(uint32_t n, std::span<RoundPush> io_push, std::span<Piece
         const bool braced = which_ != Which::last && given_[k].normal > 0;
         io_brace[i] = braced ? kBrace * (b_.inverse_mass[i] / (division.own + division.whole) - 1) : 0;
         // No last round takes back what a held piece bends by: what it meets may keep it where it is as its mass can.
-        if (is_held(b_.piece[i]))
+        if (b_.pieces[b_.piece[i]].is_held())
             io_brace[i] = std::min(io_brace[i], b_.inverse_mass[i] * units_[n].mass * given_[k].met);
     }
     for (uint32_t k = islands_->piece_offset[n]; k < islands_->piece_offset[n + 1]; ++k) {

@@ -98,7 +98,7 @@ private:
     struct Given {
         Vec3 impulse = Vec3::Zero(), couple = Vec3::Zero();
         double normal = 0;
-        double met = 0;  // by what pins hold, of the masses of what pushes it (units of the island)
+        double met = 0;  // of the masses of what pushes it, its shares (units of the island); where pins hold something
     };
 
     static Vec3 vector(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
@@ -121,7 +121,6 @@ private:
     Vec3 moved(const ContactBatch& batch, int side, uint32_t lane) const;
     void end_contacts(uint32_t island);
     void share_masses_out(uint32_t island);
-    bool is_held(uint32_t piece) const { return !(b_.pieces[piece].inverse_mass > 0); }
 
     ContactBodies b_;                      // of the round that was opened last
     std::span<const ActiveContact> from_;  // likewise
@@ -148,7 +147,7 @@ private:
     std::vector<PushDivision> division_;  // (n_movables)
     // Of movables and pieces: where the last pass began, and the direction that passes follow.
     std::vector<float> movable_before_, movable_direction_, piece_before_, piece_direction_;
-    std::vector<Given> given_;  // as movables; of colliders: anything
+    std::vector<Given> given_;  // as movables
 };
 
 }  // namespace sunder

@@ -223,9 +223,7 @@ TEST(contacts, what_lies_on_a_held_plank_is_not_thrown) {
 TEST(contacts, a_weight_on_a_block_sinks_by_what_it_strains) {
     const auto height = [](bool held, int substeps, double mass) {
         Floor floor;
-        test::LatticeBody body;
-        body.spacing = 0.1;  // 64 of 1 kg
-        test::add_body(floor.scene, test::lattice_mesh({{4, 4, 4}, 0.1, 6, 1000, {}}),
+        test::add_body(floor.scene, test::lattice_mesh({{4, 4, 4}, 0.1, 6, 1000, {}}),  // 64 of 1 kg
                        {Vec3(0, 0, 0.012), Quat::Identity()});
         if (held) test::add_pin(floor.scene, [](const Vec3& x) { return x.z() < 0.1; });
         floor.scene.rigid_bodies.push_back(box(Vec3(0, 0, 0.624), mass, 0.2));
