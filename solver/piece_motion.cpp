@@ -16,6 +16,9 @@ namespace {
 // What a particle gives, over what it would between neighbours that are held: 1.5 inside a lattice, about 3 at a face,
 // more at edges and corners.
 constexpr double kGive = 3;
+// What a load stands on gives way to the last round by so much more, where pins hold it: what is pushed together gives
+// more than alone, and what does not give is the load, which stays lifted by it.
+constexpr double kUnderLoads = 3;
 // Contacts are solved along straight paths. What they would turn further than this in a substep is pinched and gets
 // away before it does: it turns so far and no further, and the rest of the couple is lost, rad.
 constexpr double kMostTurn = std::numbers::pi / 2;
@@ -261,7 +264,10 @@ void divide_pushes(const StepContext& context, double h, bool last, uint32_t isl
             for (uint32_t s = w.live.begin(i); s < w.live.end(i); ++s) b += h * h * w.stiffness[w.live.member(s)].k;
             const double n = last ? 1 : static_cast<double>(w.live.piece_particles(w.piece[i]).size());
             const double reach = std::max(1.0, std::min(std::sqrt(kWavePerWeight * (1 + b)), std::cbrt(n)));
-            share = std::min(1.0, kGive * reach / (1 + b));
+            const double give = last && p.is_held() && w.loads.how[island] == StandingLoads::How::together
+                                    ? kUnderLoads * kGive
+                                    : kGive;
+            share = std::min(1.0, give * reach / (1 + b));
         }
         p.own_share = last ? std::min(p.own_share, share) : std::max(p.own_share, share);
     }

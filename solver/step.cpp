@@ -62,6 +62,11 @@ void Substep::match_shapes(int sweep) {
     }
     for_piece_ranges(work.live, kParticleGrain, context.workers, [&](size_t first, size_t last) {
         if (is_newton) limit_step(work.live, work.before_newton, work.newton_cosine, first, last, work.moving);
+    });
+    work.islands.for_each(context.workers, [&](uint32_t island) {
+        if (work.loads.how[island] == StandingLoads::How::together) pass_loads_on(context, island, work);
+    });
+    for_piece_ranges(work.live, kParticleGrain, context.workers, [&](size_t first, size_t last) {
         restore_linear_momentum(rest(), work.live, work.piece_unmoved, first, last, work.moving);
     });
 }

@@ -12,6 +12,7 @@
 #include "solver/momentum.h"
 #include "solver/scene/scene.h"
 #include "solver/sleeping.h"
+#include "solver/standing_loads.h"
 #include "solver/step_limit.h"
 #include "solver/threads/parallel.h"
 
@@ -74,6 +75,7 @@ struct Workspace {
     std::vector<ContactPush> push;     // (n_movables)
     std::vector<ContactPiece> pieces;  // pieces, then rigid bodies (n_pieces + n_rigid_bodies)
     ContactRound round;
+    StandingLoads loads;
     std::vector<RoundPush> round_push;        // zero between rounds (n_movables)
     std::vector<double> brace;                // of what contacts push, while it is matched (n_movables)
     std::vector<PieceMotion> piece_motion;    // zero between rounds (as pieces)

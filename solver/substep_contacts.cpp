@@ -4,9 +4,9 @@
 
 #include "solver/contacts/contact_memory.h"
 #include "solver/contacts/depenetration.h"
-#include "solver/contacts/standing_load.h"
 #include "solver/piece_motion.h"
 #include "solver/sleeping.h"
+#include "solver/standing_loads.h"
 #include "solver/substep.h"
 
 namespace sunder {
@@ -104,29 +104,32 @@ void Substep::push_apart(ContactRound::Which which) {
         assert(std::ranges::all_of(movables, [&](uint32_t i) { return work.kept[i] == kept; }));
         return kept != 0;
     };
-    std::vector<uint8_t> stands(work.islands.size());
+    using How = StandingLoads::How;
+    const std::vector<How>& how = work.loads.how;
     ContactRound& round = work.round;
+    if (which == Which::first) work.loads.open(work.islands);
     round.open(bodies(), work.islands, which, context.contact_margin, work.contacts);
     work.islands.for_each(context.workers, [&](uint32_t island) {
         if (is_kept(island)) return;
         turn_pieces(context, island, work);
         divide_pushes(context, h, last, island, work);
+        if (as_wholes) find_standing_loads(context, h, island, work);
         if (which == Which::first)
             temper_warm_start(bodies(), work.islands, island, h, acceleration_of(context.input), work.piece_motion,
                               work.contacts);
-        stands[island] = as_wholes && context.settings.iterations > 1 &&
-                         keep_standing_load(bodies(), work.islands, island, resting_speed(), work.contacts);
         round.take_up(island);
     });
     round.lay_out();
     work.islands.for_each(context.workers, [&](uint32_t island) {
         if (is_kept(island)) return;
         round.start(island);
-        if (!stands[island]) round.relax(island, enough);
+        if (last || how[island] == How::not_at_all || (how[island] == How::kept && which == Which::between))
+            round.relax(island, enough);
         round.end(island, work.round_push, work.piece_motion, work.brace);
         if (last) round.hand_over(island, work.contacts);
         if (last) note_what_pins_take(context, h, island, work);
         move_pieces(context, as_wholes, island, work);
+        if (!last && how[island] == How::together) brace_bearers(context, h, which == Which::first, island, work);
     });
 }
 

@@ -151,14 +151,32 @@ void ContactRound::end(uint32_t n, std::span<RoundPush> io_push, std::span<Piece
     }
 }
 
-void ContactRound::hand_over(uint32_t island, std::span<ActiveContact> io_contacts) const {
+ContactImpulse ContactRound::impulse(uint32_t island, size_t place) const {
+    const RoundContact& c = taken_[place];
     const double unit = units_[island].impulse();
+    return {unit * c.normal_impulse, unit * vector(c.friction_impulse), unit * length_ * vector(c.rolling_impulse)};
+}
+
+void ContactRound::set_impulse(uint32_t island, size_t place, const ContactImpulse& impulse) {
+    const ContactImpulse in_units = (1 / units_[island].impulse()) * impulse;
+    RoundContact& c = taken_[place];
+    c.normal_impulse = static_cast<float>(in_units.normal);
+    for (int i = 0; i < 3; ++i) {
+        c.friction_impulse[i] = static_cast<float>(in_units.friction[i]);
+        c.rolling_impulse[i] = static_cast<float>(in_units.rolling[i] / length_);
+    }
+    const uint32_t lane = batches_.lane[place] % kLanes;
+    ContactBatch& to = contacts_[batches_.lane[place] / kLanes];
+    to.normal_impulse[lane] = c.normal_impulse;
+    for (int i = 0; i < 3; ++i)
+        to.impulse[i][lane] = c.friction_impulse[i], to.impulse[3 + i][lane] = c.rolling_impulse[i];
+}
+
+void ContactRound::hand_over(uint32_t island, std::span<ActiveContact> io_contacts) const {
     const Range places = places_of(island);
     for (uint32_t place = places.begin; place < places.end; ++place) {
-        const RoundContact& from = taken_[place];
         ActiveContact& c = io_contacts[islands_->contact[place]];
-        c.impulse = {unit * from.normal_impulse, unit * vector(from.friction_impulse),
-                     unit * length_ * vector(from.rolling_impulse)};
+        c.impulse = impulse(island, place);
         const uint32_t lane = batches_.lane[place];
         c.inverse_mass_normal = lane == BatchMember::kNone
                                     ? 0.0

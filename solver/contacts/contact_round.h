@@ -67,6 +67,14 @@ public:
     /// gradients (Silcowitz-Hansen, Niebuhr, Erleben 2010), so that tall stacks and heavy on light stand.
     void relax(uint32_t island, double enough);
 
+    /// Of the contact at `place` of the islands' list, between rounds: what it pushes with.
+    double pressure(uint32_t island, size_t place) const {
+        return units_[island].impulse() * taken_[place].normal_impulse;
+    }
+    ContactImpulse impulse(uint32_t island, size_t place) const;
+    /// What was not yet given of it is taken to be.
+    void set_impulse(uint32_t island, size_t place, const ContactImpulse& impulse);
+
     /// What the island's impulses moved; `io_push` and `io_motion` must be zero, and stay so where the islands touch
     /// nothing. `io_brace` (n_movables) is written for the island's: by how many times its mass a movable that is
     /// pushed is to be kept where it is while it is matched; after the last round, 0.

@@ -1,0 +1,256 @@
+#include "solver/standing_loads.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "solver/sleeping.h"
+#include "solver/step.h"
+
+namespace sunder {
+namespace {
+
+// Of the last force, where both sides give or neither does. It follows the deformation by a substep: with nine tenths a
+// soft thing swings for ever on another, with none it sinks in by up to a quarter more than it should.
+constexpr double kKept = 0.75;
+// A load on a free piece sinks in by so little, of what falls in a substep, that it lies as on something rigid. What is
+// left of a Newton step shakes so firm a piece on its ground.
+constexpr double kFirm = 100;
+// Of its weight, what presses on each particle in reach of a load besides what is known to: those that carried nothing
+// in the last substep would spring back alone and throw it.
+constexpr double kEvenly = 0.1;
+// Of a particle's mass and what its groups hold it with: the ground then gives by a thirtieth of what they do.
+// With 100 what is left of a Newton step is felt, with 10 it sinks in.
+constexpr double kGround = 30;
+
+bool gives(const ContactBodies& b, uint32_t i) { return b.inverse_mass[i] > 0 && !b.pieces[b.piece[i]].rigid; }
+bool is_ground(const ContactBodies& b, uint32_t i) { return i == Contact::kStatic || !(b.inverse_mass[i] > 0); }
+
+// Of a contact, what it presses together; b may be a collider.
+uint32_t side_b(const Contact& c) { return has_movable_b(c) ? c.b : Contact::kStatic; }
+uint32_t bearer(const Contact& c, const Bearing& at) { return at.of_a ? c.a : side_b(c); }
+uint32_t other(const Contact& c, const Bearing& at) { return at.of_a ? side_b(c) : c.a; }
+
+// m/s; `least`: where gravity makes less.
+double standing_speed(const StepContext& context, double least, uint32_t island, const Workspace& w) {
+    double volume = std::numeric_limits<double>::max();
+    for (const uint32_t i : w.islands.movables_of(island))
+        if (i < context.scene.rest.n_particles()) volume = std::min(volume, context.scene.rest.volume[i]);
+    return std::max(least, std::sqrt(context.input.gravity.norm() * std::cbrt(volume)));
+}
+
+// What a particle's groups hold it with in a substep, kg.
+double pull_on(const StepContext& context, double h, uint32_t i, const Workspace& w) {
+    double b = 0;
+    for (uint32_t s = w.live.begin(i); s < w.live.end(i); ++s) b += h * h * w.stiffness[w.live.member(s)].k;
+    return b * context.scene.rest.mass[i];
+}
+
+Vec3 motion_of_ground(const ActiveContact& c, uint32_t ground, const Workspace& w) {
+    return ground == Contact::kStatic ? c.collider_motion : Vec3(w.moving[ground].x - w.start_position[ground]);
+}
+
+// Calls body(place, contact, bearing) for the island's contacts.
+template <class Body>
+void for_places(Workspace& w, uint32_t island, const Body& body) {
+    for (uint32_t place = w.islands.offset[island]; place < w.islands.offset[island + 1]; ++place)
+        body(place, w.contacts[w.islands.contact[place]], w.loads.bearings[place]);
+}
+
+// Fills `of` and `of_a` of an island's bearings. Whether there are loads.
+bool find_bearings(const StepContext& context, double h, uint32_t island, Workspace& w) {
+    const Vec3& gravity = context.input.gravity;
+    const ContactBodies b = bodies_of(w);
+    const auto of = [&](uint32_t i) -> StandingLoads::OfMovable& {
+        return w.loads.movables[w.islands.movable_slot[i]];
+    };
+    for (const uint32_t i : w.islands.movables_of(island)) of(i) = StandingLoads::OfMovable();
+    for_places(w, island, [&](uint32_t, ActiveContact& c, Bearing& o_at) {
+        o_at = Bearing();
+        const uint32_t a = c.contact.a, o = side_b(c.contact);
+        const bool grounded = is_ground(b, a) || is_ground(b, o);
+        const bool a_gives = gives(b, a), b_gives = !is_ground(b, o) && gives(b, o);
+        o_at.of_a = a_gives;
+        if (a_gives != b_gives) o_at.of = grounded ? Bearing::Of::ground : Bearing::Of::load;
+        if (!(c.before.normal > 0) || a_gives == b_gives) {
+            if (c.before.normal > 0 && grounded)
+                for (const uint32_t i : {a, o})
+                    if (!is_ground(b, i)) of(i).is_load = false;
+            return;
+        }
+        if (grounded) return;
+        StandingLoads::OfMovable& load = of(other(c.contact, o_at));
+        const uint32_t piece = b.piece[bearer(c.contact, o_at)];
+        load.is_load &= load.on == Contact::kStatic || load.on == piece;
+        load.on = piece;
+        load.pull += pull_on(context, h, bearer(c.contact, o_at), w);
+        load.held_up += (a_gives ? -1.0 : 1.0) * (c.before.normal * c.contact.normal + c.before.friction);
+    });
+    bool any = false;
+    for_places(w, island, [&](uint32_t, ActiveContact& c, Bearing& io_at) {
+        if (io_at.of != Bearing::Of::load) return;
+        const StandingLoads::OfMovable& load = of(other(c.contact, io_at));
+        if (!load.is_load || load.on == Contact::kStatic || load.held_up.dot(gravity) >= 0)
+            io_at.of = Bearing::Of::nothing;
+        else
+            any |= b.pieces[load.on].is_held() || load.pull * b.inverse_mass[other(c.contact, io_at)] < kFirm;
+    });
+    return any;
+}
+
+}  // namespace
+
+void StandingLoads::open(const ContactIslands& islands) {
+    how.assign(islands.size(), How::not_at_all);
+    bearings.resize(islands.contact.size()), movables.resize(islands.movable.size());
+    pieces.resize(islands.piece.size());
+}
+
+void find_standing_loads(const StepContext& context, double h, uint32_t island, Workspace& w) {
+    using How = StandingLoads::How;
+    const ContactBodies b = bodies_of(w);
+    bool any = false;
+    double approach = 0;
+    for (const uint32_t k : w.islands.contacts_of(island)) {
+        const ActiveContact& c = w.contacts[k];
+        if (c.has_hinges) return;
+        any |= c.before.normal > 0;
+        approach = std::max(approach, c.approach_speed);
+    }
+    const auto pieces = w.islands.pieces_of(island);
+    if (!any || std::ranges::all_of(pieces, [&](uint32_t p) { return b.pieces[p].rigid; })) return;
+    const double resting = 2 * h * context.input.gravity.norm();
+    if (approach > standing_speed(context, resting, island, w)) return;
+    How& how = w.loads.how[island];
+    if (find_bearings(context, h, island, w))
+        how = How::together;
+    else if (approach <= resting && context.settings.iterations > 1 &&
+             std::ranges::none_of(pieces, [&](uint32_t p) { return b.pieces[p].is_held(); }))
+        how = How::kept;
+    else
+        return;
+    for_places(w, island, [&](uint32_t, ActiveContact& c, const Bearing& at) {
+        const bool starts_anew = how == How::together && at.of != Bearing::Of::nothing;
+        c.impulse = (starts_anew ? 0 : kKept) * c.before;
+    });
+}
+
+void brace_bearers(const StepContext& context, double h, bool first, uint32_t island, Workspace& w) {
+    const ContactBodies b = bodies_of(w);
+    const auto of = [&](uint32_t i) -> StandingLoads::OfMovable& {
+        return w.loads.movables[w.islands.movable_slot[i]];
+    };
+    for (const uint32_t i : w.islands.movables_of(island)) of(i) = StandingLoads::OfMovable();
+    const double evenly = kEvenly * context.input.gravity.norm() * h * h;  // m
+    for_places(w, island, [&](uint32_t place, ActiveContact& c, Bearing& io_at) {
+        if (io_at.of == Bearing::Of::nothing) return;
+        io_at.mass = first ? c.before.normal : w.round.pressure(island, place);
+        if (io_at.of != Bearing::Of::load) return;
+        const uint32_t load = other(c.contact, io_at);
+        io_at.mass += evenly / b.inverse_mass[load];
+        of(load).pressure += io_at.mass;
+    });
+    for_places(w, island, [&](uint32_t, ActiveContact& c, Bearing& io_at) {
+        if (!(io_at.mass > 0)) return;
+        const uint32_t i = bearer(c.contact, io_at), o = other(c.contact, io_at);
+        const bool on_ground = io_at.of == Bearing::Of::ground;
+        io_at.mass = on_ground ? kGround * (1 / b.inverse_mass[i] + pull_on(context, h, i, w))
+                               : io_at.mass / (of(o).pressure * b.inverse_mass[o]);
+        of(i).mass += io_at.mass;
+        if (!on_ground) return;
+        const Vec3& n = c.contact.normal;
+        const Vec3 way = motion_of_ground(c, o, w) - (w.moving[i].x - w.start_position[i]);
+        of(i).ground += io_at.mass, of(i).to_ground += io_at.mass * n.dot(way) * n;
+    });
+    for (const uint32_t i : w.islands.movables_of(island)) {
+        const StandingLoads::OfMovable& m = of(i);
+        if (!(m.mass > 0)) continue;
+        w.brace[i] = b.inverse_mass[i] * m.mass;
+        if (first && m.ground > 0) w.moving[i].x += m.to_ground / m.ground;
+    }
+}
+
+namespace {
+
+// What a bearing pushes with when the Newton step is over: its masses resisted, as far as something is pushed and
+// friction holds.
+ContactImpulse resisted(const ActiveContact& c, const Bearing& at, const ContactImpulse& had, const Workspace& w) {
+    const uint32_t i = bearer(c.contact, at);
+    const Vec3& n = c.contact.normal;
+    const Vec3 by = (at.of_a ? -at.mass : at.mass) * (w.moving[i].x - w.before_newton[i].x);
+    ContactImpulse now = had;
+    now.normal = std::max(had.normal + n.dot(by), 0.0);
+    now.friction += by - n.dot(by) * n;
+    if (const double held = c.friction * now.normal, all = now.friction.norm(); all > held) now.friction *= held / all;
+    return now;
+}
+
+Vec3 force_of(const ContactImpulse& impulse, const Vec3& normal) { return impulse.normal * normal + impulse.friction; }
+
+// The ground's mass is so large that what is left of a Newton step would be felt: what the ground gave to a free piece
+// in all is told by its momentum.
+void find_shares(const StepContext& context, uint32_t island, Workspace& w) {
+    const SimulationMesh& rest = context.scene.rest;
+    for (const uint32_t p : w.islands.pieces_of(island)) {
+        StandingLoads::OfPiece& of = w.loads.pieces[w.islands.piece_slot[p]];
+        of.share = 1;
+        if (w.pieces[p].rigid || w.pieces[p].is_held() || of.by_ground.isZero(0)) continue;
+        Vec3 all = Vec3::Zero();
+        for (const uint32_t j : w.live.piece_particles(p))
+            all += rest.mass[j] * (w.moving[j].x - w.moving[j].x_inertial);
+        of.share = std::clamp(of.by_ground.dot(all - of.by_loads) / of.by_ground.squaredNorm(), 0.0, 2.0);
+    }
+}
+
+}  // namespace
+
+void pass_loads_on(const StepContext& context, uint32_t island, Workspace& w) {
+    const ContactBodies b = bodies_of(w);
+    const auto of_piece = [&](uint32_t i) -> StandingLoads::OfPiece& {
+        return w.loads.pieces[w.islands.piece_slot[b.piece[i]]];
+    };
+    for (const uint32_t p : w.islands.pieces_of(island)) w.loads.pieces[w.islands.piece_slot[p]] = {};
+    for_places(w, island, [&](uint32_t place, ActiveContact& c, Bearing& io_at) {
+        if (!(io_at.mass > 0)) return;
+        const ContactImpulse had = w.round.impulse(island, place), now = resisted(c, io_at, had, w);
+        io_at.given = force_of(now, c.contact.normal) - force_of(had, c.contact.normal);
+        StandingLoads::OfPiece& of = of_piece(bearer(c.contact, io_at));
+        (io_at.of == Bearing::Of::ground ? of.by_ground : of.by_loads) += io_at.of_a ? io_at.given : Vec3(-io_at.given);
+    });
+    find_shares(context, island, w);
+    for_places(w, island, [&](uint32_t place, ActiveContact& c, const Bearing& at) {
+        if (!(at.mass > 0)) return;
+        const uint32_t i = bearer(c.contact, at), o = other(c.contact, at);
+        const bool on_ground = at.of == Bearing::Of::ground;
+        const Vec3& n = c.contact.normal;
+        const Vec3 given = (on_ground ? of_piece(i).share : 1.0) * at.given;
+        ContactImpulse now = w.round.impulse(island, place);
+        now.normal += n.dot(given), now.friction += given - n.dot(given) * n;
+        w.round.set_impulse(island, place, now);
+        const auto push = [&](uint32_t j, const Vec3& arm, const Vec3& impulse) {
+            const Vec3 shift = b.inverse_mass[j] * impulse;
+            w.moving[j].x_inertial += shift, w.push[j].shift += shift;
+            return Vec3(arm.cross(impulse));
+        };
+        w.push[i].torque += push(i, at.of_a ? c.arm_a : c.arm_b, at.of_a ? given : Vec3(-given));
+        if (on_ground) return;
+        StandingLoads::OfMovable& sums = w.loads.movables[w.islands.movable_slot[o]];
+        const Vec3& arm = at.of_a ? c.arm_b : c.arm_a;
+        const Vec3 back = at.of_a ? Vec3(-given) : given;
+        sums.torque += push(o, arm, back), sums.impulse += back;
+        sums.inertia += at.mass * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+    });
+    // What is rigid goes with that at once. It turns by less than it was given, as bearings at its corners turn harder
+    // than it does: by all of it, it would leave them behind.
+    for (const uint32_t i : w.islands.movables_of(island)) {
+        const StandingLoads::OfMovable& s = w.loads.movables[w.islands.movable_slot[i]];
+        if (s.impulse.isZero(0) && s.torque.isZero(0)) continue;
+        w.moving[i].x += b.inverse_mass[i] * s.impulse;
+        ContactPiece& piece = w.pieces[w.piece[i]];
+        const Mat3 own = piece.inverse_inertia.inverse();
+        const Vec3 turn = (own + s.inertia).inverse() * s.torque;
+        piece.turned += turn, w.push[i].torque += own * turn;
+    }
+}
+
+}  // namespace sunder
