@@ -16,9 +16,9 @@ constexpr double kKept = 0.75;
 // A load on a free piece sinks in by so little, of what falls in a substep, that it lies as on something rigid. What is
 // left of a Newton step shakes so firm a piece on its ground.
 constexpr double kFirm = 100;
-// Of its weight, what presses on each particle in reach of a load besides what is known to: those that carried nothing
-// in the last substep would spring back alone and throw it.
-constexpr double kEvenly = 0.1;
+// Of its weight, what is taken to press on each particle in reach of a load besides what did: those that carried
+// nothing in the last substep would spring back alone and throw it.
+constexpr double kEvenly = 1;
 // Of a particle's mass and what its groups hold it with: the ground then gives by a thirtieth of what they do.
 // With 100 what is left of a Newton step is felt, with 10 it sinks in.
 constexpr double kGround = 30;
