@@ -42,12 +42,20 @@ void Substep::correct(int iterations) {
     }
 }
 
-// Where pins hold a piece it is where its velocities take it that a Newton step starts from, and not where it would
-// fall to: among those that are pinned the others would be far out of shape, and what ends the step is measured by what
-// it begins with. A plank of 5 GPa at rest fell by a millimetre in each substep until it was felt, and sprang back.
-bool Substep::starts_unloaded(size_t g) const {
-    return work.piece_held[work.live.piece(g)] && !work.held[g] && !work.kept[g] && !work.pair.smooth[g];
+// Where pins hold a piece that is stiff it is where its velocities take it that a Newton step starts from, and not
+// where it would fall to: among those that are pinned the others would be far out of shape, and what ends the step is
+// measured by what it begins with. A plank of 5 GPa at rest fell by a millimetre in each substep until it was felt, and
+// sprang back.
+void Substep::find_what_starts_unloaded() {
+    work.starts_unloaded.resize(work.live.n_pieces());
+    for_pieces([&](size_t piece) {
+        const auto particles = work.live.piece_particles(piece);
+        work.starts_unloaded[piece] = work.piece_held[piece] && !work.kept[particles.front()] &&
+                                      !work.pair.smooth[particles.front()] && !resolves_waves(work, particles, h);
+    });
 }
+
+bool Substep::starts_unloaded(size_t g) const { return work.starts_unloaded[work.live.piece(g)] && !work.held[g]; }
 
 Vec3 Substep::fall_of(size_t g) const { return h * (work.velocity[g] - state.velocity[g]); }
 
@@ -59,6 +67,7 @@ void Substep::match_shapes(int sweep) {
     const bool is_newton = settings.method == Method::projective;
     if (is_newton) work.before_newton.resize(n_particles()), work.newton_cosine.resize(n_particles());
     const bool starts = is_newton && sweep == 0;
+    if (starts) find_what_starts_unloaded();
     for_all(n_particles(), [&](size_t g) {
         if (work.live.count(g) == 1) work.goals[g].rotation = work.moving[g].d;  // it matches itself wherever it is
         if (is_newton) work.before_newton[g] = {work.moving[g].x, work.moving[g].d}, work.newton_cosine[g] = 1;

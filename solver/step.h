@@ -87,6 +87,7 @@ struct Workspace {
     NewtonStep newton;
     JacobiSweep jacobi;
     std::vector<StepStart> before_newton;  // (n_particles)
+    std::vector<uint8_t> starts_unloaded;  // (n_pieces)
     std::vector<double> newton_cosine;     // of half of what a Newton step turned each by (n_particles)
     std::vector<GroupStrain> strains;      // (n_particles)
     std::vector<uint8_t> flowed;           // (n_particles)
