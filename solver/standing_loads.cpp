@@ -124,8 +124,7 @@ void find_standing_loads(const StepContext& context, double h, uint32_t island, 
     How& how = w.loads.how[island];
     if (find_bearings(context, h, island, w))
         how = How::together;
-    else if (approach <= resting && context.settings.iterations > 1 &&
-             std::ranges::none_of(pieces, [&](uint32_t p) { return b.pieces[p].is_held(); }))
+    else if (approach <= resting && context.settings.iterations > 1)
         how = How::kept;
     else
         return;

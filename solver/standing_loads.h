@@ -60,7 +60,7 @@ struct StandingLoads {
 /// from then; its first round is left with that. Some piece must give, none hang on hinges, and something have been
 /// carried at the end of the last substep. Together they stand where nothing closes faster than what fell by half of
 /// the smallest fragment; also the rounds between Newton steps are left with what they are given then. Else forces are
-/// kept where nothing closes faster than what lies still, nothing is held, and another round comes before the last:
+/// kept where nothing closes faster than what lies still and another round comes before the last:
 /// what gives pushes back by how it is bent, which no round knows of before shape matching, and would take the load
 /// from it.
 void find_standing_loads(const StepContext& context, double h, uint32_t island, Workspace& io_work);
