@@ -254,14 +254,19 @@ void turn_pieces(const StepContext& context, uint32_t island, Workspace& w) {
     }
 }
 
+double sum_of_pulls(const Workspace& w, double h, uint32_t i) {
+    double b = 0;
+    for (uint32_t s = w.live.begin(i); s < w.live.end(i); ++s) b += h * h * w.stiffness[w.live.member(s)].k;
+    return b;
+}
+
 void divide_pushes(const StepContext& context, double h, bool last, uint32_t island, Workspace& w) {
     for (const uint32_t piece : w.islands.pieces_of(island)) w.pieces[piece].own_share = last ? 1 : 0;
     for (const uint32_t i : w.islands.movables_of(island)) {
         double share = 1;
         ContactPiece& p = w.pieces[w.piece[i]];
         if (!p.rigid && context.settings.method != Method::gauss_seidel && (last || p.unbroken)) {
-            double b = 0;
-            for (uint32_t s = w.live.begin(i); s < w.live.end(i); ++s) b += h * h * w.stiffness[w.live.member(s)].k;
+            const double b = sum_of_pulls(w, h, i);
             const double n = last ? 1 : static_cast<double>(w.live.piece_particles(w.piece[i]).size());
             const double reach = std::max(1.0, std::min(std::sqrt(kWavePerWeight * (1 + b)), std::cbrt(n)));
             const double give = last && p.is_held() && w.loads.how[island] == StandingLoads::How::together

@@ -19,6 +19,9 @@ void remember_pieces(const StepContext& context, double h, Workspace& io_work);
 /// its energy. Call after shape matching.
 void tumble_pieces(const StepContext& context, double h, Workspace& io_work);
 
+/// The sum of b = h^2 k over the groups of a particle: what they hold it with in a substep, over its mass.
+double sum_of_pulls(const Workspace& work, double h, uint32_t particle);
+
 /// Fills `own_share` of the pieces of an island of contacts. A push on a bound particle in an implicit
 /// step moves the particle by (H^-1)_jj, which lies between 1/(m_j (1 + sum_g b_g)), were its neighbours held, and
 /// 1/m_j, were they absent. Before another sweep of shape matching the upper bound is taken for pieces with broken

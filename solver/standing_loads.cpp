@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "solver/sleeping.h"
+#include "solver/piece_motion.h"
 #include "solver/step.h"
 
 namespace sunder {
@@ -37,13 +37,6 @@ double standing_speed(const StepContext& context, double least, uint32_t island,
     for (const uint32_t i : w.islands.movables_of(island))
         if (i < context.scene.rest.n_particles()) volume = std::min(volume, context.scene.rest.volume[i]);
     return std::max(least, std::sqrt(context.input.gravity.norm() * std::cbrt(volume)));
-}
-
-// What a particle's groups hold it with in a substep, kg.
-double pull_on(const StepContext& context, double h, uint32_t i, const Workspace& w) {
-    double b = 0;
-    for (uint32_t s = w.live.begin(i); s < w.live.end(i); ++s) b += h * h * w.stiffness[w.live.member(s)].k;
-    return b * context.scene.rest.mass[i];
 }
 
 Vec3 motion_of_ground(const ActiveContact& c, uint32_t ground, const Workspace& w) {
@@ -83,7 +76,7 @@ bool find_bearings(const StepContext& context, double h, uint32_t island, Worksp
         const uint32_t piece = b.piece[bearer(c.contact, o_at)];
         load.is_load &= load.on == Contact::kStatic || load.on == piece;
         load.on = piece;
-        load.pull += pull_on(context, h, bearer(c.contact, o_at), w);
+        load.pull += sum_of_pulls(w, h, bearer(c.contact, o_at)) / b.inverse_mass[bearer(c.contact, o_at)];
         load.held_up += (a_gives ? -1.0 : 1.0) * (c.before.normal * c.contact.normal + c.before.friction);
     });
     bool any = false;
@@ -153,7 +146,7 @@ void brace_bearers(const StepContext& context, double h, bool first, uint32_t is
         if (!(io_at.mass > 0)) return;
         const uint32_t i = bearer(c.contact, io_at), o = other(c.contact, io_at);
         const bool on_ground = io_at.of == Bearing::Of::ground;
-        io_at.mass = on_ground ? kGround * (1 / b.inverse_mass[i] + pull_on(context, h, i, w))
+        io_at.mass = on_ground ? kGround * (1 + sum_of_pulls(w, h, i)) / b.inverse_mass[i]
                                : io_at.mass / (of(o).pressure * b.inverse_mass[o]);
         of(i).mass += io_at.mass;
         if (!on_ground) return;

@@ -2,7 +2,7 @@
 //
 // Rounds over contacts and Newton steps take turns, and neither sees the other's inertia: what carries a weight springs
 // back as if it carried none, and the round that follows lifts the weight by all that it had sunk in. So a weight sank
-// by up to two thirds too little or too much, as the substep had it, and trembled; where a Newton step was all of the
+// by up to half too far, or not at all, as the substep had it, and trembled; where a Newton step was all of the
 // substep what was ten times as heavy as a plank was thrown off it.
 #pragma once
 

@@ -27,13 +27,6 @@ struct RoundPush {
     Vec3 torque = Vec3::Zero();  // angular impulse times the substep, kg m2
 };
 
-/// Of what a movable was taken to resist a push with, besides its inertia, how many times that it is braced with while
-/// it is matched. What a push is measured by is a guess, and the tip of a slender piece gives way by several times as
-/// much: matched without, it goes as far beyond the contact as it was before it, is taken back as a whole, stays bent,
-/// and is bent further in the next substep. With 1 some shots of stiff needles still go on like that; 3 to 30 do as
-/// well.
-constexpr double kBrace = 3;
-
 class ContactRound {
 public:
     enum class Which {

@@ -218,8 +218,8 @@ TEST(contacts, what_lies_on_a_held_plank_is_not_thrown) {
 
 // A weight on a block, held at its foot or free, comes to rest on it and sinks by what it strains, however the frame is
 // divided. While rounds decided before and after each shape matching what a block gives way by, a weight of ten times
-// its own sank by up to 0.4 too much and swung on with 0.1 m/s, and by twice as much with one Newton step a substep;
-// one of a hundred times was thrown off.
+// its own sank by up to 0.4 too much and swung on with 0.1 m/s, with one Newton step a substep by 1 m/s; one of a
+// hundred times was thrown off.
 TEST(contacts, a_weight_on_a_block_sinks_by_what_it_strains) {
     struct Steps {
         int substeps, iterations;
@@ -253,7 +253,7 @@ TEST(contacts, a_weight_on_a_block_sinks_by_what_it_strains) {
 }
 
 // Likewise on the end of a plank: what a row of fragments carries gives way by far more than the fragments under it do
-// alone. It bent by a fifth to twice of what it should, or not at all, and threw off what was ten times as heavy as it.
+// alone. It bent by anything from nothing to a fifth too much, and threw off what was ten times as heavy as it.
 TEST(contacts, a_weight_on_a_held_plank_bends_it_as_it_should) {
     const auto height = [](int substeps, int iterations, double mass, double youngs_modulus) {
         Floor floor;
