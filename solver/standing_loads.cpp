@@ -94,7 +94,7 @@ bool find_bearings(const StepContext& context, double h, uint32_t island, Worksp
 }  // namespace
 
 void StandingLoads::open(const ContactIslands& islands) {
-    how.assign(islands.size(), How::not_at_all);
+    how.assign(islands.size(), How::not_at_all), twice.assign(islands.size(), 0);
     bearings.resize(islands.contact.size()), movables.resize(islands.movable.size());
     pieces.resize(islands.piece.size());
 }
@@ -110,14 +110,16 @@ void find_standing_loads(const StepContext& context, double h, uint32_t island, 
         any |= c.before.normal > 0;
         approach = std::max(approach, c.approach_speed);
     }
-    const auto pieces = w.islands.pieces_of(island);
-    if (!any || std::ranges::all_of(pieces, [&](uint32_t p) { return b.pieces[p].rigid; })) return;
+    const auto give =
+        std::ranges::count_if(w.islands.pieces_of(island), [&](uint32_t p) { return !b.pieces[p].rigid; });
+    if (!any || give == 0) return;
     const double resting = 2 * h * context.input.gravity.norm();
     if (approach > standing_speed(context, resting, island, w)) return;
+    w.loads.twice[island] = give > 1 && context.settings.iterations == 1;
     How& how = w.loads.how[island];
-    if (find_bearings(context, h, island, w))
+    if (give == 1 && find_bearings(context, h, island, w))
         how = How::together;
-    else if (approach <= resting && context.settings.iterations > 1)
+    else if (approach <= resting && (context.settings.iterations > 1 || w.loads.twice[island]))
         how = How::kept;
     else
         return;

@@ -48,6 +48,7 @@ struct StandingLoads {
         double share = 1;                                        // of by_ground that it takes
     };
     std::vector<How> how;             // (n_islands)
+    std::vector<uint8_t> twice;       // takes two Newton steps where others take one (n_islands)
     std::vector<Bearing> bearings;    // as the islands' contacts
     std::vector<OfMovable> movables;  // as the islands' movables
     std::vector<OfPiece> pieces;      // as the islands' pieces
@@ -58,11 +59,11 @@ struct StandingLoads {
 
 /// Before the first round, where Newton steps are taken: how the loads of an island stand, and what its contacts start
 /// from then; its first round is left with that. Some piece must give, none hang on hinges, and something have been
-/// carried at the end of the last substep. Together they stand where nothing closes faster than what fell by half of
-/// the smallest fragment; also the rounds between Newton steps are left with what they are given then. Else forces are
-/// kept where nothing closes faster than what lies still and another round comes before the last:
-/// what gives pushes back by how it is bent, which no round knows of before shape matching, and would take the load
-/// from it.
+/// carried at the end of the last substep. Where nothing closes faster than what fell by half of the smallest fragment
+/// loads of a single piece that gives are taken together; also the rounds between Newton steps are left with what they
+/// are given then. Several that give take two Newton steps at least, with a round between them. Else forces are kept
+/// where nothing closes faster than what lies still and another round comes before the last: what gives pushes back by
+/// how it is bent, which no round knows of before shape matching, and would take the load from it.
 void find_standing_loads(const StepContext& context, double h, uint32_t island, Workspace& io_work);
 
 /// After a round that shape matching follows, where loads stand: what bears them is braced with their masses, shared

@@ -33,13 +33,26 @@ double steady_relaxation(const SolverSettings& settings) {
 void Substep::correct(int iterations) {
     using Which = ContactRound::Which;
     push_apart(Which::first);
-    for (int sweep = 0; sweep < iterations; ++sweep) {
-        {
-            Stopwatch watch(report.shape_s);
-            match_shapes(sweep);
-        }
-        push_apart(sweep + 1 == iterations ? Which::last : Which::between);
+    match_shapes(0);
+    for (int sweep = 1; sweep < iterations; ++sweep) {
+        push_apart(Which::between);
+        match_shapes(sweep);
     }
+    if (iterations == 1 && std::ranges::find(work.loads.twice, 1) != work.loads.twice.end()) {
+        push_apart(Which::between);
+        leave_out_what_is_matched();
+        match_shapes(1);
+    }
+    push_apart(Which::last);
+}
+
+// All but the islands that take two Newton steps.
+void Substep::leave_out_what_is_matched() {
+    std::vector<uint8_t> goes_on(work.pieces.size(), 0);
+    for (uint32_t island = 0; island < work.islands.size(); ++island)
+        for (const uint32_t piece : work.islands.pieces_of(island)) goes_on[piece] = work.loads.twice[island];
+    for_all(n_particles(), [&](size_t i) { work.unmoved[i] |= !goes_on[work.piece[i]]; });
+    for_pieces([&](size_t piece) { work.piece_unmoved[piece] |= !goes_on[piece]; });
 }
 
 // Where pins hold a piece that is stiff it is where its velocities take it that a Newton step starts from, and not
@@ -60,6 +73,7 @@ bool Substep::starts_unloaded(size_t g) const { return work.starts_unloaded[work
 Vec3 Substep::fall_of(size_t g) const { return h * (work.velocity[g] - state.velocity[g]); }
 
 void Substep::match_shapes(int sweep) {
+    Stopwatch watch(report.shape_s);
     const SolverSettings& settings = context.settings;
     if (settings.method == Method::gauss_seidel)
         return gauss_seidel_sweep(work.live, work.shapes, work.paper_stiffness, work.unmoved, work.moving, work.goals);
@@ -91,7 +105,8 @@ void Substep::match_shapes(int sweep) {
         if (is_newton) limit_step(work.live, work.before_newton, work.newton_cosine, first, last, work.moving);
     });
     work.islands.for_each(context.workers, [&](uint32_t island) {
-        if (work.loads.how[island] == StandingLoads::How::together) pass_loads_on(context, island, work);
+        const bool stands = work.loads.how[island] == StandingLoads::How::together;
+        if (stands && sweep < settings.iterations) pass_loads_on(context, island, work);
     });
     for_piece_ranges(work.live, kParticleGrain, context.workers, [&](size_t first, size_t last) {
         restore_linear_momentum(rest(), work.live, work.piece_unmoved, first, last, work.moving);

@@ -158,6 +158,7 @@ struct Substep {
     // step.cpp
     void correct(int iterations);
     void match_shapes(int sweep);  // of those of `correct`
+    void leave_out_what_is_matched();
     void find_what_starts_unloaded();
     bool starts_unloaded(size_t particle) const;
     Vec3 fall_of(size_t particle) const;  // what gravity, wind and drag add to its way

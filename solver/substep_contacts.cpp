@@ -98,11 +98,11 @@ void Substep::push_apart(ContactRound::Which which) {
     const bool as_wholes = which == Which::first && context.settings.method == Method::projective;
     const double enough =
         std::max(kOfTheMargin * context.contact_margin, kOfTheFall * acceleration_of(context.input) * h * h);
-    const auto is_kept = [&](uint32_t island) {  // all of it, or nothing
+    const auto is_left_out = [&](uint32_t island) {
         const auto movables = work.islands.movables_of(island);
-        const uint8_t kept = work.kept[movables.front()];
+        const uint8_t kept = work.kept[movables.front()];  // all of it, or nothing
         assert(std::ranges::all_of(movables, [&](uint32_t i) { return work.kept[i] == kept; }));
-        return kept != 0;
+        return kept || (which == Which::between && context.settings.iterations == 1 && !work.loads.twice[island]);
     };
     using How = StandingLoads::How;
     const std::vector<How>& how = work.loads.how;
@@ -110,7 +110,7 @@ void Substep::push_apart(ContactRound::Which which) {
     if (which == Which::first) work.loads.open(work.islands);
     round.open(bodies(), work.islands, which, context.contact_margin, work.contacts);
     work.islands.for_each(context.workers, [&](uint32_t island) {
-        if (is_kept(island)) return;
+        if (is_left_out(island)) return;
         turn_pieces(context, island, work);
         divide_pushes(context, h, last, island, work);
         if (as_wholes) find_standing_loads(context, h, island, work);
@@ -121,7 +121,7 @@ void Substep::push_apart(ContactRound::Which which) {
     });
     round.lay_out();
     work.islands.for_each(context.workers, [&](uint32_t island) {
-        if (is_kept(island)) return;
+        if (is_left_out(island)) return;
         round.start(island);
         if (last || how[island] == How::not_at_all || (how[island] == How::kept && which == Which::between))
             round.relax(island, enough);

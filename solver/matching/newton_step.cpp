@@ -27,6 +27,11 @@ size_t NewtonStep::n_stores(const WorkerPool& workers) const {
 
 size_t NewtonStep::store_of(size_t unit, size_t slot) const { return layout_.n_blocks() <= kKeptBlocks ? unit : slot; }
 
+bool NewtonStep::moves(const SweepInput& in, const LaneLayout::Unit& unit) const {
+    const auto lanes = layout_.particles().subspan(kLanes * unit.begin_block, kLanes * unit.n_blocks());
+    return std::ranges::any_of(lanes, [&](uint32_t j) { return j != LaneLayout::kNone && !in.held[j]; });
+}
+
 // Squared, of the whole scene, for a unit of size 1.
 double NewtonStep::mean_residual() const {
     double magnitude = 0, size = 0;
@@ -43,6 +48,13 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
     precision.stores.resize(n_stores(workers));
     for_units(layout_, kSharedUnit, workers, [&](size_t u, size_t slot, const UnitBlocks& blocks) {
         const LaneLayout::Unit& unit = layout_.units()[u];
+        UnitResidual& residual = residual_[u];
+        if (!first_iteration && !moves(in, unit)) {
+            residual.now = 0;
+            for (uint32_t block = unit.begin_block; block < unit.end_block; ++block)
+                block_residual_[block].magnitude = 0;
+            return;
+        }
         SweepStore<double>& store = stores_[store_of(u, slot)];
         Scratch& scratch = scratch_[slot];
         scratch.particles.resize(unit.n_blocks()), scratch.ellipsoids.resize(kLanes * unit.n_blocks());
@@ -74,7 +86,6 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
                                                      end);
         });
         change(u, blocks, std::span(scratch.particles), precision.stores[store_of(u, slot)]);
-        UnitResidual& residual = residual_[u];
         residual.now = residual.size = 0;
         for (size_t block = 0; block < unit.n_blocks(); ++block) {
             const NewtonParticles& p = scratch.particles[block];

@@ -73,6 +73,7 @@ private:
     void apply_in(Precision<Real>& precision, const NewtonKernels<Real>& kernels, bool first_iteration,
                   const SweepInput& input, const WorkerPool& workers, std::span<GroupGoal> io_goals,
                   std::span<MovingParticle> io_particles, std::span<double> io_cosine);
+    bool moves(const SweepInput& input, const LaneLayout::Unit& unit) const;  // a particle of it is free
     double mean_residual() const;
 
     const SweepKernels* sweep_kernels_;
