@@ -241,7 +241,8 @@ std::vector<ParameterDescription> parameters() {
              .min = 1,
              .max = 1000,
              .default_value = nullptr,
-             .sentence = "Sweeps per substep: more carry a push further through a body; null: the preset's",
+             .sentence = "Sweeps per substep: more carry a push further through a body; soft things that lie on one "
+                         "another take two at least; null: the preset's",
              .nullable = true},
             {.name = "hit_substeps",
              .label = "Hit Substeps",
