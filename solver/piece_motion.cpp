@@ -138,8 +138,10 @@ void remember_pieces(const StepContext& context, double h, Workspace& w) {
     for_pieces(w.live, kParticleGrain, context.workers, [&](size_t piece) {
         w.pieces[piece] = ContactPiece();
         const auto particles = w.live.piece_particles(piece);
-        w.pieces[piece].unbroken = std::ranges::all_of(
-            particles, [&](uint32_t j) { return w.live.count(j) == rest.group_offset[j + 1] - rest.group_offset[j]; });
+        const auto holds = [&](uint32_t j) {
+            return w.live.count(j) == rest.group_offset[j + 1] - rest.group_offset[j];
+        };
+        w.pieces[piece].unbroken = particles.size() > 1 && std::ranges::all_of(particles, holds);
         const bool is_smooth = w.pair.smooth[particles.front()] != 0 && particles.size() > 1;
         if (w.piece_held[piece] || is_smooth) return;
         const PieceMomentum p =
@@ -160,7 +162,7 @@ void remember_pieces(const StepContext& context, double h, Workspace& w) {
         const Mat3 D = w.start_rotation[i].toRotationMatrix();
         ContactPiece& c = w.pieces[w.piece[i]];
         c = ContactPiece();
-        c.rigid = true;
+        c.rigid = c.unbroken = true;
         c.center = w.start_position[i];
         if (!(w.inverse_mass[i] > 0)) continue;  // nothing turns a sleeper either
         c.inverse_mass = w.inverse_mass[i];

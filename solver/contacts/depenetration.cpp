@@ -17,16 +17,17 @@ struct Meeting {
 
 bool same_pair(const Meeting& x, const Meeting& y) { return x.low == y.low && x.high == y.high; }
 
-// Between pieces of which each is `whole`.
-template <class Whole>
-std::vector<Meeting> sorted_by_pair(std::span<const uint32_t> piece, const Whole& whole,
-                                    std::span<ActiveContact> contacts) {
+// Of what is whole, and at least one of two gives.
+std::vector<Meeting> sorted_by_pair(const ContactBodies& bodies, std::span<ActiveContact> contacts) {
+    const auto whole = [&](uint32_t piece) { return piece & Contact::kStatic || bodies.pieces[piece].unbroken; };
+    const auto gives = [&](uint32_t piece) { return !(piece & Contact::kStatic) && !bodies.pieces[piece].rigid; };
     std::vector<Meeting> meetings;
     for (ActiveContact& c : contacts) {
         if (!c.separate_pieces) continue;
         const Contact& contact = c.contact;
-        const uint32_t a = piece[contact.a], b = contact.b & Contact::kStatic ? contact.b : piece[contact.b];
-        if (!whole(a) || !whole(b)) continue;
+        const uint32_t a = bodies.piece[contact.a];
+        const uint32_t b = contact.b & Contact::kStatic ? contact.b : bodies.piece[contact.b];
+        if (!whole(a) || !whole(b) || !(gives(a) || gives(b))) continue;
         if (a < b)
             meetings.push_back({a, b, &c, contact.normal});
         else
@@ -42,29 +43,68 @@ bool is_deep(const ActiveContact& c) {
     return c.allowed_gap - c.contact.gap > kDeep * size;
 }
 
-void agree(std::span<Meeting> pair) {
-    Vec3 sum = Vec3::Zero();
-    double total = 0, fastest = 0;
-    bool locked = false;
+// What the contacts of a pair ask for.
+struct Asked {
+    std::span<Meeting> contacts;
+    Vec3 sum = Vec3::Zero();        // of what low is to move by, m
+    double total = 0, fastest = 0;  // m
+    bool locked = false;            // some are deep
+
+    Vec3 way() const { return sum / std::max(sum.norm(), 1e-300); }
+};
+
+Asked asked(std::span<Meeting> pair) {
+    Asked all{pair};
     for (const Meeting& m : pair) {
-        sum += m.contact->recovery * m.normal;
-        total += m.contact->recovery;
-        fastest = std::max(fastest, m.contact->recovery);
-        locked = locked || is_deep(*m.contact);
+        all.sum += m.contact->recovery * m.normal;
+        all.total += m.contact->recovery;
+        all.fastest = std::max(all.fastest, m.contact->recovery);
+        all.locked = all.locked || is_deep(*m.contact);
     }
-    const double length = sum.norm();
-    if (!(total > 0 && length < total)) return;  // no old overlap, or all of one mind
-    const Vec3 out = sum / std::max(length, 1e-300);
-    for (const Meeting& m : pair) {
+    return all;
+}
+
+// All old ones push along `way`, of unit length, by `recovery`; new ones that stand in it let pass.
+void go(const Asked& pair, const Vec3& way, double recovery) {
+    for (const Meeting& m : pair.contacts) {
         ActiveContact& c = *m.contact;
-        const double along = m.normal.dot(out);
-        if (!locked) {
-            c.recovery = std::min(c.recovery, length / total * fastest * std::max(along, 0.0));
-        } else if (c.recovery > 0) {
-            c.contact.normal = m.normal == c.contact.normal ? out : Vec3(-out);
-            c.recovery = fastest;
-        } else if (along < 0) {
+        if (c.recovery > 0) {
+            c.contact.normal = m.normal == c.contact.normal ? way : Vec3(-way);
+            c.recovery = recovery;
+        } else if (m.normal.dot(way) < 0) {
             c.wanted_gap = -kLetPass;
+        }
+    }
+}
+
+void slow_down(const Asked& pair, double share) {
+    for (const Meeting& m : pair.contacts) m.contact->recovery *= share;
+}
+
+void agree(const Asked& pair) {
+    const double length = pair.sum.norm();
+    if (!(pair.total > 0 && length < pair.total)) return;  // no old overlap, or all of one mind
+    if (pair.locked && length > 0) return go(pair, pair.way(), pair.fastest);
+    for (const Meeting& m : pair.contacts) {
+        const double along = std::max(m.normal.dot(pair.way()), 0.0);
+        m.contact->recovery = std::min(m.contact->recovery, length / pair.total * pair.fastest * along);
+    }
+}
+
+// Of a piece that is deep in a collider: none of them pushes it into another, and where that leaves no way it stays.
+void agree_with_colliders(std::span<const Asked> colliders) {
+    constexpr double kNoWay = 0.2;
+    for (const Asked& one : colliders) {
+        Vec3 way = one.way();
+        for (const Asked& other : colliders) way -= std::min(way.dot(other.way()), 0.0) * other.way();
+        const double share = way.norm();
+        if (share < kNoWay) {
+            slow_down(one, 0);
+        } else if (one.locked) {
+            go(one, way / share, share * one.fastest);
+        } else {
+            agree(one);
+            slow_down(one, share);
         }
     }
 }
@@ -97,14 +137,22 @@ void give_way_between(std::span<ActiveContact> colliders) {
 }  // namespace
 
 void agree_on_recovery(const ContactBodies& b, std::span<ActiveContact> io_contacts) {
-    const auto whole = [&](uint32_t piece) {
-        return piece & Contact::kStatic || (b.pieces[piece].unbroken && !b.pieces[piece].rigid);
-    };
     for (ActiveContact& c : io_contacts) c.wanted_gap = 0;
-    std::vector<Meeting> meetings = sorted_by_pair(b.piece, whole, io_contacts);
+    std::vector<Meeting> meetings = sorted_by_pair(b, io_contacts);
+    std::vector<Asked> colliders;  // of a piece
     for (size_t first = 0, last; first < meetings.size(); first = last) {
         for (last = first + 1; last < meetings.size() && same_pair(meetings[last], meetings[first]);) ++last;
-        agree(std::span(meetings).subspan(first, last - first));
+        const Asked pair = asked(std::span(meetings).subspan(first, last - first));
+        if (meetings[first].high & Contact::kStatic)
+            colliders.push_back(pair);
+        else
+            agree(pair);
+        if (last < meetings.size() && meetings[last].low == meetings[first].low) continue;
+        if (std::ranges::any_of(colliders, &Asked::locked))
+            agree_with_colliders(colliders);
+        else
+            std::ranges::for_each(colliders, agree);
+        colliders.clear();
     }
     for (auto first = io_contacts.begin(), last = first; first != io_contacts.end(); first = last) {
         const auto with_it = [&](const ActiveContact& c) {

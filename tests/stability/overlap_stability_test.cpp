@@ -1,0 +1,116 @@
+// Things that begin in one another, as an artist's do: they part, and no faster than they are asked to. Boxes that
+// began in soft blocks squeezed them from all sides, until both left at up to 90 m/s.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "solver/scene/motion.h"
+#include "tests/stability/random_shot.h"
+#include "tests/support/lattice_scene.h"
+
+namespace sunder {
+namespace {
+
+// Two or three of: blocks of 1 to 125 fragments, spheres and boxes that move, and colliders; above a floor or nothing.
+struct Tangle {
+    Scene scene;
+    std::vector<Material> materials;
+    std::vector<DrivenPose> poses;  // of the colliders
+    std::string what;
+
+    explicit Tangle(uint64_t seed) : draw_(seed), size_(draw_.logarithmic(0.1, 2)) {
+        if (draw_.one_in(2)) add_floor();
+        const double near = size_ * draw_.uniform(0.2, 1);
+        for (uint64_t left = 2 + draw_.index(2); left > 0; --left) {
+            const Vec3 at(near * draw_.uniform(-0.5, 0.5), near * draw_.uniform(-0.5, 0.5),
+                          near * draw_.uniform(-0.3, 0.8));
+            const Pose pose{at, rotation_of(draw_.vector(2))};
+            if (materials.empty() || !draw_.one_in(3))
+                add_block(pose);
+            else
+                add_solid(pose);
+        }
+    }
+
+    // The fastest that a body ever was as a whole, m/s.
+    double fastest(const SolverSettings& settings, int frames) const {
+        const auto solver = test::make_solver(scene);
+        FrameState state = solver->initial_state(materials);
+        FrameInput in = test::quiet_input(scene, materials.front());
+        in.materials = materials, in.colliders = poses;
+        double fastest = 0;
+        for (int frame = 0; frame < frames; ++frame) {
+            test::advance(*solver, in, settings, state);
+            for (const Body& body : scene.bodies) {
+                Vec3 momentum = Vec3::Zero();
+                double mass = 0;
+                for (uint32_t i = body.particle_begin; i < body.particle_end; ++i)
+                    momentum += scene.rest.mass[i] * state.velocity[i], mass += scene.rest.mass[i];
+                fastest = std::max(fastest, momentum.norm() / mass);
+            }
+            for (const RigidBodyState& body : state.rigid_bodies) fastest = std::max(fastest, body.velocity.norm());
+        }
+        return fastest;
+    }
+
+private:
+    void add_floor() {
+        Shape plane;
+        plane.kind = ShapeKind::plane;
+        add_collider(plane, Pose());
+        what += "floor ";
+    }
+    void add_collider(const Shape& shape, const Pose& pose) {
+        Collider collider;
+        collider.name = "collider " + std::to_string(scene.colliders.size()), collider.shape = shape;
+        scene.colliders.push_back(collider), poses.push_back({pose, pose});
+    }
+    void add_block(const Pose& pose) {
+        test::LatticeBody block;
+        for (int& n : block.cells) n = 1 + static_cast<int>(draw_.index(5));
+        block.spacing = draw_.uniform(0.6, 1) * size_ / std::ranges::max(block.cells);
+        block.density = draw_.logarithmic(200, 8000);
+        const Vec3 middle(0, 0, 0.5 * block.spacing * block.cells[2]);
+        test::add_body(scene, test::lattice_mesh(block), {pose.position - pose.orientation * middle, pose.orientation});
+        Material material;
+        material.youngs_modulus = draw_.logarithmic(2e4, 1e9);
+        material.yield = material.toughness = 1e6;  // whole
+        materials.push_back(material);
+        what += "block ";
+    }
+    void add_solid(const Pose& pose) {
+        Shape shape;
+        shape.kind = draw_.of({ShapeKind::box, ShapeKind::sphere, ShapeKind::capsule});
+        const double a = draw_.uniform(0.15, 0.6), b = draw_.uniform(0.15, 0.6), c = draw_.uniform(0.1, 0.4);
+        shape.half_extents = size_ * Vec3(a, b, c);
+        shape.radius = size_ * draw_.uniform(0.1, 0.4), shape.half_height = size_ * draw_.uniform(0.05, 0.4);
+        what += shape.kind == ShapeKind::box ? "box " : shape.kind == ShapeKind::sphere ? "sphere " : "capsule ";
+        const double mass = draw_.logarithmic(300, 8000) * 8 * shape.half_extents.prod();
+        if (shape.kind == ShapeKind::capsule || draw_.one_in(3)) return add_collider(shape, pose);
+        RigidBody solid;
+        solid.name = "solid " + std::to_string(scene.rigid_bodies.size());
+        solid.shape = shape, solid.mass = mass, solid.pose = pose;
+        scene.rigid_bodies.push_back(solid);
+    }
+
+    test::Draw draw_;
+    double size_;  // m
+};
+
+}  // namespace
+
+// Each of three may part from the next at the depenetration speed, 1 m/s, and what is light between two goes faster. Of
+// 900, these and others, five go faster than four times that, one of them at 24 m/s (before 50, up to 125).
+TEST(Overlap, what_begins_in_one_another_does_not_fly_apart) {
+    for (uint64_t seed = 0; seed < 60; ++seed) {
+        const Tangle tangle(seed);
+        for (const auto& [substeps, iterations] : {std::pair(4, 1), std::pair(8, 2), std::pair(32, 1)}) {
+            SolverSettings settings;
+            settings.substeps = substeps, settings.iterations = iterations;
+            EXPECT_LT(tangle.fastest(settings, 48), 4 * settings.depenetration_speed)
+                << "tangle " << seed << " of " << tangle.what << "at " << substeps << " substeps of " << iterations;
+        }
+    }
+}
+
+}  // namespace sunder
