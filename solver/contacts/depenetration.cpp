@@ -17,17 +17,31 @@ struct Meeting {
 
 bool same_pair(const Meeting& x, const Meeting& y) { return x.low == y.low && x.high == y.high; }
 
-// Of what is whole, and at least one of two gives.
+bool is_whole(const ContactBodies& bodies, uint32_t piece) {
+    return piece & Contact::kStatic || bodies.pieces[piece].unbroken;
+}
+bool gives(const ContactBodies& bodies, uint32_t piece) {
+    return !(piece & Contact::kStatic) && !bodies.pieces[piece].rigid;
+}
+
+bool is_deep(const ActiveContact& c) {
+    double size = c.arm_a.norm();
+    if (!(c.contact.b & Contact::kStatic)) size = std::min(size, c.arm_b.norm());
+    return c.allowed_gap - c.contact.gap > kDeep * size;
+}
+
+// Of two at least one of which gives, and which are whole, or if anything is deep both give or are.
 std::vector<Meeting> sorted_by_pair(const ContactBodies& bodies, std::span<ActiveContact> contacts) {
-    const auto whole = [&](uint32_t piece) { return piece & Contact::kStatic || bodies.pieces[piece].unbroken; };
-    const auto gives = [&](uint32_t piece) { return !(piece & Contact::kStatic) && !bodies.pieces[piece].rigid; };
+    const bool any_deep =
+        std::ranges::any_of(contacts, [](const ActiveContact& c) { return c.recovery > 0 && is_deep(c); });
+    const auto agrees = [&](uint32_t piece) { return is_whole(bodies, piece) || (any_deep && gives(bodies, piece)); };
     std::vector<Meeting> meetings;
     for (ActiveContact& c : contacts) {
         if (!c.separate_pieces) continue;
         const Contact& contact = c.contact;
         const uint32_t a = bodies.piece[contact.a];
         const uint32_t b = contact.b & Contact::kStatic ? contact.b : bodies.piece[contact.b];
-        if (!whole(a) || !whole(b) || !(gives(a) || gives(b))) continue;
+        if (!agrees(a) || !agrees(b) || !(gives(bodies, a) || gives(bodies, b))) continue;
         if (a < b)
             meetings.push_back({a, b, &c, contact.normal});
         else
@@ -37,24 +51,20 @@ std::vector<Meeting> sorted_by_pair(const ContactBodies& bodies, std::span<Activ
     return meetings;
 }
 
-bool is_deep(const ActiveContact& c) {
-    double size = c.arm_a.norm();
-    if (!(c.contact.b & Contact::kStatic)) size = std::min(size, c.arm_b.norm());
-    return c.allowed_gap - c.contact.gap > kDeep * size;
-}
-
 // What the contacts of a pair ask for.
 struct Asked {
     std::span<Meeting> contacts;
     Vec3 sum = Vec3::Zero();        // of what low is to move by, m
     double total = 0, fastest = 0;  // m
+    bool whole = false;             // both are
     bool locked = false;            // some are deep
 
     Vec3 way() const { return sum / std::max(sum.norm(), 1e-300); }
 };
 
-Asked asked(std::span<Meeting> pair) {
+Asked asked(const ContactBodies& bodies, std::span<Meeting> pair) {
     Asked all{pair};
+    all.whole = is_whole(bodies, pair.front().low) && is_whole(bodies, pair.front().high);
     for (const Meeting& m : pair) {
         all.sum += m.contact->recovery * m.normal;
         all.total += m.contact->recovery;
@@ -85,6 +95,7 @@ void agree(const Asked& pair) {
     const double length = pair.sum.norm();
     if (!(pair.total > 0 && length < pair.total)) return;  // no old overlap, or all of one mind
     if (pair.locked && length > 0) return go(pair, pair.way(), pair.fastest);
+    if (!pair.whole) return;
     for (const Meeting& m : pair.contacts) {
         const double along = std::max(m.normal.dot(pair.way()), 0.0);
         m.contact->recovery = std::min(m.contact->recovery, length / pair.total * pair.fastest * along);
@@ -142,7 +153,7 @@ void agree_on_recovery(const ContactBodies& b, std::span<ActiveContact> io_conta
     std::vector<Asked> colliders;  // of a piece
     for (size_t first = 0, last; first < meetings.size(); first = last) {
         for (last = first + 1; last < meetings.size() && same_pair(meetings[last], meetings[first]);) ++last;
-        const Asked pair = asked(std::span(meetings).subspan(first, last - first));
+        const Asked pair = asked(b, std::span(meetings).subspan(first, last - first));
         if (meetings[first].high & Contact::kStatic)
             colliders.push_back(pair);
         else

@@ -13,9 +13,10 @@ constexpr double kLetPass = 1e30;  // m; a contact that wants no gap above minus
 /// bodies of several fragments that nothing broke yet, rigid ones and colliders, where one of two gives. Where they lie
 /// in one another, their contacts point every way, and to follow them all would squeeze what is locked between: energy
 /// from nowhere. So the contacts of a pair ask for the motion along their mean direction, the slower the less they
-/// agree. Where some are deep, all old ones take that direction for their normal, and new ones that would stand in its
-/// way let pass; a collider, of that direction, what leads into no other that the body lies in, and if that is next to
-/// nothing the body stays. Colliders give way to what they would shoot out between them. Contacts ascending by (a, b).
+/// agree. Where some are deep, of torn pieces, too, all old ones take that direction for their normal, and new ones that
+/// would stand in its way let pass; a collider, of that direction, what leads into no other that the piece lies in, and
+/// if that is next to nothing the piece stays. Colliders give way to what they would shoot out between them. Contacts
+/// ascending by (a, b).
 void agree_on_recovery(const ContactBodies& bodies, std::span<ActiveContact> io_contacts);
 
 }  // namespace sunder

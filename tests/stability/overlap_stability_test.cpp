@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 
 #include "solver/scene/motion.h"
 #include "tests/stability/random_shot.h"
@@ -18,7 +19,8 @@ struct Tangle {
     std::vector<DrivenPose> poses;  // of the colliders
     std::string what;
 
-    explicit Tangle(uint64_t seed) : draw_(seed), size_(draw_.logarithmic(0.1, 2)) {
+    // `breaks_at`: waves that carry such a speed break the blocks, m/s.
+    Tangle(uint64_t seed, double breaks_at) : draw_(seed), size_(draw_.logarithmic(0.1, 2)), breaks_at_(breaks_at) {
         if (draw_.one_in(2)) add_floor();
         const double near = size_ * draw_.uniform(0.2, 1);
         for (uint64_t left = 2 + draw_.index(2); left > 0; --left) {
@@ -32,8 +34,8 @@ struct Tangle {
         }
     }
 
-    // The fastest that a body ever was as a whole, m/s.
-    double fastest(const SolverSettings& settings, int frames) const {
+    // The fastest that anything ever was, m/s: bodies as wholes, or each fragment.
+    double fastest(const SolverSettings& settings, bool as_wholes, int frames) const {
         const auto solver = test::make_solver(scene);
         FrameState state = solver->initial_state(materials);
         FrameInput in = test::quiet_input(scene, materials.front());
@@ -48,6 +50,8 @@ struct Tangle {
                     momentum += scene.rest.mass[i] * state.velocity[i], mass += scene.rest.mass[i];
                 fastest = std::max(fastest, momentum.norm() / mass);
             }
+            for (const Vec3& velocity : state.velocity)
+                if (!as_wholes) fastest = std::max(fastest, velocity.norm());
             for (const RigidBodyState& body : state.rigid_bodies) fastest = std::max(fastest, body.velocity.norm());
         }
         return fastest;
@@ -74,7 +78,8 @@ private:
         test::add_body(scene, test::lattice_mesh(block), {pose.position - pose.orientation * middle, pose.orientation});
         Material material;
         material.youngs_modulus = draw_.logarithmic(2e4, 1e9);
-        material.yield = material.toughness = 1e6;  // whole
+        material.yield = 1e6;
+        material.toughness = breaks_at_ / std::sqrt(material.youngs_modulus / block.density);
         materials.push_back(material);
         what += "block ";
     }
@@ -94,23 +99,40 @@ private:
     }
 
     test::Draw draw_;
-    double size_;  // m
+    double size_;       // m
+    double breaks_at_;  // m/s
 };
 
-}  // namespace
+constexpr std::array kSteps{std::pair(4, 1), std::pair(8, 2), std::pair(32, 1)};
 
 // Each of three may part from the next at the depenetration speed, 1 m/s, and what is light between two goes faster. Of
 // 900, these and others, five go faster than four times that, one of them at 24 m/s (before 50, up to 125).
 TEST(Overlap, what_begins_in_one_another_does_not_fly_apart) {
-    for (uint64_t seed = 0; seed < 60; ++seed) {
-        const Tangle tangle(seed);
-        for (const auto& [substeps, iterations] : {std::pair(4, 1), std::pair(8, 2), std::pair(32, 1)}) {
+    for (uint64_t seed = 0; seed < 40; ++seed) {
+        const Tangle tangle(seed, 1e9);
+        for (const auto& [substeps, iterations] : kSteps) {
             SolverSettings settings;
             settings.substeps = substeps, settings.iterations = iterations;
-            EXPECT_LT(tangle.fastest(settings, 48), 4 * settings.depenetration_speed)
+            EXPECT_LT(tangle.fastest(settings, true, 48), 4 * settings.depenetration_speed)
                 << "tangle " << seed << " of " << tangle.what << "at " << substeps << " substeps of " << iterations;
         }
     }
 }
 
+// And what breaks meanwhile is let go with no more than that breaking speed besides. As long as torn pieces worked off
+// their overlap each contact by itself, of 300 such runs six had a fragment at more than eight times the depenetration
+// speed, up to 22 m/s; now none is above 5.5.
+TEST(Overlap, nor_does_what_breaks_in_one_another) {
+    for (uint64_t seed = 0; seed < 30; ++seed) {
+        const Tangle tangle(seed, 2);
+        for (const auto& [substeps, iterations] : kSteps) {
+            SolverSettings settings;
+            settings.substeps = substeps, settings.iterations = iterations;
+            EXPECT_LT(tangle.fastest(settings, false, 48), 8 * settings.depenetration_speed)
+                << "tangle " << seed << " of " << tangle.what << "at " << substeps << " substeps of " << iterations;
+        }
+    }
+}
+
+}  // namespace
 }  // namespace sunder
