@@ -141,7 +141,8 @@ void remember_pieces(const StepContext& context, double h, Workspace& w) {
         const auto holds = [&](uint32_t j) {
             return w.live.count(j) == rest.group_offset[j + 1] - rest.group_offset[j];
         };
-        w.pieces[piece].unbroken = particles.size() > 1 && std::ranges::all_of(particles, holds);
+        w.pieces[piece].unbroken = std::ranges::all_of(particles, holds);
+        w.pieces[piece].lone = particles.size() == 1;
         const bool is_smooth = w.pair.smooth[particles.front()] != 0 && particles.size() > 1;
         if (w.piece_held[piece] || is_smooth) return;
         const PieceMomentum p =

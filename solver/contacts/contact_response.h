@@ -17,7 +17,8 @@ struct ContactPiece {
     double inverse_mass = 0;              // 1/kg; held: 0
     Mat3 inverse_inertia = Mat3::Zero();  // about the centre, world, at the start of the substep, 1/(kg m2); held: 0
     bool rigid = false;                   // a lone fragment or a rigid body: nothing in it gives
-    bool unbroken = false;                // a rigid body, or several particles of which every edge is intact
+    bool lone = false;                    // a fragment by itself
+    bool unbroken = false;                // every edge of its particles is intact; a rigid body
     double own_share = 1;                 // of a push, what moves the particle alone and not the piece, 0 .. 1
     Vec3 turned = Vec3::Zero();           // since the start of the substep, rad; held: 0
     Vec3 spin = Vec3::Zero();             // of the whole of it, rad/s, at the start, then at the end; held: 0

@@ -20,6 +20,9 @@ bool same_pair(const Meeting& x, const Meeting& y) { return x.low == y.low && x.
 bool is_whole(const ContactBodies& bodies, uint32_t piece) {
     return piece & Contact::kStatic || bodies.pieces[piece].unbroken;
 }
+bool is_lone(const ContactBodies& bodies, uint32_t piece) {
+    return !(piece & Contact::kStatic) && bodies.pieces[piece].lone;
+}
 bool gives(const ContactBodies& bodies, uint32_t piece) {
     return !(piece & Contact::kStatic) && !bodies.pieces[piece].rigid;
 }
@@ -57,19 +60,21 @@ struct Asked {
     Vec3 sum = Vec3::Zero();        // of what low is to move by, m
     double total = 0, fastest = 0;  // m
     bool whole = false;             // both are
-    bool locked = false;            // some are deep
+    bool locked = false;            // some are deep, and not of a lone fragment: that may have been shot there
 
     Vec3 way() const { return sum / std::max(sum.norm(), 1e-300); }
 };
 
 Asked asked(const ContactBodies& bodies, std::span<Meeting> pair) {
     Asked all{pair};
-    all.whole = is_whole(bodies, pair.front().low) && is_whole(bodies, pair.front().high);
+    const uint32_t low = pair.front().low, high = pair.front().high;
+    all.whole = is_whole(bodies, low) && is_whole(bodies, high);
+    all.locked = !is_lone(bodies, low) && !is_lone(bodies, high) &&
+                 std::ranges::any_of(pair, [](const Meeting& m) { return is_deep(*m.contact); });
     for (const Meeting& m : pair) {
         all.sum += m.contact->recovery * m.normal;
         all.total += m.contact->recovery;
         all.fastest = std::max(all.fastest, m.contact->recovery);
-        all.locked = all.locked || is_deep(*m.contact);
     }
     return all;
 }
@@ -104,7 +109,7 @@ void agree(const Asked& pair) {
 
 // Of a piece that is deep in a collider: none of them pushes it into another, and where that leaves no way it stays.
 void agree_with_colliders(std::span<const Asked> colliders) {
-    constexpr double kNoWay = 0.2;
+    constexpr double kNoWay = 0.2;  // of a unit vector, what is left of it
     for (const Asked& one : colliders) {
         Vec3 way = one.way();
         for (const Asked& other : colliders) way -= std::min(way.dot(other.way()), 0.0) * other.way();
