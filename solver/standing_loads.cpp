@@ -10,7 +10,7 @@
 namespace sunder {
 namespace {
 
-// Of the last force, where both sides give or neither does. It follows the deformation by a substep: with nine tenths a
+// Of the last force, but for what is matched together. It follows the deformation by a substep: with nine tenths a
 // soft thing swings for ever on another, with none it sinks in by up to a quarter more than it should.
 constexpr double kKept = 0.75;
 // A load on a free piece sinks in by so little, of what falls in a substep, that it lies as on something rigid. What is
@@ -50,7 +50,7 @@ void for_places(Workspace& w, uint32_t island, const Body& body) {
         body(place, w.contacts[w.islands.contact[place]], w.loads.bearings[place]);
 }
 
-// Fills `of` and `of_a` of an island's bearings. Whether there are loads.
+// Fills `of` and `of_a` of the bearings of an island in which one piece gives. Whether there are loads.
 bool find_bearings(const StepContext& context, double h, uint32_t island, Workspace& w) {
     const Vec3& gravity = context.input.gravity;
     const ContactBodies b = bodies_of(w);
@@ -73,9 +73,7 @@ bool find_bearings(const StepContext& context, double h, uint32_t island, Worksp
         }
         if (grounded) return;
         StandingLoads::OfMovable& load = of(other(c.contact, o_at));
-        const uint32_t piece = b.piece[bearer(c.contact, o_at)];
-        load.is_load &= load.on == Contact::kStatic || load.on == piece;
-        load.on = piece;
+        load.on = b.piece[bearer(c.contact, o_at)];
         load.pull += sum_of_pulls(w, h, bearer(c.contact, o_at)) / b.inverse_mass[bearer(c.contact, o_at)];
         load.held_up += (a_gives ? -1.0 : 1.0) * (c.before.normal * c.contact.normal + c.before.friction);
     });

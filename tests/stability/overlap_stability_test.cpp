@@ -1,5 +1,5 @@
 // Things that begin in one another, as an artist's do: they part, and no faster than they are asked to. Boxes that
-// began in soft blocks squeezed them from all sides, until both left at up to 90 m/s.
+// began in soft blocks squeezed them from all sides, until both left at up to 125 m/s.
 #include <gtest/gtest.h>
 
 #include <algorithm>
