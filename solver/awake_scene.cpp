@@ -1,7 +1,6 @@
 #include "solver/awake_scene.h"
 
 #include <algorithm>
-#include <atomic>
 
 #include "solver/awake_reach.h"
 #include "solver/matching/unit_schedule.h"
@@ -41,6 +40,10 @@ bool is_lone(const SimulationMesh& rest, const FrameState& state, size_t i) {
     return std::ranges::none_of(ring, [&](uint32_t e) { return e != kNone && state.edge_intact[e]; });
 }
 
+bool acts_on_awake(const ContactMemory& c, const std::vector<uint8_t>& asleep) {
+    return !asleep[c.a] || (!(c.b & Contact::kStatic) && !asleep[c.b]);
+}
+
 // Where a sleeper may be touched.
 Aabb ball_of(const StepContext& whole, const FrameState& state, size_t i) {
     const size_t n = state.n_particles();
@@ -57,7 +60,8 @@ void AwakeScene::enter(const StepContext& whole, const FrameState& state) {
 }
 
 // What wakes in rubble is mostly a fragment or two, which are here because something touched them: without edges, they
-// need only be fixed no longer. False where anything else changed.
+// need only be fixed no longer. False where anything else changed, or what they lie on is not here: its forces on them
+// would be lost.
 bool AwakeScene::wake_here(const StepContext& whole, const FrameState& state) {
     if (asleep_.size() != state.asleep.size()) return false;
     std::vector<uint32_t> woken;  // here
@@ -66,11 +70,17 @@ bool AwakeScene::wake_here(const StepContext& whole, const FrameState& state) {
         if (!asleep_[i] || index_[i] == kNone || !is_lone(whole.scene.rest, state, i)) return false;
         woken.push_back(index_[i]);
     }
+    const auto is_missing = [&](const ContactMemory& c) { return acts_on_awake(c, state.asleep) && !is_here(c); };
+    if (std::ranges::any_of(state.contacts, is_missing)) return false;
     for (const uint32_t k : woken) fixed_[k] = 0;
     n_awake_ += woken.size();
     asleep_ = state.asleep;
     take_pins(whole.scene.pins);
     return true;
+}
+
+bool AwakeScene::is_here(const ContactMemory& c) const {
+    return index_[c.a] != kNone && (c.b & Contact::kStatic || index_[c.b] != kNone);
 }
 
 void AwakeScene::cover(const StepContext& whole, double h, double end, FrameState& io_state) {
@@ -145,7 +155,7 @@ void AwakeScene::build(const StepContext& whole, const FrameState& state) {
     take_particles(whole.scene.rest, whole.workers);
     pick(rigid_body_, whole.workers, Pick{whole.scene.rigid_bodies, scene_.rigid_bodies});
     take_pins(whole.scene.pins);
-    take_rings(whole.scene.rest, whole.workers);
+    take_rings(whole.scene.rest, state, whole.workers);
     gather(state, whole.workers);
     renumber(context(whole), state_, former, work_);
 }
@@ -178,20 +188,21 @@ void AwakeScene::take_particles(const SimulationMesh& rest, const WorkerPool& wo
 }
 
 // Edges among what is awake. One-rings keep all of their slots, so that they know what broke off; those whose edge
-// leads to a sleeper get an edge that is never intact:
+// leads to a sleeper, and those of sleepers that may wake here (wake_here), get an edge that is never intact:
 //
 //     whole  group i: ... i  j  k ...          here  group i: ... i  j  i ...      (k sleeps)
 //            edges        -  e  f                    edges        -  e' broken
-void AwakeScene::take_rings(const SimulationMesh& rest, const WorkerPool& workers) {
+void AwakeScene::take_rings(const SimulationMesh& rest, const FrameState& state, const WorkerPool& workers) {
     SimulationMesh& m = scene_.rest;
     const auto awake = [&](uint32_t i) { return !asleep_[i]; };
-    const bool any_broken = take_edges(rest, workers);
+    const auto is_bound = [&](uint32_t i) { return !awake(i) && !is_lone(rest, state, i); };
+    take_edges(rest, workers);
     const auto broken = static_cast<uint32_t>(edge_.size());
-    if (any_broken) m.edges.push_back({0, 0, 0, 1});
+    if (!particle_.empty()) m.edges.push_back({0, 0, 0, 1});
 
     m.group_offset.assign(1, 0);
     for (const uint32_t i : particle_) {
-        const uint32_t n_slots = awake(i) ? rest.group_offset[i + 1] - rest.group_offset[i] : 1;
+        const uint32_t n_slots = is_bound(i) ? 1 : rest.group_offset[i + 1] - rest.group_offset[i];
         m.group_offset.push_back(m.group_offset.back() + n_slots);
     }
     const uint32_t n_slots = m.group_offset.back();
@@ -199,14 +210,14 @@ void AwakeScene::take_rings(const SimulationMesh& rest, const WorkerPool& worker
     const auto take_ring = [&](uint32_t k) {
         const uint32_t i = particle_[k];
         uint32_t own = m.group_offset[k];
-        if (!awake(i)) {
+        if (is_bound(i)) {
             m.group_member[own] = k, m.member_edge[own] = kNone, m.member_twin[own] = own;
             m.group_uneven[k] = 0;
             return;
         }
         for (uint32_t s = rest.group_offset[i]; s < rest.group_offset[i + 1]; ++s, ++own) {
             const uint32_t j = rest.group_member[s], e = rest.member_edge[s];
-            const bool known = awake(j);
+            const bool known = awake(i) && awake(j);
             m.group_member[own] = known ? index_[j] : k;
             m.member_edge[own] = j == i ? kNone : known ? edge_here_[e] : broken;
             m.member_twin[own] = known ? m.group_offset[index_[j]] + rest.member_twin[s] - rest.group_offset[j] : own;
@@ -217,8 +228,7 @@ void AwakeScene::take_rings(const SimulationMesh& rest, const WorkerPool& worker
     });
 }
 
-// True if any edge leads from what is awake to a sleeper.
-bool AwakeScene::take_edges(const SimulationMesh& rest, const WorkerPool& workers) {
+void AwakeScene::take_edges(const SimulationMesh& rest, const WorkerPool& workers) {
     constexpr size_t kChunk = 1024;
     const size_t n_chunks = (rest.n_edges() + kChunk - 1) / kChunk;
     const auto for_chunks = [&](const auto& body) {  // (chunk, edge)
@@ -229,12 +239,10 @@ bool AwakeScene::take_edges(const SimulationMesh& rest, const WorkerPool& worker
         });
     };
     std::vector<uint32_t> begin(n_chunks + 1, 0);
-    std::atomic<bool> any_broken{false};
     edge_here_.resize(rest.n_edges());
     for_chunks([&](size_t chunk, uint32_t e) {  // counted within the chunk
         const bool a = !asleep_[rest.edges[e].a], b = !asleep_[rest.edges[e].b];
         edge_here_[e] = a && b ? begin[chunk + 1]++ : kNone;
-        if (a != b) any_broken.store(true, std::memory_order_relaxed);
     });
     for (size_t chunk = 0; chunk < n_chunks; ++chunk) begin[chunk + 1] += begin[chunk];
     edge_.resize(begin[n_chunks]), scene_.rest.edges.resize(begin[n_chunks]);
@@ -245,7 +253,6 @@ bool AwakeScene::take_edges(const SimulationMesh& rest, const WorkerPool& worker
         edge_[here] = e;
         scene_.rest.edges[here] = {index_[edge.a], index_[edge.b], edge.area, edge.toughness_factor};
     });
-    return any_broken;
 }
 
 void AwakeScene::gather(const FrameState& s, const WorkerPool& workers) {
@@ -260,12 +267,10 @@ void AwakeScene::gather(const FrameState& s, const WorkerPool& workers) {
     state_.broken.clear();
     state_.contacts.clear();
     for (const ContactMemory& c : s.contacts) {
-        const bool on_collider = c.b & Contact::kStatic;
-        if (asleep_[c.a] && (on_collider || asleep_[c.b])) continue;
-        if (index_[c.a] == kNone || (!on_collider && index_[c.b] == kNone)) continue;
+        if (!acts_on_awake(c, asleep_) || !is_here(c)) continue;
         state_.contacts.push_back(c);
         state_.contacts.back().a = index_[c.a];
-        if (!on_collider) state_.contacts.back().b = index_[c.b];
+        if (!(c.b & Contact::kStatic)) state_.contacts.back().b = index_[c.b];
     }
 }
 
@@ -293,7 +298,7 @@ void AwakeScene::leave(const WorkerPool& workers, FrameState& io_state) {
     state_.broken.clear();
     std::vector<ContactMemory> contacts;
     for (const ContactMemory& c : s.contacts)
-        if (asleep_[c.a] && (c.b & Contact::kStatic || asleep_[c.b])) contacts.push_back(c);
+        if (!acts_on_awake(c, asleep_)) contacts.push_back(c);
     const auto middle = static_cast<std::ptrdiff_t>(contacts.size());
     for (ContactMemory c : state_.contacts) {
         c.a = movable_[c.a];

@@ -40,12 +40,13 @@ public:
 private:
     void build(const StepContext& whole, const FrameState& state);
     bool wake_here(const StepContext& whole, const FrameState& state);
+    bool is_here(const ContactMemory& contact) const;  // whose movables are of the whole scene
     bool meets_more(const StepContext& whole, const FrameState& state, std::span<const Aabb> boxes,
                     std::span<const uint8_t> counts) const;
     void take_pins(const std::vector<Pin>& pins);
     void take_particles(const SimulationMesh& rest, const WorkerPool& workers);
-    void take_rings(const SimulationMesh& rest, const WorkerPool& workers);
-    bool take_edges(const SimulationMesh& rest, const WorkerPool& workers);
+    void take_rings(const SimulationMesh& rest, const FrameState& state, const WorkerPool& workers);
+    void take_edges(const SimulationMesh& rest, const WorkerPool& workers);
     void gather(const FrameState& state, const WorkerPool& workers);
 
     Scene scene_;
