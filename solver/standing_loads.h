@@ -48,7 +48,7 @@ struct StandingLoads {
         double share = 1;                                        // of by_ground that it takes
     };
     std::vector<How> how;             // (n_islands)
-    std::vector<uint8_t> twice;       // takes two Newton steps where others take one (n_islands)
+    std::vector<int> newton_steps;    // a substep takes so many at least (n_islands)
     std::vector<Bearing> bearings;    // as the islands' contacts
     std::vector<OfMovable> movables;  // as the islands' movables
     std::vector<OfPiece> pieces;      // as the islands' pieces
@@ -61,10 +61,12 @@ struct StandingLoads {
 /// from then; its first round is left with that. Some piece must give, none hang on hinges, and something have been
 /// carried at the end of the last substep. Where nothing closes faster than what fell by half of the smallest fragment
 /// loads of a single piece that gives are taken together; also the rounds between Newton steps are left with what they
-/// are given then. Several that give take two Newton steps at least, with a round between them. Else forces are kept
-/// where nothing closes faster than what lies still and another round comes before the last: what gives pushes back by
-/// how it is bent, which no round knows of before shape matching, and would take the load from it.
-void find_standing_loads(const StepContext& context, double h, uint32_t island, Workspace& io_work);
+/// are given then. Several that give take four Newton steps at least, with a round between each two; so does what is
+/// crushed, which closes faster as it trembles. Else forces are kept where nothing closes faster than what lies still
+/// and another round comes before the last: what gives pushes back by how it is bent, which no round knows of before
+/// shape matching, and would take the load from it. `strain`: FrameState::strain.
+void find_standing_loads(const StepContext& context, double h, std::span<const double> strain, uint32_t island,
+                         Workspace& io_work);
 
 /// After a round that shape matching follows, where loads stand: what bears them is braced with their masses, shared
 /// out as they press on it, and begins where the ground is.

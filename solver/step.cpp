@@ -30,27 +30,25 @@ double steady_relaxation(const SolverSettings& settings) {
 
 // Towards the implicit Euler step, contacts before it and after each sweep: what is hit is matched where the push has
 // taken it, and not where it would fly to unhit.
-void Substep::correct(int iterations) {
+void Substep::correct() {
     using Which = ContactRound::Which;
     push_apart(Which::first);
     match_shapes(0);
-    for (int sweep = 1; sweep < iterations; ++sweep) {
-        push_apart(Which::between);
+    int most = context.settings.iterations;
+    for (const int steps : work.loads.newton_steps) most = std::max(most, steps);
+    for (int sweep = 1; sweep < most; ++sweep) {
+        push_apart(Which::between, sweep);
+        if (sweep >= context.settings.iterations) leave_out_what_is_matched(sweep);
         match_shapes(sweep);
-    }
-    if (iterations == 1 && std::ranges::find(work.loads.twice, 1) != work.loads.twice.end()) {
-        push_apart(Which::between);
-        leave_out_what_is_matched();
-        match_shapes(1);
     }
     push_apart(Which::last);
 }
 
-// All but the islands that take two Newton steps.
-void Substep::leave_out_what_is_matched() {
+// All but the islands that take more Newton steps than that.
+void Substep::leave_out_what_is_matched(int steps) {
     std::vector<uint8_t> goes_on(work.pieces.size(), 0);
     for (uint32_t island = 0; island < work.islands.size(); ++island)
-        for (const uint32_t piece : work.islands.pieces_of(island)) goes_on[piece] = work.loads.twice[island];
+        for (const uint32_t piece : work.islands.pieces_of(island)) goes_on[piece] = newton_steps(island) > steps;
     for_all(n_particles(), [&](size_t i) { work.unmoved[i] |= !goes_on[work.piece[i]]; });
     for_pieces([&](size_t piece) { work.piece_unmoved[piece] |= !goes_on[piece]; });
 }
@@ -106,7 +104,7 @@ void Substep::match_shapes(int sweep) {
     });
     work.islands.for_each(context.workers, [&](uint32_t island) {
         const bool stands = work.loads.how[island] == StandingLoads::How::together;
-        if (stands && sweep < settings.iterations) pass_loads_on(context, island, work);
+        if (stands && sweep < newton_steps(island)) pass_loads_on(context, island, work);
     });
     for_piece_ranges(work.live, kParticleGrain, context.workers, [&](size_t first, size_t last) {
         restore_linear_momentum(rest(), work.live, work.piece_unmoved, first, last, work.moving);
@@ -242,7 +240,7 @@ Status substep(const StepContext& context, const SubstepTime& time, Workspace& i
         } while (io_work.is_taken_again && s.let_go_of_mixed_islands());
         io_report.simulated += static_cast<size_t>(std::ranges::count(io_work.kept, 0));
         s.pair_up();
-        s.correct(context.settings.iterations);
+        s.correct();
         tumble_pieces(context, h, io_work);
         has_flowed |= s.run_cracks(has_flowed);
         may_break = s.contacts_push();

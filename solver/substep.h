@@ -124,7 +124,7 @@ struct Substep {
     void mark_held_pieces();
     void take_up_pieces();
     void find_contacts();
-    void push_apart(ContactRound::Which which);
+    void push_apart(ContactRound::Which which, int sweep = 0);  // that follows one between two
     bool contacts_push() const;
     void settle_contacts();
 
@@ -156,9 +156,12 @@ struct Substep {
     void join_what_is_near_a_hit(std::vector<int>& io_parts);
 
     // step.cpp
-    void correct(int iterations);
+    void correct();
     void match_shapes(int sweep);  // of those of `correct`
-    void leave_out_what_is_matched();
+    void leave_out_what_is_matched(int steps);
+    int newton_steps(uint32_t island) const {
+        return std::max(context.settings.iterations, work.loads.newton_steps[island]);
+    }
     void find_what_starts_unloaded();
     bool starts_unloaded(size_t particle) const;
     Vec3 fall_of(size_t particle) const;  // what gravity, wind and drag add to its way

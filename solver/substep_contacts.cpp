@@ -90,7 +90,7 @@ void Substep::find_contacts() {
 
 // A round over the contacts, the first with what they start from; `last`: no shape matching follows. All of an island
 // is done by one thread at a time.
-void Substep::push_apart(ContactRound::Which which) {
+void Substep::push_apart(ContactRound::Which which, int sweep) {
     using Which = ContactRound::Which;
     Stopwatch watch(report.contact_s);
     const bool last = which == Which::last;
@@ -102,7 +102,7 @@ void Substep::push_apart(ContactRound::Which which) {
         const auto movables = work.islands.movables_of(island);
         const uint8_t kept = work.kept[movables.front()];  // all of it, or nothing
         assert(std::ranges::all_of(movables, [&](uint32_t i) { return work.kept[i] == kept; }));
-        return kept || (which == Which::between && context.settings.iterations == 1 && !work.loads.twice[island]);
+        return kept || (which == Which::between && sweep >= newton_steps(island));
     };
     using How = StandingLoads::How;
     const std::vector<How>& how = work.loads.how;
@@ -113,7 +113,7 @@ void Substep::push_apart(ContactRound::Which which) {
         if (is_left_out(island)) return;
         turn_pieces(context, island, work);
         divide_pushes(context, h, last, island, work);
-        if (as_wholes) find_standing_loads(context, h, island, work);
+        if (as_wholes) find_standing_loads(context, h, state.strain, island, work);
         if (which == Which::first)
             temper_warm_start(bodies(), work.islands, island, h, acceleration_of(context.input), work.piece_motion,
                               work.contacts);

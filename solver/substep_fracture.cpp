@@ -159,7 +159,7 @@ bool Substep::run_cracks(bool has_flowed) {
             MovingParticle& p = work.moving[i];
             p.x = p.x_inertial, p.d = p.d_inertial;
         }
-        correct(context.settings.iterations);
+        correct();
     }
     return true;
 }
