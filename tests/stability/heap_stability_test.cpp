@@ -11,14 +11,12 @@ namespace {
 
 constexpr double kGravity = 9.81;  // m/s2
 
-SimulationMesh rabbit(double density) {
+SimulationMesh rabbit() {
     PrefractureSettings settings;
     settings.pieces = 60, settings.threads = 1;
     const auto fragments = prefracture(*read_mesh(SUNDER_TEST_DATA "/bunny.obj"), settings, "bunny");
     EXPECT_TRUE(fragments) << (fragments ? "" : fragments.error().text());
-    SimulationMeshSettings dense;
-    dense.density = density;
-    return build_simulation_mesh(*fragments, dense).take();
+    return build_simulation_mesh(*fragments, {}).take();
 }
 
 // Two to six soft things of 200 to 4000 kg/m3, one above the other, that their own weight compresses by a ten
@@ -33,7 +31,8 @@ struct Heap {
         for (uint64_t bodies = 2 + draw.index(5); bodies > 0; --bodies) {
             const double size = draw.logarithmic(0.3, 1.2), density = draw.logarithmic(200, 4000);
             const Vec3 place = draw.vector(0.3);
-            const Quat turn(Eigen::AngleAxisd(draw.one_in(2) ? 0 : draw.uniform(0, 3), draw.vector(1).normalized()));
+            const Vec3 axis = draw.vector(1).normalized();
+            const Quat turn(Eigen::AngleAxisd(draw.one_in(2) ? 0 : draw.uniform(0, 3), axis));
             add(draw, size, density, {Vec3(place.x(), place.y(), height + 0.05 * size), turn});
             Material soft;
             soft.youngs_modulus = density * kGravity * size * draw.logarithmic(100, 10000);
@@ -54,16 +53,8 @@ struct Heap {
     }
     void add(test::Draw& draw, double size, double density, const Pose& pose) {
         if (draw.one_in(3)) {
-            static const SimulationMesh one = rabbit(1);
-            SimulationMesh mesh = one;
-            const double area = size * size, volume = area * size;
-            for (Vec3& x : mesh.rest_position) x *= size;
-            for (Vec3& r : mesh.radii) r *= size;
-            for (Vec3f& x : mesh.hull_point) x *= static_cast<float>(size);
-            for (double& v : mesh.volume) v *= volume;
-            for (double& m : mesh.mass) m *= volume * density;
-            for (Edge& e : mesh.edges) e.area *= area;
-            return test::add_body(scene, mesh, pose);
+            static const SimulationMesh one = rabbit();
+            return test::add_body(scene, test::scaled(one, size, density), pose);
         }
         const auto cells = [&](int least) { return least + static_cast<int>(draw.index(4)); };
         test::LatticeBody block;

@@ -32,7 +32,13 @@ const SimulationMesh& rabbit(Cut cut) {
     return known[cut] = build_simulation_mesh(*fragments, {}).take();
 }
 
-// `density`: kg/m3, instead of 1000.
+Quat turn(Draw& draw) {
+    const Vec3 axis = draw.vector(1).normalized();
+    return Quat(Eigen::AngleAxisd(draw.uniform(0, 3), axis));
+}
+
+}  // namespace
+
 SimulationMesh scaled(SimulationMesh mesh, double size, double density) {
     const double area = size * size, volume = area * size;
     for (Vec3& x : mesh.rest_position) x *= size;
@@ -43,13 +49,6 @@ SimulationMesh scaled(SimulationMesh mesh, double size, double density) {
     for (Edge& e : mesh.edges) e.area *= area;
     return mesh;
 }
-
-Quat turn(Draw& draw) {
-    const Vec3 axis = draw.vector(1).normalized();
-    return Quat(Eigen::AngleAxisd(draw.uniform(0, 3), axis));
-}
-
-}  // namespace
 
 Shot::Shot(uint64_t seed) {
     Draw draw(seed);

@@ -31,6 +31,9 @@ private:
     std::mt19937_64 rng_;
 };
 
+/// A body of 1 m and 1000 kg/m3 of another size (m) and density (kg/m3).
+SimulationMesh scaled(SimulationMesh mesh, double size, double density);
+
 /// One or two bodies, all of one material, and a weight or none.
 struct Shot {
     Scene scene;  // collider 0: the floor
