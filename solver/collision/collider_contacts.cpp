@@ -43,7 +43,7 @@ void contacts_with_collider(const DetectionInput& in, uint32_t i, const Met& met
                             std::vector<Separation>& io_on_mesh, std::vector<Contact>& out) {
     const PlacedShape& placed = met.placed;
     const Vec3 own_shift = in.duration * in.velocity[i];
-    const double own = is_particle(in, i) ? in.particles[i].radii.maxCoeff() : bounding_radius(rigid(in, i).shape);
+    const double own = is_particle(in, i) ? in.particles.radii[i].maxCoeff() : bounding_radius(rigid(in, i).shape);
     const bool by_corners = placed.shape.kind == ShapeKind::plane && is_particle(in, i) && !in.corners.empty();
     const double corners = by_corners ? in.corners[i] : 0.0;
     const double turning = std::min(met.angle, 1.0) * own;  // across the size of a, the collider's field differs

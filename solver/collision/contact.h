@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "solver/data/math.h"
 
@@ -23,6 +24,20 @@ struct Ellipsoid {
     Vec3 center = Vec3::Zero();    // m
     Mat3 axes = Mat3::Identity();  // columns: unit axes, world
     Vec3 radii = Vec3::Ones();     // m
+};
+
+/// The ellipsoids of particles, made as they are asked for: most are near nothing.
+struct ParticleEllipsoids {
+    std::span<const Vec3> center;            // m
+    std::span<const Quat> rotation;          // since rest; or empty: as at rest
+    std::span<const Quat> rest_orientation;
+    std::span<const Vec3> radii;             // m
+
+    size_t size() const { return center.size(); }
+    Mat3 axes(size_t i) const {
+        return (rotation.empty() ? rest_orientation[i] : rotation[i] * rest_orientation[i]).toRotationMatrix();
+    }
+    Ellipsoid operator[](size_t i) const { return {center[i], axes(i), radii[i]}; }
 };
 
 }  // namespace sunder

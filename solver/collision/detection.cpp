@@ -13,9 +13,9 @@ Aabb detail::swept_box(const DetectionInput& in, uint32_t i, const Vec3& frame) 
     Aabb box;
     double turning = turning_reach(in, i);
     if (is_particle(in, i)) {
-        const Ellipsoid& e = in.particles[i];
-        const Vec3 half = support_matrix(in, i).diagonal().cwiseSqrt();
-        box = {e.center - half, e.center + half};
+        const Sym3 support = support_matrix(in, i);
+        const Vec3 half = Vec3(support[0], support[1], support[2]).cwiseSqrt();
+        box = {in.particles.center[i] - half, in.particles.center[i] + half};
     } else {
         box = bounding_box(rigid(in, i));
         // What is near it is swept by its turning.
@@ -35,8 +35,9 @@ void sweep_boxes(const DetectionInput& in, const Vec3& frame, size_t begin, size
 
 namespace {
 
-// Pairs that may touch, in no order.
-std::span<Pair> candidates(const DetectionInput& in, const WorkerPool& workers, ContactScratch& s) {
+// Pairs that may touch, in no order: of one piece, and others.
+std::array<std::span<const Pair>, 2> candidates(const DetectionInput& in, const WorkerPool& workers,
+                                                ContactScratch& s) {
     PairFilter filter;
     filter.n_particles = static_cast<uint32_t>(in.particles.size());
     filter.body = in.body;
@@ -46,15 +47,13 @@ std::span<Pair> candidates(const DetectionInput& in, const WorkerPool& workers, 
         find_overlaps(s.boxes, filter, workers, s.overlaps, s.pairs);
         for (auto& [i, j] : s.pairs)
             if (i > j) std::swap(i, j);
-        return s.pairs;
+        return {s.pairs, {}};
     }
 
-    const auto within = s.within.update({s.position, in.velocity.first(in.particles.size()), s.radius, in.duration},
-                                        in.piece, filter, workers);
-    const auto between = s.between.update(s.boxes, in.piece, filter, workers);
-    s.pairs.assign(within.begin(), within.end());
-    s.pairs.insert(s.pairs.end(), between.begin(), between.end());
-    return s.pairs;
+    const auto within =
+        s.within.update({in.particles.center, in.velocity.first(in.particles.size()), s.radius, in.duration}, in.piece,
+                        filter, workers);
+    return {within, s.between.update(s.boxes, in.piece, filter, workers)};
 }
 
 // The median of a sample, component by component: a few that fly off do not move it.
@@ -95,13 +94,12 @@ void in_chunks(size_t n, const WorkerPool& workers, const Find& find, std::vecto
 DetectionInput prepared(const DetectionInput& in, const WorkerPool& workers, ContactScratch& s) {
     const size_t n_particles = in.particles.size();
     s.turning.resize(n_movables(in));
-    s.radius.resize(n_particles), s.position.resize(n_particles), s.support.resize(n_particles);
+    s.radius.resize(n_particles), s.support.resize(n_particles);
     workers.for_range(n_movables(in), 512, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
             s.turning[i] = turning_reach(in, static_cast<uint32_t>(i));
             if (i >= n_particles) continue;
-            s.position[i] = in.particles[i].center;
-            s.radius[i] = in.particles[i].radii.maxCoeff() + 0.5 * in.margin + s.turning[i];
+            s.radius[i] = in.particles.radii[i].maxCoeff() + 0.5 * in.margin + s.turning[i];
             s.support[i] = support_matrix(in, static_cast<uint32_t>(i));
         }
     });
@@ -143,7 +141,7 @@ void find_contacts(const DetectionInput& input, ContactScratch& scratch, std::ve
     // moves.
     const Vec3 common = common_velocity(in.velocity);
     workers.for_range(n, 512, [&](size_t begin, size_t end) { sweep_boxes(in, common, begin, end, scratch.boxes); });
-    const std::span<Pair> pairs = candidates(in, workers, scratch);
+    std::array<std::span<const Pair>, 2> pairs = candidates(in, workers, scratch);
     scratch.found.clear();
     const auto find_among = [&](std::span<const Pair> some) {
         in_chunks(
@@ -153,15 +151,15 @@ void find_contacts(const DetectionInput& input, ContactScratch& scratch, std::ve
             },
             scratch.chunks, scratch.found);
     };
-    size_t n_first = 0;
+    std::vector<Pair> first, others;
     if (!in.fixed.empty() && in.ends) {
-        const auto rest = std::stable_partition(pairs.begin(), pairs.end(),
-                                                [&](const Pair& p) { return in.fixed[p.first] != in.fixed[p.second]; });
-        n_first = static_cast<size_t>(rest - pairs.begin());
-        find_among(pairs.first(n_first));
+        for (const std::span<const Pair> some : pairs)
+            for (const Pair& p : some) (in.fixed[p.first] != in.fixed[p.second] ? first : others).push_back(p);
+        find_among(first);
         if (in.ends(scratch.found)) return out.assign(scratch.found.begin(), scratch.found.end());
+        pairs = {others, {}};
     }
-    find_among(pairs.subspan(n_first));
+    for (const std::span<const Pair> some : pairs) find_among(some);
     in_chunks(
         n, workers,
         [&](size_t begin, size_t end, std::vector<Contact>& found) { contacts_with_colliders(in, begin, end, found); },

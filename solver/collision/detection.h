@@ -23,7 +23,7 @@ struct MovingShape {
 /// Everything as it stands at the start of the step. Movables are particles, then rigid bodies. Velocities are what
 /// things would do alone during the step (forces included).
 struct DetectionInput {
-    std::span<const Ellipsoid> particles;       // (n_particles)
+    ParticleEllipsoids particles;               // (n_particles)
     std::span<const double> corners;            // by which they reach planes before their ellipsoids (n_particles), m
     std::span<const uint32_t> body;             // (n_particles), or empty: one body
     std::span<const uint8_t> pinned;            // (n_movables), or fewer; two driven things give no contact
@@ -43,20 +43,19 @@ struct DetectionInput {
     std::function<bool(std::span<const Contact>)> ends = {};
     // What find_contacts works out once for all stages; or empty: each time that it is asked for.
     std::span<const double> turning;     // how far turning may carry the surface (n_movables), m
-    std::span<const Mat3> support = {};  // support matrices (n_particles), m2
+    std::span<const Sym3> support = {};  // support matrices (n_particles), m2
 };
 
 /// Memory of find_contacts. It never changes the result, only its cost.
 struct ContactScratch {
-    OverlapScratch overlaps;  // where pieces are not known
+    OverlapScratch overlaps;  // where pieces are not known,
+    std::vector<Pair> pairs;  // that may touch
     PairsBetweenPieces between;
     PiecePairs within;
     std::vector<Aabb> boxes;      // (n_movables)
     std::vector<double> turning;  // (n_movables)
     std::vector<double> radius;   // (n_particles)
-    std::vector<Vec3> position;   // (n_particles)
-    std::vector<Mat3> support;    // (n_particles)
-    std::vector<Pair> pairs;      // that may touch; those that may end the search first
+    std::vector<Sym3> support;    // (n_particles)
     std::vector<std::vector<Contact>> chunks;
     std::vector<Contact> found;
     std::vector<uint32_t> order, begin;  // of `found`; where those of each movable begin

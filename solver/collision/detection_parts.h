@@ -24,7 +24,7 @@ inline Vec3 angular_velocity(const DetectionInput& in, uint32_t i) {
 }
 
 inline const Vec3& center(const DetectionInput& in, uint32_t i) {
-    return is_particle(in, i) ? in.particles[i].center : rigid(in, i).pose.position;
+    return is_particle(in, i) ? in.particles.center[i] : rigid(in, i).pose.position;
 }
 
 /// How far turning through the step may carry the surface towards something, m: no more than the farthest point of the
@@ -35,8 +35,8 @@ inline double turning_reach(const DetectionInput& in, uint32_t i) {
     if (angle == 0) return 0;
     double nearest, farthest;
     if (is_particle(in, i)) {
-        nearest = in.particles[i].radii.minCoeff();
-        farthest = in.particles[i].radii.maxCoeff();
+        nearest = in.particles.radii[i].minCoeff();
+        farthest = in.particles.radii[i].maxCoeff();
     } else {
         const Shape& shape = rigid(in, i).shape;
         farthest = bounding_radius(shape);
@@ -51,8 +51,9 @@ inline Vec3 shift_seen_from(const Pose& begin, const Pose& end, const Vec3& x, c
     return begin.apply(end.inverse_apply(x + shift)) - x;
 }
 
-inline Mat3 support_matrix(const DetectionInput& in, uint32_t i) {
-    return in.support.empty() ? support_matrix(in.particles[i].axes, in.particles[i].radii) : in.support[i];
+inline Sym3 support_matrix(const DetectionInput& in, uint32_t i) {
+    if (!in.support.empty()) return in.support[i];
+    return to_sym(support_matrix(in.particles.axes(i), in.particles.radii[i]));
 }
 
 /// Holds movable i through the step, as sweep_boxes tells.

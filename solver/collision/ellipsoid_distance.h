@@ -29,7 +29,7 @@ Separation ellipsoid_distance(const Ellipsoid& a, const Ellipsoid& b);
 
 /// The same for many pairs (a, b) of `ellipsoids`, at less than half the cost each; writes out (n_pairs). `support`:
 /// their matrices R diag(r^2) R^T (n_ellipsoids), m2, or empty.
-void ellipsoid_distances(std::span<const Ellipsoid> ellipsoids, std::span<const Mat3> support,
+void ellipsoid_distances(const ParticleEllipsoids& ellipsoids, std::span<const Sym3> support,
                          std::span<const std::pair<uint32_t, uint32_t>> pairs, std::span<Separation> out);
 
 }  // namespace sunder

@@ -125,20 +125,12 @@ double standing_out(const SimulationMesh& rest, uint32_t i, const Mat3& F_P, con
 
 void rest_gaps(const SimulationMesh& rest, std::span<const std::pair<uint32_t, uint32_t>> pairs, double* out) {
     constexpr size_t kTogether = 32;
-    std::array<Ellipsoid, 2 * kTogether> solids;
-    std::array<std::pair<uint32_t, uint32_t>, kTogether> local;
+    const ParticleEllipsoids at_rest{rest.rest_position, {}, rest.rest_orientation, rest.radii};
     std::array<Separation, kTogether> apart;
-    const auto at_rest = [&](uint32_t k) {
-        return Ellipsoid{rest.rest_position[k], rest.rest_orientation[k].toRotationMatrix(), rest.radii[k]};
-    };
     for (size_t first = 0; first < pairs.size(); first += kTogether) {
-        const size_t n = std::min(kTogether, pairs.size() - first);
-        for (uint32_t k = 0; k < n; ++k) {
-            solids[2 * k] = at_rest(pairs[first + k].first), solids[2 * k + 1] = at_rest(pairs[first + k].second);
-            local[k] = {2 * k, 2 * k + 1};
-        }
-        ellipsoid_distances(solids, {}, std::span(local).first(n), apart);
-        for (size_t k = 0; k < n; ++k) out[first + k] = apart[k].gap;
+        const auto some = pairs.subspan(first, std::min(kTogether, pairs.size() - first));
+        ellipsoid_distances(at_rest, {}, some, apart);
+        for (size_t k = 0; k < some.size(); ++k) out[first + k] = apart[k].gap;
     }
 }
 

@@ -37,11 +37,12 @@ bool meet(const Aabb& a, const Aabb& b) {
 /// The plane across the centre line keeps the two apart throughout: most neighbours are dismissed by this alone. Not so
 /// where centres coincide.
 bool centre_line_separates(const DetectionInput& in, uint32_t i, uint32_t j, const Vec3& shift, double reach) {
-    const Vec3 d = in.particles[i].center - in.particles[j].center;
+    const Vec3 d = in.particles.center[i] - in.particles.center[j];
     const double square = d.squaredNorm();
-    const double h_i = std::sqrt(d.dot(support_matrix(in, i) * d)), h_j = std::sqrt(d.dot(support_matrix(in, j) * d));
+    const auto support = [&](uint32_t k) { return std::sqrt(d.dot(product(support_matrix(in, k), d))); };
     // Both sides times the distance.
-    return square - h_i - h_j + std::min(d.dot(shift), 0.0) - kRounding * square > reach * std::sqrt(square);
+    return square - support(i) - support(j) + std::min(d.dot(shift), 0.0) - kRounding * square >
+           reach * std::sqrt(square);
 }
 
 // Pairs of particles whose distances are still to be measured: side by side they cost less than half.

@@ -112,12 +112,6 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     const SimulationMesh& rest = scene.rest;
     const uint32_t n = static_cast<uint32_t>(rest.n_particles());
     hulls_.update(rest, motion.plastic_deformation, workers);
-    ellipsoids_.resize(n);
-    workers.for_range(n, kGrain, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; ++i)
-            ellipsoids_[i] = {motion.position[i], (motion.rotation[i] * rest.rest_orientation[i]).toRotationMatrix(),
-                              rest.radii[i]};
-    });
     rigid_bodies_.clear();
     for (size_t r = 0; r < scene.rigid_bodies.size(); ++r)
         rigid_bodies_.push_back({scene.rigid_bodies[r].shape, {motion.position[n + r], motion.rotation[n + r]}});
@@ -129,7 +123,7 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     }
 
     DetectionInput detection;
-    detection.particles = ellipsoids_;
+    detection.particles = {motion.position.first(n), motion.rotation.first(n), rest.rest_orientation, rest.radii};
     detection.corners = hulls_.reach();
     detection.body = rest.body;
     detection.pinned = held;

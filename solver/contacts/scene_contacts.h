@@ -69,7 +69,6 @@ private:
     std::vector<uint32_t> unknown_;                // those whose gap is still to be measured
     std::vector<Pair> pair_of_unknown_;
     std::vector<double> gap_of_unknown_;
-    std::vector<Ellipsoid> ellipsoids_;
     std::vector<PlacedShape> rigid_bodies_;
     std::vector<MovingShape> colliders_;
     std::vector<Contact> contacts_;

@@ -39,6 +39,20 @@ inline Ellipsoid random_ellipsoid(std::mt19937_64& rng, double spread, double as
     return e;
 }
 
+/// Ellipsoids as a solver keeps them.
+struct EllipsoidArrays {
+    /// Valid until the next call.
+    ParticleEllipsoids of(const std::vector<Ellipsoid>& ellipsoids) {
+        center.clear(), turn.clear(), radii.clear();
+        for (const Ellipsoid& e : ellipsoids)
+            center.push_back(e.center), turn.push_back(Quat(e.axes)), radii.push_back(e.radii);
+        unturned.assign(center.size(), Quat::Identity());
+        return {center, turn, unturned, radii};
+    }
+    std::vector<Vec3> center, radii;
+    std::vector<Quat> turn, unturned;
+};
+
 inline Pose random_pose(std::mt19937_64& rng, double spread) {
     return {uniform3(rng, -spread, spread), Quat(random_axes(rng))};
 }

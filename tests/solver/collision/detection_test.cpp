@@ -11,6 +11,7 @@ namespace {
 /// Owns what a DetectionInput looks at.
 struct Case {
     std::vector<Ellipsoid> particles;
+    mutable EllipsoidArrays arrays;  // of them, for input()
     std::vector<uint32_t> body;
     std::vector<uint8_t> pinned;
     std::vector<PlacedShape> rigid_bodies;
@@ -20,7 +21,7 @@ struct Case {
 
     DetectionInput input() const {
         DetectionInput in;
-        in.particles = particles;
+        in.particles = arrays.of(particles);
         in.body = body;
         in.pinned = pinned;
         in.rigid_bodies = rigid_bodies;
@@ -98,10 +99,11 @@ TEST(detection, resting_crowds_lose_no_contact) {
     for (MovingShape& m : c.colliders) m.end = m.begin;
     const auto found = contacts_of(c);
     expect_ordered(found);
+    const ParticleEllipsoids particles = c.input().particles;
     size_t expected = 0, on_movables = 0;
     for (uint32_t i = 0; i < 300; ++i) {
         for (uint32_t j = i + 1; j < 300; ++j) {
-            const Separation s = ellipsoid_distance(c.particles[i], c.particles[j]);
+            const Separation s = ellipsoid_distance(particles[i], particles[j]);
             if (s.gap > c.margin || (c.pinned[i] && c.pinned[j])) continue;
             ++expected;
             const auto at =
@@ -110,9 +112,9 @@ TEST(detection, resting_crowds_lose_no_contact) {
             EXPECT_EQ(at->gap, s.gap);
         }
         for (uint32_t r = 0; r < 6; ++r)
-            expected += ellipsoid_shape_distance(c.particles[i], c.rigid_bodies[r]).gap <= c.margin;
+            expected += ellipsoid_shape_distance(particles[i], c.rigid_bodies[r]).gap <= c.margin;
         for (const MovingShape& m : c.colliders)
-            expected += !c.pinned[i] && ellipsoid_shape_distance(c.particles[i], {m.shape, m.begin}).gap <= c.margin;
+            expected += !c.pinned[i] && ellipsoid_shape_distance(particles[i], {m.shape, m.begin}).gap <= c.margin;
     }
     for (const Contact& f : found) on_movables += f.a < 300;
     EXPECT_GT(expected, 300u);

@@ -127,15 +127,17 @@ TEST(ellipsoid_distance, pairs_side_by_side_keep_their_bits) {
         for (uint32_t j = k - k % 5; j < k; ++j) pairs.push_back({k, j});
     }
     solids[7] = solids[6];
+    EllipsoidArrays arrays;
+    const ParticleEllipsoids particles = arrays.of(solids);
     std::vector<Separation> together(pairs.size()), avx2(pairs.size()), portable(pairs.size());
-    ellipsoid_distances(solids, {}, pairs, together);
+    ellipsoid_distances(particles, {}, pairs, together);
     setenv("SUNDER_INSTRUCTIONS", "avx2", 1);
-    ellipsoid_distances(solids, {}, pairs, avx2);
+    ellipsoid_distances(particles, {}, pairs, avx2);
     setenv("SUNDER_INSTRUCTIONS", "portable", 1);
-    ellipsoid_distances(solids, {}, pairs, portable);
+    ellipsoid_distances(particles, {}, pairs, portable);
     unsetenv("SUNDER_INSTRUCTIONS");
     for (size_t k = 0; k < pairs.size(); ++k) {
-        const Separation alone = ellipsoid_distance(solids[pairs[k].first], solids[pairs[k].second]);
+        const Separation alone = ellipsoid_distance(particles[pairs[k].first], particles[pairs[k].second]);
         for (const Separation& s : {together[k], avx2[k], portable[k]}) {
             EXPECT_EQ(s.gap, alone.gap) << k;
             EXPECT_EQ(s.normal, alone.normal) << k;

@@ -8,6 +8,7 @@
 
 #include "solver/collision/detection.h"
 #include "solver/scene/motion.h"
+#include "tests/solver/collision/collision_cases.h"
 
 namespace sunder {
 
@@ -15,6 +16,7 @@ namespace sunder {
 struct Flight {
     static constexpr uint32_t kPieces = 6, kEach = 40, kSingle = 30;
     std::vector<Ellipsoid> particles;
+    mutable EllipsoidArrays arrays;  // of them, for input()
     std::vector<uint32_t> piece, slot, slot_end;
     std::vector<Vec3> velocity, angular_velocity, own;
     std::mt19937_64 rng{8};
@@ -52,7 +54,7 @@ struct Flight {
     }
     DetectionInput input() const {
         DetectionInput in;
-        in.particles = particles;
+        in.particles = arrays.of(particles);
         in.rings = {slot, slot_end, slot, {}, {}};
         in.velocity = velocity, in.angular_velocity = angular_velocity;
         in.duration = h, in.margin = 0.01;
