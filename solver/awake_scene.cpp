@@ -111,18 +111,18 @@ bool AwakeScene::meets_more(const StepContext& whole, const FrameState& state, s
 }
 
 SubstepPair AwakeScene::pair(const WorkerPool& workers) const {
-    return work_.pair.renumbered(index_, n_whole_particles_, workers);
+    return work_.pair.renumbered(index_, workers);
 }
 
 void AwakeScene::go_on(const SubstepPair& whole, const WorkerPool& workers) {
-    work_.pair = whole.renumbered(movable_, particle_.size(), workers);
+    work_.pair = whole.renumbered(movable_, workers);
 }
 
 void AwakeScene::build(const StepContext& whole, const FrameState& state) {
     if (scene_.colliders.empty()) scene_.colliders = whole.scene.colliders;
     scene_.bodies = whole.scene.bodies;
     asleep_ = state.asleep;
-    const size_t n_movables = asleep_.size(), n = n_whole_particles_ = state.n_particles();
+    const size_t n_movables = asleep_.size(), n = state.n_particles();
     std::vector<uint8_t> here(n_movables);
     for (size_t i = 0; i < n_movables; ++i) here[i] = !asleep_[i];
     n_awake_ = static_cast<size_t>(std::count(here.begin(), here.end(), 1));

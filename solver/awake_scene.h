@@ -58,7 +58,7 @@ private:
     std::vector<uint32_t> edge_here_;                               // edge of the whole scene -> here, or kNone
     std::vector<uint8_t> fixed_;                                    // (n_movables)
     std::vector<Aabb> covered_;                                     // where neighbours are known (n_movables), m
-    size_t n_awake_ = 0, n_whole_particles_ = 0;
+    size_t n_awake_ = 0;
 };
 
 }  // namespace sunder

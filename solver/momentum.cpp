@@ -21,26 +21,6 @@ Sym3 turned_inertia(const Quat& rotation, const Sym3& moment) {
     return to_sym(H);
 }
 
-PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Sym3> inertia,
-                             std::span<const uint32_t> particles, std::span<const Vec3> position,
-                             std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity) {
-    PieceMomentum p;
-    const Vec3 origin = position[particles.front()];  // relative sums: exact far from the world's origin
-    for (uint32_t j : particles) {
-        p.mass += rest.mass[j];
-        p.center += rest.mass[j] * (position[j] - origin);
-        p.velocity += rest.mass[j] * velocity[j];
-    }
-    p.center = origin + p.center / p.mass;
-    p.velocity /= p.mass;
-    for (uint32_t j : particles) {
-        const Vec3 r = position[j] - p.center;
-        p.angular += rest.mass[j] * r.cross(velocity[j] - p.velocity) + product(inertia[j], angular_velocity[j]);
-        p.inertia += to_matrix(inertia[j]) + rest.mass[j] * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
-    }
-    return p;
-}
-
 Vec3 rigid_spin(const PieceMomentum& piece, const Vec3& angular) {
     const Eigen::SelfAdjointEigenSolver<Mat3> eigen(piece.inertia);
     Vec3 inverse;

@@ -1,6 +1,7 @@
 // Exact angular momentum a piece (replaces Choi 2014, section 3.3, which is exact only to first order in the step).
 #pragma once
 
+#include <concepts>
 #include <span>
 #include <vector>
 
@@ -21,10 +22,36 @@ struct PieceMomentum {
 /// Inertia tensor H = D (tr(M) I - M) D^T of an ellipsoid of moment M that is turned by `rotation`, kg m2.
 Sym3 turned_inertia(const Quat& rotation, const Sym3& moment);
 
-/// `inertia`: what a particle contributes besides its mass, its ellipsoid's tensor (n_particles), kg m2.
-PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Sym3> inertia,
+/// `inertia_of(j)`: what a particle contributes besides its mass, its ellipsoid's tensor, kg m2.
+template <std::invocable<uint32_t> InertiaOf>
+PieceMomentum piece_momentum(const SimulationMesh& rest, const InertiaOf& inertia_of,
                              std::span<const uint32_t> particles, std::span<const Vec3> position,
-                             std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity);
+                             std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity) {
+    PieceMomentum p;
+    const Vec3 origin = position[particles.front()];  // relative sums: exact far from the world's origin
+    for (uint32_t j : particles) {
+        p.mass += rest.mass[j];
+        p.center += rest.mass[j] * (position[j] - origin);
+        p.velocity += rest.mass[j] * velocity[j];
+    }
+    p.center = origin + p.center / p.mass;
+    p.velocity /= p.mass;
+    for (uint32_t j : particles) {
+        const Sym3 inertia = inertia_of(j);
+        const Vec3 r = position[j] - p.center;
+        p.angular += rest.mass[j] * r.cross(velocity[j] - p.velocity) + product(inertia, angular_velocity[j]);
+        p.inertia += to_matrix(inertia) + rest.mass[j] * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
+    }
+    return p;
+}
+
+/// Where they are known: `inertia` (n_particles).
+inline PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Sym3> inertia,
+                                    std::span<const uint32_t> particles, std::span<const Vec3> position,
+                                    std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity) {
+    const auto known = [&](uint32_t j) -> const Sym3& { return inertia[j]; };
+    return piece_momentum(rest, known, particles, position, velocity, angular_velocity);
+}
 
 /// H^-1 L, rad/s: 0 about axes without inertia (of a point).
 Vec3 rigid_spin(const PieceMomentum& piece, const Vec3& angular);

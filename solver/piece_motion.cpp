@@ -57,13 +57,19 @@ Vec3 piece_center(const SimulationMesh& rest, std::span<const uint32_t> particle
 
 bool moves_alone(const ContactPiece& p) { return p.rigid || p.inverse_mass == 0; }
 
+// Zero where nothing touches it.
+const RoundPush& round_push(const Workspace& w, uint32_t i) {
+    static const RoundPush none;
+    const uint32_t slot = w.islands.movable_slot[i];
+    return slot == ContactIslands::kNone ? none : w.round_push[slot];
+}
+
 void move_alone(uint32_t i, Workspace& w) {
-    RoundPush& push = w.round_push[i];
+    const RoundPush& push = round_push(w, i);
     w.moving[i].x += push.own;
     w.moving[i].x_inertial += push.shift;
     w.push[i].shift += push.shift;
     w.push[i].torque += push.torque;
-    push = RoundPush();
 }
 
 // What a round pushed particles of a piece by, besides their mean.
@@ -78,7 +84,7 @@ PushesInPiece pushes_in(const SimulationMesh& rest, std::span<const uint32_t> pa
     PushesInPiece in;
     Vec3 angular = Vec3::Zero();
     for (uint32_t j : particles) {
-        const RoundPush& push = w.round_push[j];
+        const RoundPush& push = round_push(w, j);
         if (push.own.isZero(0) && push.shift.isZero(0) && push.torque.isZero(0)) continue;
         in.any = true;
         angular += rest.mass[j] * (w.start_position[j] - piece.center).cross(push.shift);
@@ -103,7 +109,7 @@ void move_piece(const SimulationMesh& rest, std::span<const uint32_t> particles,
     const Vec3 inertial_center = piece_center(rest, particles, w.moving, &MovingParticle::x_inertial);
     for (uint32_t j : particles) {
         MovingParticle& p = w.moving[j];
-        RoundPush& push = w.round_push[j];
+        const RoundPush& push = round_push(w, j);
         const Vec3 lever = w.start_position[j] - piece.center;
         const Vec3 strain =
             as_whole ? Vec3(Vec3::Zero()) : Vec3(push.own - in.own + (motion.turn - motion.spin).cross(lever));
@@ -114,7 +120,6 @@ void move_piece(const SimulationMesh& rest, std::span<const uint32_t> particles,
         p.d_inertial = spin * p.d_inertial;
         w.push[j].shift += in.shift + part * (push.shift - in.shift);
         w.push[j].torque += part * push.torque;
-        push = RoundPush();
     }
 }
 
@@ -203,7 +208,8 @@ void note_what_pins_take(const StepContext& context, double h, uint32_t island, 
     for (const uint32_t piece : w.islands.pieces_of(island)) {
         if (piece >= w.live.n_pieces() || !w.piece_held[piece]) continue;
         const auto taken = [&](uint32_t j) -> Vec3 {
-            return rest.mass[j] * (w.round_push[j].shift - w.round_push[j].own);
+            const RoundPush& push = round_push(w, j);
+            return rest.mass[j] * (push.shift - push.own);
         };
         free.clear();
         bool any = false;

@@ -417,21 +417,28 @@ Result<StepReport> Solver::Impl::run_frame(const FrameInput& input, const Solver
     return report;
 }
 
-Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings& settings, FrameState& io_state,
-                                   const Progress& progress) {
+Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings& settings, const FrameState& before,
+                                   FrameState& o_after, const Progress& progress) {
     if (Status ok = settings.check("solver"); !ok) return ok.error();
     if (Status ok = impl_->check_input(input); !ok) return ok.error();
-    if (Status ok = check_state(io_state); !ok) return ok.error();
+    if (Status ok = check_state(before); !ok) return ok.error();
 
-    FrameState state = io_state;
-    state.broken.clear();
+    o_after = before;
+    o_after.broken.clear();
     using Clock = std::chrono::steady_clock;
     std::optional<ThreadTrial>& trial = impl_->trial;
     const WorkerPool& threads = trial && trial->alone() ? impl_->alone : *impl_->workers;
     const Clock::time_point begin = Clock::now();
-    Result<StepReport> report = impl_->run_frame(input, settings, io_state, threads, state, progress);
+    Result<StepReport> report = impl_->run_frame(input, settings, before, threads, o_after, progress);
     if (report && trial) trial->took(std::chrono::duration<double>(Clock::now() - begin).count());
-    if (report) io_state = std::move(state);
+    return report;
+}
+
+Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings& settings, FrameState& io_state,
+                                   const Progress& progress) {
+    FrameState after;
+    Result<StepReport> report = advance(input, settings, io_state, after, progress);
+    if (report) io_state = std::move(after);
     return report;
 }
 

@@ -172,10 +172,11 @@ void brace_bearers(const StepContext& context, double h, bool first, uint32_t is
         of(i).ground += io_at.mass, of(i).to_ground += io_at.mass * n.dot(way) * n;
     });
     for (const uint32_t i : w.islands.movables_of(island)) {
-        const StandingLoads::OfMovable& m = of(i);
+        StandingLoads::OfMovable& m = of(i);
         if (!(m.mass > 0)) continue;
         w.brace[i] = b.inverse_mass[i] * m.mass;
         if (first && m.ground > 0) w.moving[i].x += m.to_ground / m.ground;
+        m.begin = w.moving[i].x;
     }
 }
 
@@ -186,7 +187,8 @@ namespace {
 ContactImpulse resisted(const ActiveContact& c, const Bearing& at, const ContactImpulse& had, const Workspace& w) {
     const uint32_t i = bearer(c.contact, at);
     const Vec3& n = c.contact.normal;
-    const Vec3 by = (at.of_a ? -at.mass : at.mass) * (w.moving[i].x - w.before_newton[i].x);
+    const Vec3& begin = w.loads.movables[w.islands.movable_slot[i]].begin;
+    const Vec3 by = (at.of_a ? -at.mass : at.mass) * (w.moving[i].x - begin);
     ContactImpulse now = had;
     now.normal = std::max(had.normal + n.dot(by), 0.0);
     now.friction += by - n.dot(by) * n;

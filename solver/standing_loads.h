@@ -38,6 +38,7 @@ struct StandingLoads {
         uint32_t on = Contact::kStatic;  // the piece that bears it
         bool is_load = true;
         double mass = 0, ground = 0;    // of what presses on it, and of that ground's, kg
+        Vec3 begin = Vec3::Zero();      // where it is before shape matching, m
         Vec3 to_ground = Vec3::Zero();  // times `ground`, kg m
         Vec3 impulse = Vec3::Zero();    // kg m
         Vec3 torque = Vec3::Zero();     // times the substep, kg m2

@@ -6,7 +6,6 @@
 
 #include "solver/matching/gauss_seidel.h"
 #include "solver/piece_motion.h"
-#include "solver/step_limit.h"
 #include "solver/substep.h"
 
 namespace sunder {
@@ -73,16 +72,17 @@ Vec3 Substep::fall_of(size_t g) const { return h * (work.velocity[g] - state.vel
 void Substep::match_shapes(int sweep) {
     Stopwatch watch(report.shape_s);
     const SolverSettings& settings = context.settings;
-    if (settings.method == Method::gauss_seidel)
-        return gauss_seidel_sweep(work.live, work.shapes, work.paper_stiffness, work.unmoved, work.moving, work.goals);
+    if (settings.method == Method::gauss_seidel) {
+        std::vector<double> k;  // by body
+        for (const Material& m : context.input.materials) k.push_back(m.stiffness);
+        return gauss_seidel_sweep(rest(), work.live, work.shapes, k, work.unmoved, work.moving, work.goals);
+    }
 
     const bool is_newton = settings.method == Method::projective;
-    if (is_newton) work.before_newton.resize(n_particles()), work.newton_cosine.resize(n_particles());
     const bool starts = is_newton && sweep == 0;
     if (starts) find_what_starts_unloaded();
     for_all(n_particles(), [&](size_t g) {
         if (work.live.count(g) == 1) work.goals[g].rotation = work.moving[g].d;  // it matches itself wherever it is
-        if (is_newton) work.before_newton[g] = {work.moving[g].x, work.moving[g].d}, work.newton_cosine[g] = 1;
         if (starts && starts_unloaded(g)) {
             work.moving[g].x -= fall_of(g);
             work.moving[g].x_inertial += work.brace[g] * fall_of(g);  // braces hold where it was
@@ -90,7 +90,7 @@ void Substep::match_shapes(int sweep) {
     });
     const SweepInput in{rest(), work.live, work.shapes, work.stiffness, work.unmoved, work.span, work.brace};
     if (is_newton) {
-        work.newton.apply(sweep == 0, in, context.workers, work.goals, work.moving, work.newton_cosine);
+        work.newton.apply(sweep == 0, in, context.workers, work.goals, work.moving);
         if (starts)
             for_all(n_particles(), [&](size_t g) {
                 if (starts_unloaded(g)) work.moving[g].x_inertial -= work.brace[g] * fall_of(g);
@@ -99,9 +99,6 @@ void Substep::match_shapes(int sweep) {
         work.jacobi.apply({sweep, settings.iterations, steady_relaxation(settings), work.is_touched}, in,
                           context.workers, work.goals, work.moving);
     }
-    for_piece_ranges(work.live, kParticleGrain, context.workers, [&](size_t first, size_t last) {
-        if (is_newton) limit_step(work.live, work.before_newton, work.newton_cosine, first, last, work.moving);
-    });
     work.islands.for_each(context.workers, [&](uint32_t island) {
         const bool stands = work.loads.how[island] == StandingLoads::How::together;
         if (stands && sweep < newton_steps(island)) pass_loads_on(context, island, work);
@@ -143,8 +140,8 @@ void fit_arrays(const FrameState& state, size_t n, size_t n_movables, Workspace&
     w.moving.resize(n_movables), w.start_position.resize(n_movables), w.start_rotation.resize(n_movables);
     w.velocity.resize(n_movables), w.angular_velocity.resize(n_movables);
     w.inverse_mass.resize(n_movables), w.piece.resize(n_movables);
-    w.push.resize(n_movables), w.round_push.resize(n_movables), w.brace.assign(n_movables, 0.0);
-    w.inertia.resize(n), w.stiffness.resize(n), w.paper_stiffness.resize(n), w.goals.resize(n);
+    w.push.resize(n_movables), w.brace.assign(n_movables, 0.0);
+    w.inertia.resize(n), w.stiffness.resize(n), w.goals.resize(n);
     w.strains.assign(n, GroupStrain()), w.flowed.assign(n, 0), w.held.assign(n_movables, 0);
 }
 
@@ -174,7 +171,6 @@ void take_up_frame(const StepContext& context, const FrameState& state, Workspac
         for (size_t g = first; g < last; ++g) {
             const Material& material = context.input.materials[rest.body[g]];
             w.stiffness[g] = group_stiffness(w.shapes.group[g], w.shapes.rest_trace[g], rest.volume[g], material);
-            w.paper_stiffness[g] = material.stiffness;
             w.goals[g].rotation = state.group_rotation[g];
         }
     });

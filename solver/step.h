@@ -13,7 +13,6 @@
 #include "solver/scene/scene.h"
 #include "solver/sleeping.h"
 #include "solver/standing_loads.h"
-#include "solver/step_limit.h"
 #include "solver/threads/parallel.h"
 
 namespace sunder {
@@ -47,10 +46,9 @@ struct SubstepPair {
     std::vector<Vec3> begin_velocity, begin_spin;  // at the start of the pair
     std::vector<Vec3> position, velocity, spin;    // after the first implicit step
     std::vector<Quat> rotation;
-    std::vector<Sym3> inertia;
 
     /// The same in a scene that was numbered anew; `former` (n_movables): the number in the scene before, or kNone.
-    SubstepPair renumbered(std::span<const uint32_t> former, size_t n_particles, const WorkerPool& workers) const;
+    SubstepPair renumbered(std::span<const uint32_t> former, const WorkerPool& workers) const;
 };
 
 /// Scratch of the solver: derived from rest data and the state alone, so it may be rebuilt at any time without
@@ -68,7 +66,7 @@ struct Workspace {
     std::vector<double> span;                      // of the implicit step, s (n_movables)
     std::vector<Vec3> base;                        // where it starts from, m (n_movables)
     std::vector<Quat> base_rotation;               // (n_movables)
-    std::vector<double> gamma;                     // of what is in a pair: see Substep::pair_up (n_movables)
+    std::vector<double> gamma;                     // of what is in a pair: see Substep::pair_up (n_bodies)
     SubstepPair pair;
     std::vector<double> inverse_mass;  // held: 0 (n_movables)
     std::vector<uint32_t> piece;       // of `pieces` (n_movables)
@@ -76,19 +74,16 @@ struct Workspace {
     std::vector<ContactPiece> pieces;  // pieces, then rigid bodies (n_pieces + n_rigid_bodies)
     ContactRound round;
     StandingLoads loads;
-    std::vector<RoundPush> round_push;        // zero between rounds (n_movables)
+    std::vector<RoundPush> round_push;        // of the last round (as the islands' movables)
     std::vector<double> brace;                // of what contacts push, while it is matched (n_movables)
     std::vector<PieceMotion> piece_motion;    // zero between rounds (as pieces)
     std::vector<PieceVelocity> piece_change;  // what settling contacts gave them (as pieces)
     std::vector<Sym3> inertia;                // of particles, world (n_particles)
     std::vector<GroupStiffness> stiffness;    // (n_particles)
-    std::vector<double> paper_stiffness;      // k in [0, 1]  (n_particles)
     std::vector<GroupGoal> goals;             // (n_particles)
     NewtonStep newton;
     JacobiSweep jacobi;
-    std::vector<StepStart> before_newton;  // (n_particles)
     std::vector<uint8_t> starts_unloaded;  // (n_pieces)
-    std::vector<double> newton_cosine;     // of half of what a Newton step turned each by (n_particles)
     std::vector<GroupStrain> strains;      // (n_particles)
     std::vector<uint8_t> flowed;           // (n_particles)
     std::vector<uint8_t> held;             // by an active pin, or fixed (n_movables)

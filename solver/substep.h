@@ -112,6 +112,7 @@ struct Substep {
 
     // substep_pairs.cpp
     void pair_up();
+    double gamma_of(size_t movable) const;  // of what is in a pair
     bool is_paired() const;
     std::vector<uint8_t> pieces_left_out() const;
     void begin_stage(const FieldsOfForce& fields, size_t movable);

@@ -108,6 +108,7 @@ void Substep::push_apart(ContactRound::Which which, int sweep) {
     const std::vector<How>& how = work.loads.how;
     ContactRound& round = work.round;
     if (which == Which::first) work.loads.open(work.islands);
+    work.round_push.resize(work.islands.movable.size());
     round.open(bodies(), work.islands, which, context.contact_margin, work.contacts);
     work.islands.for_each(context.workers, [&](uint32_t island) {
         if (is_left_out(island)) return;

@@ -71,7 +71,7 @@ void Substep::hold_pins(Pinned when) {
         double reached = -1;  // of the substep
         for (uint32_t i : context.scene.pins[k].particles) {
             if (when != Pinned::at_the_end && !work.pair.smooth[i]) continue;
-            const double wanted = when == Pinned::in_the_first_stage ? 2 * work.gamma[i] : 1;
+            const double wanted = when == Pinned::in_the_first_stage ? 2 * gamma_of(i) : 1;
             if (reached != wanted) {
                 reached = wanted;
                 pose = interpolate(drive, reached == 1 ? end : begin + reached * (end - begin));

@@ -36,22 +36,20 @@ bool resolves_waves(const Workspace& work, std::span<const uint32_t> particles, 
     return h * std::sqrt(kWavePerWeight * stiffest) <= kFarthestWave * std::cbrt(static_cast<double>(particles.size()));
 }
 
-SubstepPair SubstepPair::renumbered(std::span<const uint32_t> former, size_t n_particles,
-                                    const WorkerPool& workers) const {
+SubstepPair SubstepPair::renumbered(std::span<const uint32_t> former, const WorkerPool& workers) const {
     SubstepPair now;
-    const auto take = [&](const auto& from, auto& to, size_t n) {
-        to.resize(n);
+    const auto take = [&](const auto& from, auto& to) {
+        to.resize(former.size());
         if (from.empty()) return;
-        workers.for_range(n, kParticleGrain, [&](size_t first, size_t last) {
+        workers.for_range(former.size(), kParticleGrain, [&](size_t first, size_t last) {
             for (size_t i = first; i < last; ++i)
                 if (former[i] < from.size()) to[i] = from[former[i]];
         });
     };
-    take(smooth, now.smooth, former.size());
-    take(begin_velocity, now.begin_velocity, former.size()), take(begin_spin, now.begin_spin, former.size());
-    take(position, now.position, former.size()), take(rotation, now.rotation, former.size());
-    take(velocity, now.velocity, former.size()), take(spin, now.spin, former.size());
-    take(inertia, now.inertia, n_particles);
+    take(smooth, now.smooth);
+    take(begin_velocity, now.begin_velocity), take(begin_spin, now.begin_spin);
+    take(position, now.position), take(rotation, now.rotation);
+    take(velocity, now.velocity), take(spin, now.spin);
     return now;
 }
 
@@ -69,16 +67,15 @@ SubstepPair SubstepPair::renumbered(std::span<const uint32_t> former, size_t n_p
 void Substep::pair_up() {
     SubstepPair& pair = work.pair;
     const size_t n = n_movables();
-    work.span.resize(n), work.gamma.resize(n), work.base.resize(n), work.base_rotation.resize(n);
+    work.span.resize(n), work.base.resize(n), work.base_rotation.resize(n);
     if (stage == Stage::first) pair.begin_velocity.resize(n), pair.begin_spin.resize(n);
-    std::vector<double> gamma;  // by body
-    for (const Material& m : context.input.materials) gamma.push_back(gamma_for(m.damping_time, h));
+    work.gamma.clear();
+    for (const Material& m : context.input.materials) work.gamma.push_back(gamma_for(m.damping_time, h));
     const FieldsOfForce fields(context.input);
     for_all(n, [&](size_t i) {
-        work.gamma[i] = i < n_particles() ? gamma[rest().body[i]] : kUndamped;
         work.span[i] = h, work.base[i] = work.start_position[i], work.base_rotation[i] = work.start_rotation[i];
         if (!pair.smooth[i]) return;
-        work.span[i] = 2 * h * work.gamma[i];
+        work.span[i] = 2 * h * gamma_of(i);
         if (!work.held[i]) begin_stage(fields, i);
     });
     if (!is_paired()) return;
@@ -90,6 +87,10 @@ void Substep::pair_up() {
         work.base_rotation[i] = rotation_of(-work.span[i] * work.angular_velocity[i]) * p.d;
     });
     take_up_smooth_momentum();
+}
+
+double Substep::gamma_of(size_t movable) const {
+    return movable < n_particles() ? work.gamma[rest().body[movable]] : kUndamped;
 }
 
 bool Substep::is_paired() const { return stage != Stage::alone && context.settings.method != Method::gauss_seidel; }
@@ -115,7 +116,7 @@ std::vector<uint8_t> Substep::pieces_left_out() const {
 // Where a stage's implicit step of a free thing starts from, and its inertial path.
 void Substep::begin_stage(const FieldsOfForce& fields, size_t i) {
     SubstepPair& pair = work.pair;
-    const double H = 2 * h, gamma = work.gamma[i], span = work.span[i];
+    const double H = 2 * h, gamma = gamma_of(i), span = work.span[i];
     const bool turns = !work.pieces[work.piece[i]].rigid;
     if (stage == Stage::first) {
         const RigidBodyState* body = i < n_particles() ? nullptr : &state.rigid_bodies[i - n_particles()];
@@ -148,6 +149,9 @@ void Substep::begin_stage(const FieldsOfForce& fields, size_t i) {
 void Substep::take_up_smooth_momentum() {
     const SubstepPair& pair = work.pair;
     const double drag = FieldsOfForce(context.input).drag;
+    const auto inertia_of = [&](uint32_t j) {  // after the first stage
+        return turned_inertia(pair.rotation[j], work.shapes.particle_moment[j]);
+    };
     for_pieces([&](size_t piece) {
         const auto particles = work.live.piece_particles(piece);
         if (work.piece_held[piece] || particles.size() == 1 || !pair.smooth[particles.front()]) return;
@@ -156,10 +160,10 @@ void Substep::take_up_smooth_momentum() {
                                                        work.velocity, work.angular_velocity)
                                             .angular;
         else {
-            const double gamma = work.gamma[particles.front()], left = 1 / (1 + 2 * gamma * h * drag);
+            const double gamma = gamma_of(particles.front()), left = 1 / (1 + 2 * gamma * h * drag);
             work.piece_angular[piece] =
                 (1 + (1 - gamma) / gamma * (left - 1)) *
-                piece_momentum(rest(), pair.inertia, particles, pair.position, pair.velocity, pair.spin).angular;
+                piece_momentum(rest(), inertia_of, particles, pair.position, pair.velocity, pair.spin).angular;
         }
     });
 }
@@ -167,7 +171,7 @@ void Substep::take_up_smooth_momentum() {
 void Substep::begin_middle() {
     SubstepPair& pair = work.pair;
     pair.position.resize(n_movables()), pair.velocity.resize(n_movables()), pair.spin.resize(n_movables());
-    pair.rotation.resize(n_movables()), pair.inertia.resize(n_particles());
+    pair.rotation.resize(n_movables());
     hold_pins(Pinned::in_the_middle);
 }
 
@@ -178,9 +182,8 @@ void Substep::go_on_to_the_middle(size_t i) {
     MovingParticle& p = work.moving[i];
     pair.position[i] = p.x, pair.velocity[i] = work.velocity[i];
     pair.rotation[i] = p.d, pair.spin[i] = work.angular_velocity[i];
-    if (i < n_particles()) pair.inertia[i] = work.inertia[i];
     if (work.held[i]) return;
-    const double gamma = work.gamma[i], onwards = (1 - 2 * gamma) * h, more = onwards / (2 * gamma * h);
+    const double gamma = gamma_of(i), onwards = (1 - 2 * gamma) * h, more = onwards / (2 * gamma * h);
     p.x += onwards * work.velocity[i];
     work.velocity[i] += more * (work.velocity[i] - pair.begin_velocity[i]);
     if (work.pieces[work.piece[i]].rigid) return;

@@ -95,8 +95,9 @@ public:
             if (!input) return input.error();
             Result<ContentKey> key = history(next);
             if (!key) return key.error();
-            FrameState state = *store_.frames.at(next - 1)->state;
-            Result<StepReport> report = store_.solver->advance(*input, settings, state, part);
+            const std::shared_ptr<const FrameState> before = store_.frames.at(next - 1)->state;
+            FrameState state;
+            Result<StepReport> report = store_.solver->advance(*input, settings, *before, state, part);
             if (!report) {
                 Error error = report.error();
                 if (error.code != ErrorCode::cancelled)

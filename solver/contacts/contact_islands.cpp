@@ -8,7 +8,7 @@
 namespace sunder {
 namespace {
 
-constexpr uint32_t kNone = 0xffffffffu;
+constexpr uint32_t kNone = ContactIslands::kNone;
 
 bool is_hinged(const ContactBodies& b, uint32_t i) {
     const ContactPiece& p = b.pieces[b.piece[i]];

@@ -13,13 +13,15 @@ namespace sunder {
 /// Contacts of one island move nothing that those of another touch, so that each is solved by itself and ends when it
 /// is done. Colliders join nothing. What islands touch is listed island after island, so that it can be packed.
 struct ContactIslands {
+    static constexpr uint32_t kNone = 0xffffffffu;
     std::vector<uint32_t> contact;         // in each island in stored order                        (n_contacts)
     std::vector<uint32_t> offset;          // of islands in `contact`                               (n_islands + 1)
     std::vector<uint32_t> piece;           // that an island's contacts push
     std::vector<uint32_t> piece_offset;    // (n_islands + 1)
     std::vector<uint32_t> movable;         // likewise
     std::vector<uint32_t> movable_offset;  // (n_islands + 1)
-    std::vector<uint32_t> piece_slot, movable_slot;  // where in `piece` and `movable` one is  (n_pieces, n_movables)
+    // Where in `piece` and `movable` one is, or kNone (n_pieces, n_movables).
+    std::vector<uint32_t> piece_slot, movable_slot;
     // Islands, share after share of what threads begin with, in each those with most contacts first: an island is in
     // the share that its things have of all.
     std::vector<uint32_t> by_share;  // (n_islands)

@@ -133,6 +133,7 @@ void ContactRound::end(uint32_t n, std::span<RoundPush> io_push, std::span<Piece
     const double unit = units_[n].impulse();
     for (uint32_t k = islands_->movable_offset[n]; k < islands_->movable_offset[n + 1]; ++k) {
         const uint32_t i = islands_->movable[k];
+        io_push[k] = RoundPush();
         if (!(b_.inverse_mass[i] > 0)) continue;
         const Vec3 impulse = unit * given_[k].impulse, couple = unit * given_[k].couple;
         const PushDivision& division = division_[k];
@@ -140,7 +141,7 @@ void ContactRound::end(uint32_t n, std::span<RoundPush> io_push, std::span<Piece
         motion.shift += division.whole * impulse;
         motion.turn += couple;
         motion.spin += division.lever.cross(impulse);
-        io_push[i] = {division.own * impulse, b_.inverse_mass[i] * impulse, couple};
+        io_push[k] = {division.own * impulse, b_.inverse_mass[i] * impulse, couple};
         const bool braced = which_ != Which::last && given_[k].normal > 0;
         io_brace[i] = braced ? kBrace * (b_.inverse_mass[i] / (division.own + division.whole) - 1) : 0;
         // No last round takes back what a held piece bends by: what it meets may keep it where it is as its mass can.

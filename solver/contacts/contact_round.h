@@ -68,9 +68,9 @@ public:
     /// What was not yet given of it is taken to be.
     void set_impulse(uint32_t island, size_t place, const ContactImpulse& impulse);
 
-    /// What the island's impulses moved; `io_push` and `io_motion` must be zero, and stay so where the islands touch
-    /// nothing. `io_brace` (n_movables) is written for the island's: by how many times its mass a movable that is
-    /// pushed is to be kept where it is while it is matched; after the last round, 0.
+    /// What the island's impulses moved. Of the island's are written: `io_push` (as the islands' movables), and
+    /// `io_brace` (n_movables): by how many times its mass a movable that is pushed is to be kept where it is while it
+    /// is matched; after the last round, 0. `io_motion` (n_pieces) must be zero.
     void end(uint32_t island, std::span<RoundPush> io_push, std::span<PieceMotion> io_motion,
              std::span<double> io_brace);
 

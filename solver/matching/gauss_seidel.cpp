@@ -4,9 +4,9 @@
 
 namespace sunder {
 
-void gauss_seidel_sweep(const LiveTopology& live, const GroupShapes& shapes, std::span<const double> stiffness,
-                        std::span<const uint8_t> held, std::span<MovingParticle> io_particles,
-                        std::span<GroupGoal> io_goals) {
+void gauss_seidel_sweep(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
+                        std::span<const double> stiffness, std::span<const uint8_t> held,
+                        std::span<MovingParticle> io_particles, std::span<GroupGoal> io_goals) {
     for (uint32_t g = 0; g < io_goals.size(); ++g) {
         if (live.count(g) == 1) {
             io_goals[g].rotation = io_particles[g].d;
@@ -20,7 +20,7 @@ void gauss_seidel_sweep(const LiveTopology& live, const GroupShapes& shapes, std
             const uint32_t j = live.member(s);
             if (held[j]) continue;
             MovingParticle& p = io_particles[j];
-            const double k = stiffness[g] * shapes.member[s].weight;
+            const double k = stiffness[rest.body[g]] * shapes.member[s].weight;
             p.x += k * (A.center + matrix * shapes.member[s].q - p.x);
             p.d = p.d.slerp(k, R);
         }

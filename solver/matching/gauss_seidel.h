@@ -9,9 +9,9 @@
 
 namespace sunder {
 
-/// One sweep over all groups in order. `stiffness` k is per particle (the group at its centre). Held particles stay.
-void gauss_seidel_sweep(const LiveTopology& live, const GroupShapes& shapes, std::span<const double> stiffness,
-                        std::span<const uint8_t> held, std::span<MovingParticle> io_particles,
-                        std::span<GroupGoal> io_goals);
+/// One sweep over all groups in order. `stiffness`: k in [0, 1] (n_bodies). Held particles stay.
+void gauss_seidel_sweep(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
+                        std::span<const double> stiffness, std::span<const uint8_t> held,
+                        std::span<MovingParticle> io_particles, std::span<GroupGoal> io_goals);
 
 }  // namespace sunder

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "solver/lanes/instruction_set.h"
+#include "solver/matching/step_limit.h"
 #include "solver/scene/motion.h"
 
 namespace sunder {
@@ -108,28 +109,48 @@ void NewtonStep::solve(Precision<Real>& precision, const NewtonKernels<Real>& ke
             precision.gradients.solve(in, layout_, u, residual_[u], mean, *sweep_kernels_, kernels, blocks, store);
         if (scale == 0) return;
         const CgParticles<Real>* solved = precision.gradients.particles(unit);
-        blocks([&](size_t begin, size_t end) {
-            for (size_t lane = begin * kLanes; lane < end * kLanes; ++lane) {
-                if (solved[lane / kLanes].inverse_diagonal[lane % kLanes] == 0) continue;  // held, or padding
-                move(layout_.particle(size_t{kLanes} * unit.begin_block + lane), Vec3(store.shift(lane) / scale),
-                     Vec3(store.turn(lane) / scale));
-            }
-        });
+        const auto for_free = [&](const UnitBlocks& some, const auto& body) {
+            some([&](size_t begin, size_t end) {
+                for (size_t lane = begin * kLanes; lane < end * kLanes; ++lane) {
+                    if (solved[lane / kLanes].inverse_diagonal[lane % kLanes] == 0) continue;  // held, or padding
+                    body(lane, layout_.particle(size_t{kLanes} * unit.begin_block + lane),
+                         Vec3(store.shift(lane) / scale), Vec3(store.turn(lane) / scale));
+                }
+            });
+        };
+        move(unit, slot, blocks, for_free);
     });
 }
 
 template <class Real>
 void NewtonStep::apply_in(Precision<Real>& precision, const NewtonKernels<Real>& kernels, bool first_iteration,
                           const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,
-                          std::span<MovingParticle> io_particles, std::span<double> io_cosine) {
+                          std::span<MovingParticle> io_particles) {
     find_residuals(precision, first_iteration, in, workers, io_goals, io_particles, [](const auto&...) {});
-    solve(precision, kernels, in, workers, [&](uint32_t j, const Vec3& shift, const Vec3& turn) {
-        MovingParticle& p = io_particles[j];
-        const Quat before = p.d;
-        p.x += shift;
-        p.d = (rotation_of(turn) * p.d).normalized();
-        io_cosine[j] = std::abs(before.dot(p.d));
-    });
+    const auto move = [&](const LaneLayout::Unit& unit, size_t slot, const UnitBlocks& blocks, const auto& for_free) {
+        std::vector<Quat>& turned = scratch_[slot].turned;
+        turned.resize(kLanes * unit.n_blocks());
+        const auto cosine = [&](size_t lane, uint32_t j) { return std::abs(io_particles[j].d.dot(turned[lane])); };
+        std::atomic<bool> any_far{false};
+        for_free(blocks, [&](size_t lane, uint32_t j, const Vec3&, const Vec3& turn) {
+            turned[lane] = (rotation_of(turn) * io_particles[j].d).normalized();
+            if (StepLimit::may_be_far(cosine(lane, j))) any_far = true;
+        });
+        StepLimit limit;
+        const UnitBlocks one_by_one(unit.n_blocks(), nullptr);
+        if (any_far)
+            for_free(one_by_one, [&](size_t lane, uint32_t j, const Vec3&, const Vec3&) {
+                limit.add(in.live.piece(j), cosine(lane, j));
+            });
+        for_free(blocks, [&](size_t lane, uint32_t j, const Vec3& shift, const Vec3&) {
+            MovingParticle& p = io_particles[j];
+            const Vec3 x = p.x + shift;
+            const double share = any_far ? limit.share(in.live.piece(j)) : 1;
+            p.x = share < 1 ? Vec3(p.x + share * (x - p.x)) : x;
+            p.d = share < 1 ? p.d.slerp(share, turned[lane]) : turned[lane];
+        });
+    };
+    solve(precision, kernels, in, workers, move);
 }
 
 template <class Real>
@@ -152,8 +173,11 @@ void NewtonStep::damp_in(Precision<Real>& precision, const NewtonKernels<Real>& 
         precision.gradients.pull_on_motion(in, layout_, u, io_newton, *sweep_kernels_, kernels, blocks, io_store);
     };
     find_residuals(precision, true, in, workers, io_goals, particles, take_motion);
-    solve(precision, kernels, in, workers,
-          [&](uint32_t j, const Vec3& shift, const Vec3& turn) { io_shift[j] = shift, io_turn[j] = turn; });
+    solve(precision, kernels, in, workers, [&](const auto&, size_t, const UnitBlocks& blocks, const auto& for_free) {
+        for_free(blocks, [&](size_t, uint32_t j, const Vec3& shift, const Vec3& turn) {
+            io_shift[j] = shift, io_turn[j] = turn;
+        });
+    });
 }
 
 bool NewtonStep::take_up(const SweepInput& in, const WorkerPool& workers) {
@@ -176,12 +200,11 @@ bool NewtonStep::take_up(const SweepInput& in, const WorkerPool& workers) {
 }
 
 void NewtonStep::apply(bool first_iteration, const SweepInput& in, const WorkerPool& workers,
-                       std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles,
-                       std::span<double> io_cosine) {
+                       std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles) {
     if (take_up(in, workers))
-        apply_in(full_, cg_kernels_->full, first_iteration, in, workers, io_goals, io_particles, io_cosine);
+        apply_in(full_, cg_kernels_->full, first_iteration, in, workers, io_goals, io_particles);
     else
-        apply_in(single_, cg_kernels_->single, first_iteration, in, workers, io_goals, io_particles, io_cosine);
+        apply_in(single_, cg_kernels_->single, first_iteration, in, workers, io_goals, io_particles);
 }
 
 void NewtonStep::damp(const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,

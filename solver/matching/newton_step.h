@@ -31,10 +31,10 @@ class NewtonStep {
 public:
     NewtonStep();
 
-    /// Moves the particles by the step. Later iterations of a substep do no more than contacts and turning left to do.
-    /// `io_goals`: rotations to start from. Writes the `cosine` of half the turn of every particle that it moves.
+    /// Moves the particles by the step, each piece as far as StepLimit permits. Later iterations of a substep do no
+    /// more than contacts and turning left to do. `io_goals`: rotations to start from.
     void apply(bool first_iteration, const SweepInput& input, const WorkerPool& workers, std::span<GroupGoal> io_goals,
-               std::span<MovingParticle> io_particles, std::span<double> io_cosine);
+               std::span<MovingParticle> io_particles);
 
     /// The step of velocities v (`io_shift`, m/s; `io_turn`, rad/s) under the damping of stiffness alone: H v' = M v, b
     /// being span^2 k. Leaves v' - v in them.
@@ -51,6 +51,7 @@ private:
     struct Scratch {
         std::vector<NewtonParticles> particles;   // by block
         std::vector<EllipsoidRecord> ellipsoids;  // by lane
+        std::vector<Quat> turned;                 // as the step would have them, by lane
     };
 
     size_t n_stores(const WorkerPool& workers) const;
@@ -62,6 +63,8 @@ private:
     void find_residuals(Precision<Real>& precision, bool first_iteration, const SweepInput& input,
                         const WorkerPool& workers, std::span<GroupGoal> io_goals,
                         std::span<const MovingParticle> particles, const Change& change);
+    // Calls move(unit, slot, blocks, for_free) for every unit that moves; for_free(blocks, body) calls
+    // body(lane, particle, shift, turn) for all of it that is not held.
     template <class Real, class Move>
     void solve(Precision<Real>& precision, const NewtonKernels<Real>& kernels, const SweepInput& input,
                const WorkerPool& workers, const Move& move);
@@ -72,7 +75,7 @@ private:
     template <class Real>
     void apply_in(Precision<Real>& precision, const NewtonKernels<Real>& kernels, bool first_iteration,
                   const SweepInput& input, const WorkerPool& workers, std::span<GroupGoal> io_goals,
-                  std::span<MovingParticle> io_particles, std::span<double> io_cosine);
+                  std::span<MovingParticle> io_particles);
     bool moves(const SweepInput& input, const LaneLayout::Unit& unit) const;  // a particle of it is free
     double mean_residual() const;
 

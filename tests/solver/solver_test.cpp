@@ -127,6 +127,21 @@ TEST(solver, continuing_from_a_saved_state_gives_the_same_bits) {
     EXPECT_EQ(state_hash(saved), state_hash(state));
 }
 
+// In place or beside the frame before, whatever stood there.
+TEST(solver, the_frame_before_may_be_kept) {
+    const PulledBar bar;
+    const auto solver = test::make_solver(bar.scene), other = test::make_solver(bar.scene);
+    FrameState state = solver->initial_state({bar.material}), before = state, after;
+    for (int f = 0; f < 12; ++f) {
+        const uint64_t was = state_hash(before);
+        ASSERT_TRUE(other->advance(bar.input(f), bar.settings, before, after));
+        EXPECT_EQ(state_hash(before), was);
+        advance(*solver, bar.input(f), bar.settings, state);
+        ASSERT_TRUE(after == state) << "frame " << f;
+        std::swap(before, after);
+    }
+}
+
 // When this changes, the physics did: say in the commit what. (Debian 12, x86-64 with FMA in the C library's
 // functions.)
 TEST(solver, golden_hash_of_a_pulled_bar) {

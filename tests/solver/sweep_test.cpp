@@ -5,6 +5,7 @@
 #include "solver/lanes/instruction_set.h"
 #include "solver/matching/jacobi_sweep.h"
 #include "solver/matching/newton_step.h"
+#include "solver/matching/step_limit.h"
 #include "solver/scene/motion.h"
 #include "tests/support/lattice_scene.h"
 #include "tests/support/plain_sweep.h"
@@ -136,15 +137,34 @@ TEST_P(Sweep, of_newton_starts_from_the_rotations_of_the_plain_version) {
     Disorder d(GetParam());
     const auto goals = d.plain_goals();
     NewtonStep step;
-    const auto before = d.particles;
-    std::vector<double> cosine(d.particles.size(), 1);
-    step.apply(true, d.input(), WorkerPool(1), d.goals, d.particles, cosine);
-    for (size_t j = 0; j < before.size(); ++j)
-        EXPECT_NEAR(cosine[j], std::abs(before[j].d.dot(d.particles[j].d)), 1e-15) << j;
+    step.apply(true, d.input(), WorkerPool(1), d.goals, d.particles);
     for (size_t j = 0; j < goals.size(); ++j)
         if (d.live.count(j) > 1) {
             EXPECT_LE(d.goals[j].rotation.angularDistance(goals[j].rotation), 1e-7) << j;
         }
+}
+
+TEST(sweep, of_newton_turns_no_particle_by_more_than_it_may) {
+    Disorder d(0.5);
+    const auto before = d.particles;
+    NewtonStep step;
+    step.apply(true, d.input(), WorkerPool(1), d.goals, d.particles);
+    double most = 0;
+    for (size_t j = 0; j < before.size(); ++j) most = std::max(most, d.particles[j].d.angularDistance(before[j].d));
+    EXPECT_NEAR(most, StepLimit::kMostTurn, 1e-9);
+}
+
+TEST(sweep, of_newton_is_shortened_as_the_particle_asks_that_turns_most) {
+    StepLimit limit;
+    const auto turn = [&](uint32_t piece, double by) {  // rad
+        EXPECT_EQ(StepLimit::may_be_far(std::cos(by / 2)), by > StepLimit::kMostTurn) << by;
+        limit.add(piece, std::cos(by / 2));
+    };
+    turn(1, 0.4), turn(1, 1.2), turn(1, 0.1), turn(2, 0.25), turn(4, 0.32);
+    EXPECT_NEAR(limit.share(1), 0.3 / 1.2, 1e-12);
+    EXPECT_NEAR(limit.share(4), 0.3 / 0.32, 1e-12);
+    EXPECT_EQ(limit.share(2), 1);
+    EXPECT_EQ(limit.share(3), 1);
 }
 
 // What a turn of a group meets, K = tr(A) I - A + omega sum w H with A = R S R^T, of ellipsoids of three different
@@ -207,12 +227,12 @@ TEST(sweep, of_newton_keeps_what_is_braced_from_going_too_far_and_not_from_arriv
     const uint32_t tip = 0;
     const auto steps = [&](double brace, int n) {
         Disorder d = start;
-        std::vector<double> braces(d.particles.size(), 0.0), cosines(d.particles.size());
+        std::vector<double> braces(d.particles.size(), 0.0);
         braces[tip] = brace;
         SweepInput input = d.input();
         input.brace = braces;
         NewtonStep newton;
-        for (int k = 0; k < n; ++k) newton.apply(true, input, WorkerPool(1), d.goals, d.particles, cosines);
+        for (int k = 0; k < n; ++k) newton.apply(true, input, WorkerPool(1), d.goals, d.particles);
         return d.particles;
     };
     const auto way = [&](const std::vector<MovingParticle>& to) { return (to[tip].x - start.particles[tip].x).norm(); };
@@ -231,8 +251,7 @@ TEST(sweep, of_newton_is_the_same_whether_rest_shapes_stay_expanded_or_not) {
     const Disorder one(0.1);
     NewtonStep alone;
     Disorder expected = one;
-    std::vector<double> cosine(expected.particles.size());
-    alone.apply(true, expected.input(), WorkerPool(1), expected.goals, expected.particles, cosine);
+    alone.apply(true, expected.input(), WorkerPool(1), expected.goals, expected.particles);
     for (const int threads : {1, 3}) {
         Disorder many = one;
         many.repeat(30);
@@ -240,8 +259,7 @@ TEST(sweep, of_newton_is_the_same_whether_rest_shapes_stay_expanded_or_not) {
         // Twice: the second time every store holds another unit, whose shapes are of the same revisions.
         for (int k = 0; k < 2; ++k) {
             Disorder d = many;
-            std::vector<double> cosines(d.particles.size());
-            together.apply(true, d.input(), WorkerPool(threads), d.goals, d.particles, cosines);
+            together.apply(true, d.input(), WorkerPool(threads), d.goals, d.particles);
             const size_t n = one.particles.size();
             for (size_t j = 0; j < d.particles.size(); ++j) {
                 ASSERT_EQ(d.particles[j].x, expected.particles[j % n].x) << j;

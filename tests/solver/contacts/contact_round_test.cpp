@@ -23,7 +23,7 @@ struct Touching {
     std::vector<ContactPiece> pieces = std::vector<ContactPiece>(2);
     std::vector<ActiveContact> contacts = std::vector<ActiveContact>(4);
     ContactIslands islands;
-    std::vector<RoundPush> given = std::vector<RoundPush>(5);
+    std::vector<RoundPush> given = std::vector<RoundPush>(5);  // as the islands' movables
     std::vector<PieceMotion> motion = std::vector<PieceMotion>(2);
     std::vector<double> brace = std::vector<double>(5);
     double length = 0.01;  // m
@@ -125,7 +125,7 @@ TEST(contact_round, the_last_starts_from_the_forces_of_before) {
         }
         t.begin(round, ContactRound::Which::first);
         t.end(round);
-        std::ranges::fill(t.given, RoundPush()), std::ranges::fill(t.motion, PieceMotion());
+        std::ranges::fill(t.motion, PieceMotion());
         t.begin(round, ContactRound::Which::last);
     };
     for (const double before : {0.0, 0.5 * kHad}) {
@@ -176,7 +176,7 @@ TEST(contact_round, braces_what_it_pushes_until_the_last) {
                 const double expected = pushed ? 3 * (t.inverse_mass[i] / (d.own + d.whole) - 1) : 0;
                 EXPECT_NEAR(t.brace[i], expected, 1e-12 * (1 + expected)) << "movable " << i << ", share " << share;
             }
-            std::ranges::fill(t.given, RoundPush()), std::ranges::fill(t.motion, PieceMotion());
+            std::ranges::fill(t.motion, PieceMotion());
         }
     }
 }
@@ -189,10 +189,12 @@ TEST(contact_round, pushes_are_equal_and_opposite_to_the_last_digits) {
         t.solve();
         Vec3 linear = Vec3::Zero(), angular = Vec3::Zero(), moved = Vec3::Zero();
         double size = 0;
-        for (size_t i = 0; i < t.given.size(); ++i) {
-            linear += t.given[i].shift / t.inverse_mass[i];
-            angular += t.start[i].cross(t.given[i].shift / t.inverse_mass[i]) + t.given[i].torque;
-            moved += t.given[i].own / t.inverse_mass[i];
+        for (size_t k = 0; k < t.given.size(); ++k) {
+            const RoundPush& given = t.given[k];
+            const uint32_t i = t.islands.movable[k];
+            linear += given.shift / t.inverse_mass[i];
+            angular += t.start[i].cross(given.shift / t.inverse_mass[i]) + given.torque;
+            moved += given.own / t.inverse_mass[i];
         }
         for (size_t p = 0; p < t.pieces.size(); ++p) moved += t.motion[p].shift / t.pieces[p].inverse_mass;
         Vec3 floor = Vec3::Zero(), couple = Vec3::Zero();  // what the contacts say
