@@ -38,8 +38,11 @@ void JacobiSweep::apply(const JacobiIteration& iteration, const SweepInput& in, 
             unit.is_touched = std::ranges::any_of(unit.origin, [&](uint32_t j) {
                 return j != LaneLayout::kNone && iteration.is_touched[in.live.piece(j)];
             });
-            unit.store.take_up(in, layout_, u, *kernels_, blocks);
-            blocks([&](size_t begin, size_t end) { unit.store.load(in, io_goals, begin, end); });
+            unit.store.open(in, layout_, u, blocks);
+            blocks([&](size_t begin, size_t end) {
+                unit.store.take_up(in, *kernels_, begin, end);
+                unit.store.load(in, io_goals, begin, end);
+            });
         } else if (!unit.is_touched) {
             return;
         }

@@ -59,7 +59,7 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
         SweepStore<double>& store = stores_[store_of(u, slot)];
         Scratch& scratch = scratch_[slot];
         scratch.particles.resize(unit.n_blocks()), scratch.ellipsoids.resize(kLanes * unit.n_blocks());
-        store.take_up(in, layout_, u, *sweep_kernels_, blocks);
+        store.open(in, layout_, u, blocks);
         SweepArrays<double> arrays = store.arrays();
         arrays.ellipsoids = scratch.ellipsoids.data();
         if constexpr (std::is_same_v<Real, float>)
@@ -70,13 +70,16 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
                                     in.rest.mass.data(),       in.held.data(),
                                     in.brace.data(),           store.lane_particles()};
         blocks([&](size_t begin, size_t end) {
-            store.load(in, io_goals, begin, end);
             sweep_kernels_->take_in_for_newton(records, scratch.particles.data(), store.particles(),
                                                scratch.ellipsoids.data(), begin, end);
         });
         blocks([&](size_t begin, size_t end) {
-            sweep_kernels_->match_for_newton(arrays, begin, end);
-            store.give_rotations(io_goals, begin, end);
+            for (size_t block = begin; block < end; ++block) {  // what is taken up is matched while it is near
+                store.take_up(in, *sweep_kernels_, block, block + 1);
+                store.load(in, io_goals, block, block + 1);
+                sweep_kernels_->match_for_newton(arrays, block, block + 1);
+                store.give_rotations(io_goals, block, block + 1);
+            }
         });
         blocks([&](size_t begin, size_t end) {
             if constexpr (std::is_same_v<Real, float>)

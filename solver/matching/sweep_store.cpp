@@ -26,29 +26,31 @@ ShapeRecords shape_records(const SweepInput& in, const ShapeWatch& watch) {
 }
 
 template <class Real>
-void SweepStore<Real>::take_up(const SweepInput& in, const LaneLayout& layout, size_t unit, const SweepKernels& kernels,
-                               const UnitBlocks& blocks) {
-    if (watch_.look(in.shapes, layout, unit, blocks)) {
-        const size_t n_lanes = watch_.n_lanes();
-        rows_.resize(watch_.unit().n_rows());
-        groups_.assign(watch_.unit().n_blocks(), SweepGroups<Real>());
-        for (SweepGroups<Real>& g : groups_) std::fill_n(g.rotation[3], kLanes, Real(1));
-        particles_.assign(n_lanes, SweepParticle<Real>());
-        goals_.resize(n_lanes), bounds_.resize(n_lanes);
-    }
+void SweepStore<Real>::open(const SweepInput& in, const LaneLayout& layout, size_t unit, const UnitBlocks& blocks) {
+    if (!watch_.look(in.shapes, layout, unit, blocks)) return;
+    const size_t n_lanes = watch_.n_lanes();
+    rows_.resize(watch_.unit().n_rows());
+    groups_.resize(watch_.unit().n_blocks()), particles_.resize(n_lanes);
+    goals_.resize(n_lanes), bounds_.resize(n_lanes);
+    // The last block alone has padding, which nothing else writes.
+    groups_.back() = SweepGroups<Real>();
+    std::fill_n(groups_.back().rotation[3], kLanes, Real(1));
+    std::fill(particles_.end() - kLanes, particles_.end(), SweepParticle<Real>());
+}
+
+template <class Real>
+void SweepStore<Real>::take_up(const SweepInput& in, const SweepKernels& kernels, size_t begin, size_t end) {
     if (!watch_.is_any_changed()) return;
     const ShapeRecords records = shape_records(in, watch_);
-    blocks([&](size_t begin, size_t end) {
-        for (size_t block = begin; block < end; ++block) {
-            if (!watch_.are_rows_changed(block)) continue;
-            if constexpr (std::is_same_v<Real, float>)
-                kernels.expand(records, watch_.row_begin(), rows_.data(), block, block + 1);
-            else
-                kernels.expand_full(records, watch_.row_begin(), rows_.data(), block, block + 1);
-            for (size_t lane = kLanes * block; lane < kLanes * (block + 1); ++lane)
-                if (watch_.is_changed(lane)) take_up_group(in.shapes.group[particle(lane)], lane);
-        }
-    });
+    for (size_t block = begin; block < end; ++block) {
+        if (!watch_.are_rows_changed(block)) continue;
+        if constexpr (std::is_same_v<Real, float>)
+            kernels.expand(records, watch_.row_begin(), rows_.data(), block, block + 1);
+        else
+            kernels.expand_full(records, watch_.row_begin(), rows_.data(), block, block + 1);
+        for (size_t lane = kLanes * block; lane < kLanes * (block + 1); ++lane)
+            if (watch_.is_changed(lane)) take_up_group(in.shapes.group[particle(lane)], lane);
+    }
 }
 
 template <class Real>

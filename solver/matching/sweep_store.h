@@ -27,8 +27,9 @@ template <class Real>
 class SweepStore {
 public:
     /// From now on this unit, as it stands. What a store held of the same unit, and did not change, it keeps.
-    void take_up(const SweepInput& input, const LaneLayout& layout, size_t unit, const SweepKernels& kernels,
-                 const UnitBlocks& blocks);
+    void open(const SweepInput& input, const LaneLayout& layout, size_t unit, const UnitBlocks& blocks);
+    /// Rest shapes of the blocks [begin, end), as far as they changed.
+    void take_up(const SweepInput& input, const SweepKernels& kernels, size_t begin, size_t end);
 
     /// Stiffness, rotations to start from, and, in single precision, masses, of the blocks [begin, end); in double,
     /// masses come with where particles are (take_in_for_newton).

@@ -185,7 +185,8 @@ TEST(sweep, of_newton_takes_the_inertia_of_members_as_they_are_turned) {
         const size_t n = layout.units()[u].n_blocks(), n_lanes = LaneLayout::kLanes * n;
         const UnitBlocks blocks(n, nullptr);
         SweepStore<double> store;
-        store.take_up(d.input(), layout, u, kernels, blocks);
+        store.open(d.input(), layout, u, blocks);
+        store.take_up(d.input(), kernels, 0, n);
         store.load(d.input(), d.goals, 0, n);
         std::vector<NewtonParticles> particles(n);
         std::vector<EllipsoidRecord> ellipsoids(n_lanes);
