@@ -110,9 +110,7 @@ bool AwakeScene::meets_more(const StepContext& whole, const FrameState& state, s
     return false;
 }
 
-SubstepPair AwakeScene::pair(const WorkerPool& workers) const {
-    return work_.pair.renumbered(index_, workers);
-}
+SubstepPair AwakeScene::pair(const WorkerPool& workers) const { return work_.pair.renumbered(index_, workers); }
 
 void AwakeScene::go_on(const SubstepPair& whole, const WorkerPool& workers) {
     work_.pair = whole.renumbered(movable_, workers);

@@ -28,10 +28,10 @@ struct Ellipsoid {
 
 /// The ellipsoids of particles, made as they are asked for: most are near nothing.
 struct ParticleEllipsoids {
-    std::span<const Vec3> center;            // m
-    std::span<const Quat> rotation;          // since rest; or empty: as at rest
+    std::span<const Vec3> center;    // m
+    std::span<const Quat> rotation;  // since rest; or empty: as at rest
     std::span<const Quat> rest_orientation;
-    std::span<const Vec3> radii;             // m
+    std::span<const Vec3> radii;  // m
 
     size_t size() const { return center.size(); }
     Mat3 axes(size_t i) const {

@@ -72,22 +72,28 @@ Vec3 common_velocity(std::span<const Vec3> velocity) {
     return common;
 }
 
-// Calls find(begin, end, out) on chunks of [0, n), from several threads; appends what they found in their order.
-template <class Find>
-void in_chunks(size_t n, const WorkerPool& workers, const Find& find, std::vector<std::vector<Contact>>& chunks,
-               std::vector<Contact>& out) {
-    constexpr size_t kChunk = 256, kShared = 4 * kChunk;  // fewest that another thread is worth waking for
-    const size_t n_chunks = (n + kChunk - 1) / kChunk;
-    if (chunks.size() < n_chunks) chunks.resize(n_chunks);
-    const auto find_chunk = [&](size_t k) {
-        chunks[k].clear();
-        find(k * kChunk, std::min(n, (k + 1) * kChunk), chunks[k]);
+// Calls find(k, begin, end, out) on chunks of each [0, sizes[k]), from several threads; appends what they found in
+// their order.
+template <size_t kSizes, class Find>
+void in_chunks(const std::array<size_t, kSizes>& sizes, const WorkerPool& workers, const Find& find,
+               std::vector<std::vector<Contact>>& chunks, std::vector<Contact>& out) {
+    constexpr size_t kChunk = 256, kShared = 4;  // fewest chunks that another thread is worth waking for
+    std::array<size_t, kSizes + 1> first = {};   // chunk of each
+    for (size_t k = 0; k < kSizes; ++k) first[k + 1] = first[k] + (sizes[k] + kChunk - 1) / kChunk;
+    if (chunks.size() < first.back()) chunks.resize(first.back());
+    const auto find_chunk = [&](size_t chunk) {
+        size_t k = 0;
+        while (chunk >= first[k + 1]) ++k;
+        const size_t begin = (chunk - first[k]) * kChunk;
+        chunks[chunk].clear();
+        find(k, begin, std::min(sizes[k], begin + kChunk), chunks[chunk]);
     };
-    if (n < kShared)
-        for (size_t k = 0; k < n_chunks; ++k) find_chunk(k);
+    if (first.back() < kShared)
+        for (size_t chunk = 0; chunk < first.back(); ++chunk) find_chunk(chunk);
     else
-        workers.for_each(n_chunks, find_chunk);
-    for (size_t k = 0; k < n_chunks; ++k) out.insert(out.end(), chunks[k].begin(), chunks[k].end());
+        workers.for_each(first.back(), find_chunk);
+    for (size_t chunk = 0; chunk < first.back(); ++chunk)
+        out.insert(out.end(), chunks[chunk].begin(), chunks[chunk].end());
 }
 
 // What stages ask for again and again.
@@ -143,26 +149,28 @@ void find_contacts(const DetectionInput& input, ContactScratch& scratch, std::ve
     workers.for_range(n, 512, [&](size_t begin, size_t end) { sweep_boxes(in, common, begin, end, scratch.boxes); });
     std::array<std::span<const Pair>, 2> pairs = candidates(in, workers, scratch);
     scratch.found.clear();
-    const auto find_among = [&](std::span<const Pair> some) {
-        in_chunks(
-            some.size(), workers,
-            [&](size_t begin, size_t end, std::vector<Contact>& found) {
-                contacts_of_pairs(in, scratch.boxes, some.subspan(begin, end - begin), found);
-            },
-            scratch.chunks, scratch.found);
+    const auto find = [&](std::span<const Pair> some, size_t begin, size_t end, std::vector<Contact>& found) {
+        contacts_of_pairs(in, scratch.boxes, some.subspan(begin, end - begin), found);
     };
     std::vector<Pair> first, others;
     if (!in.fixed.empty() && in.ends) {
         for (const std::span<const Pair> some : pairs)
             for (const Pair& p : some) (in.fixed[p.first] != in.fixed[p.second] ? first : others).push_back(p);
-        find_among(first);
+        in_chunks(
+            std::array{first.size()}, workers,
+            [&](size_t, size_t begin, size_t end, std::vector<Contact>& found) { find(first, begin, end, found); },
+            scratch.chunks, scratch.found);
         if (in.ends(scratch.found)) return out.assign(scratch.found.begin(), scratch.found.end());
         pairs = {others, {}};
     }
-    for (const std::span<const Pair> some : pairs) find_among(some);
     in_chunks(
-        n, workers,
-        [&](size_t begin, size_t end, std::vector<Contact>& found) { contacts_with_colliders(in, begin, end, found); },
+        std::array{pairs[0].size(), pairs[1].size(), n}, workers,
+        [&](size_t which, size_t begin, size_t end, std::vector<Contact>& found) {
+            if (which < 2)
+                find(pairs[which], begin, end, found);
+            else
+                contacts_with_colliders(in, begin, end, found);
+        },
         scratch.chunks, scratch.found);
     put_in_order(n, workers, scratch, out);
 }

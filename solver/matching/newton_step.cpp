@@ -139,16 +139,16 @@ void NewtonStep::apply_in(Precision<Real>& precision, const NewtonKernels<Real>&
             turned[lane] = (rotation_of(turn) * io_particles[j].d).normalized();
             if (StepLimit::may_be_far(cosine(lane, j))) any_far = true;
         });
+        const bool is_far = any_far;
         StepLimit limit;
-        const UnitBlocks one_by_one(unit.n_blocks(), nullptr);
-        if (any_far)
-            for_free(one_by_one, [&](size_t lane, uint32_t j, const Vec3&, const Vec3&) {
+        if (is_far)
+            for_free(UnitBlocks(unit.n_blocks(), nullptr), [&](size_t lane, uint32_t j, const Vec3&, const Vec3&) {
                 limit.add(in.live.piece(j), cosine(lane, j));
             });
         for_free(blocks, [&](size_t lane, uint32_t j, const Vec3& shift, const Vec3&) {
             MovingParticle& p = io_particles[j];
             const Vec3 x = p.x + shift;
-            const double share = any_far ? limit.share(in.live.piece(j)) : 1;
+            const double share = is_far ? limit.share(in.live.piece(j)) : 1;
             p.x = share < 1 ? Vec3(p.x + share * (x - p.x)) : x;
             p.d = share < 1 ? p.d.slerp(share, turned[lane]) : turned[lane];
         });

@@ -17,7 +17,7 @@ struct LatticeBody {
     double spacing = 0.05;  // m
     int neighbours = 6;
     double density = 1000;  // kg/m3
-    Pose pose;              // of a lattice whose base centre is the origin
+    Pose pose = {};         // of a lattice whose base centre is the origin
 };
 
 inline SimulationMesh lattice_mesh(const LatticeBody& body) {

@@ -266,7 +266,9 @@ TEST(contacts, a_weight_on_a_held_plank_bends_it_as_it_should) {
         floor.material.youngs_modulus = youngs_modulus, floor.material.damping_time = 0.02;
         floor.settings.substeps = substeps, floor.settings.iterations = iterations;
         const FrameState state = floor.run(192);
-        if (mass > 1) EXPECT_LE(fastest(state), 1e-3) << substeps << " x " << iterations << ", " << mass << " kg";
+        if (mass > 1) {
+            EXPECT_LE(fastest(state), 1e-3) << substeps << " x " << iterations << ", " << mass << " kg";
+        }
         double z = 0;  // of the end
         size_t n = 0;
         for (size_t i = 0; i < state.n_particles(); ++i)
