@@ -25,8 +25,8 @@ public:
     /// At rest as placed, with the bodies' velocities and each body's yield from `materials` (one a body).
     FrameState initial_state(const std::vector<Material>& materials) const;
 
-    /// One frame, from the state `before` it to the one after it. On an error (input of the wrong size, numbers gone
-    /// bad: particle named; cancelled) `o_after` holds nothing of use.
+    /// One frame, from the state `before` it to another that comes after it. On an error (input of the wrong size,
+    /// numbers gone bad: particle named; cancelled) `o_after` holds nothing of use.
     Result<StepReport> advance(const FrameInput& input, const SolverSettings& settings, const FrameState& before,
                                FrameState& o_after, const Progress& progress = {});
     /// The same in place; on an error `io_state` is as before.

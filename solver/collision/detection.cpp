@@ -74,12 +74,12 @@ Vec3 common_velocity(std::span<const Vec3> velocity) {
 
 // Calls find(k, begin, end, out) on chunks of each [0, sizes[k]), from several threads; appends what they found in
 // their order.
-template <size_t kSizes, class Find>
-void in_chunks(const std::array<size_t, kSizes>& sizes, const WorkerPool& workers, const Find& find,
+template <class Find>
+void in_chunks(const std::array<size_t, 3>& sizes, const WorkerPool& workers, const Find& find,
                std::vector<std::vector<Contact>>& chunks, std::vector<Contact>& out) {
     constexpr size_t kChunk = 256, kShared = 4;  // fewest chunks that another thread is worth waking for
-    std::array<size_t, kSizes + 1> first = {};   // chunk of each
-    for (size_t k = 0; k < kSizes; ++k) first[k + 1] = first[k] + (sizes[k] + kChunk - 1) / kChunk;
+    std::array<size_t, 4> first = {};            // chunk of each
+    for (size_t k = 0; k < sizes.size(); ++k) first[k + 1] = first[k] + (sizes[k] + kChunk - 1) / kChunk;
     if (chunks.size() < first.back()) chunks.resize(first.back());
     const auto find_chunk = [&](size_t chunk) {
         size_t k = 0;
@@ -149,29 +149,26 @@ void find_contacts(const DetectionInput& input, ContactScratch& scratch, std::ve
     workers.for_range(n, 512, [&](size_t begin, size_t end) { sweep_boxes(in, common, begin, end, scratch.boxes); });
     std::array<std::span<const Pair>, 2> pairs = candidates(in, workers, scratch);
     scratch.found.clear();
-    const auto find = [&](std::span<const Pair> some, size_t begin, size_t end, std::vector<Contact>& found) {
-        contacts_of_pairs(in, scratch.boxes, some.subspan(begin, end - begin), found);
+    const auto search = [&](const std::array<std::span<const Pair>, 2>& among, size_t n_with_colliders) {
+        in_chunks(
+            {among[0].size(), among[1].size(), n_with_colliders}, workers,
+            [&](size_t k, size_t begin, size_t end, std::vector<Contact>& found) {
+                if (k < among.size())
+                    contacts_of_pairs(in, scratch.boxes, among[k].subspan(begin, end - begin), found);
+                else
+                    contacts_with_colliders(in, begin, end, found);
+            },
+            scratch.chunks, scratch.found);
     };
     std::vector<Pair> first, others;
     if (!in.fixed.empty() && in.ends) {
         for (const std::span<const Pair> some : pairs)
             for (const Pair& p : some) (in.fixed[p.first] != in.fixed[p.second] ? first : others).push_back(p);
-        in_chunks(
-            std::array{first.size()}, workers,
-            [&](size_t, size_t begin, size_t end, std::vector<Contact>& found) { find(first, begin, end, found); },
-            scratch.chunks, scratch.found);
+        search({first, {}}, 0);
         if (in.ends(scratch.found)) return out.assign(scratch.found.begin(), scratch.found.end());
         pairs = {others, {}};
     }
-    in_chunks(
-        std::array{pairs[0].size(), pairs[1].size(), n}, workers,
-        [&](size_t which, size_t begin, size_t end, std::vector<Contact>& found) {
-            if (which < 2)
-                find(pairs[which], begin, end, found);
-            else
-                contacts_with_colliders(in, begin, end, found);
-        },
-        scratch.chunks, scratch.found);
+    search(pairs, n);
     put_in_order(n, workers, scratch, out);
 }
 

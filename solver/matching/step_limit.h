@@ -14,7 +14,8 @@ class StepLimit {
 public:
     static constexpr double kMostTurn = 0.3;  // rad: sines and angles agree to 1.5 %
 
-    /// Whether a particle may turn by too much; `cosine`: of half of its turn.
+    /// Whether a particle may turn by too much, without an arc cosine: cos(t / 2) is 1 - t^2 / 8 and a little more.
+    /// `cosine`: of half of its turn.
     static bool may_be_far(double cosine) { return cosine < 1 - 0.12 * kMostTurn * kMostTurn; }
     /// Takes in a particle of a piece.
     void add(uint32_t piece, double cosine);
