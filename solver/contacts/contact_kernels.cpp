@@ -10,21 +10,28 @@ namespace {
 
 static_assert(kLanes == kContactLanes);
 
+// A batch has eight lanes, as many as `Lanes`; of a narrow one the first four are visited.
+using Narrow = Float4;
+template <class L>
+constexpr size_t kWidth = sizeof(L) / sizeof(float);
+
+template <class L>
 struct Side {
-    V3 moved, lever, arm;
-    V3 shift, turn, spin;
-    Lanes own, orbit_share, whole;
-    Sym J;
+    VectorOf<L> moved, lever, arm;
+    VectorOf<L> shift, turn, spin;
+    L own, orbit_share, whole;
+    SymmetricOf<L> J;
 };
 
-SUNDER_INLINE Side side_of(const ContactArrays& a, const ContactBatch& c, int which) {
+template <class L>
+SUNDER_INLINE Side<L> side_of(const ContactArrays& a, const ContactBatch& c, int which) {
     const float *movables = a.movables->moved, *pieces = a.pieces->shift;
-    Lanes m[2][4], p[4][4];
+    L m[2][4], p[4][4];
     for (size_t k = 0; k < 2; ++k) gather4<1>(movables, c.movable[which], 4 * k, m[k]);
     for (size_t k = 0; k < 4; ++k) gather4<1>(pieces, c.piece[which], 4 * k, p[k]);
     return {{m[0][0], m[0][1], m[0][2]},
             {m[1][0], m[1][1], m[1][2]},
-            load3(c.arm[which]),
+            load3<L>(c.arm[which]),
             {p[0][0], p[0][1], p[0][2]},
             {p[1][0], p[1][1], p[1][2]},
             {p[2][0], p[2][1], p[2][2]},
@@ -35,43 +42,57 @@ SUNDER_INLINE Side side_of(const ContactArrays& a, const ContactBatch& c, int wh
 }
 
 // What a push changes.
+template <class L>
 struct Change {
-    V3 moved, shift, turn, spin;
+    VectorOf<L> moved, shift, turn, spin;
 };
 
 // By an impulse f at the touching point.
-SUNDER_INLINE Change by_push(const Side& s, V3 f) {
-    const V3 by_arm = s.J * cross(s.arm, f), by_lever = s.J * cross(s.lever, f);
+template <class L>
+SUNDER_INLINE Change<L> by_push(const Side<L>& s, VectorOf<L> f) {
+    const VectorOf<L> by_arm = s.J * cross(s.arm, f), by_lever = s.J * cross(s.lever, f);
     return {s.own * f, s.whole * f, by_arm + s.orbit_share * by_lever, by_arm + by_lever};
 }
 
 // Of the touching point.
-SUNDER_INLINE V3 displacement(const Side& s, const Change& by) {
+template <class L>
+SUNDER_INLINE VectorOf<L> displacement(const Side<L>& s, const Change<L>& by) {
     return by.moved + by.shift + cross(by.turn, s.lever) + cross(by.spin, s.arm);
 }
 
-SUNDER_INLINE V3 moved(const Side& s) { return displacement(s, {s.moved, s.shift, s.turn, s.spin}); }
+template <class L>
+SUNDER_INLINE VectorOf<L> moved(const Side<L>& s) {
+    return displacement(s, {s.moved, s.shift, s.turn, s.spin});
+}
 
-SUNDER_INLINE void turn_by(const Side& s, V3 couple, Change& io) {
-    const V3 turned = s.J * couple;
+template <class L>
+SUNDER_INLINE void turn_by(const Side<L>& s, VectorOf<L> couple, Change<L>& io) {
+    const VectorOf<L> turned = s.J * couple;
     io.turn = io.turn + turned;
     io.spin = io.spin + turned;
 }
 
-// Adds to the first three numbers from `offset` on of the records of eight lanes, one after the other: two lanes may
-// have the same record.
-SUNDER_INLINE void scatter_add(float* records, const uint32_t* lanes, size_t offset, V3 v) {
-    Lanes rows[4];
-    transpose({v.x, v.y, v.z, all(0)}, rows);
+// Adds to the first three numbers from `offset` on of the records of the lanes, one after the other: two lanes may have
+// the same record.
+template <class L>
+SUNDER_INLINE void scatter_add(float* records, const uint32_t* lanes, size_t offset, VectorOf<L> v) {
     const auto add = [&](uint32_t lane, Float4 row) {
         float* to = records + lane + offset;
         store(to, load<Float4>(to) + row);
     };
-    for (int i = 0; i < 4; ++i) add(lanes[i], low(rows[i]));
-    for (int i = 0; i < 4; ++i) add(lanes[i + 4], high(rows[i]));
+    L rows[4];
+    if constexpr (kWidth<L> == 4) {
+        transpose(v.x, v.y, v.z, all<L>(0), rows);
+        for (int i = 0; i < 4; ++i) add(lanes[i], rows[i]);
+    } else {
+        transpose({v.x, v.y, v.z, all<L>(0)}, rows);
+        for (int i = 0; i < 4; ++i) add(lanes[i], low(rows[i]));
+        for (int i = 0; i < 4; ++i) add(lanes[i + 4], high(rows[i]));
+    }
 }
 
-SUNDER_INLINE void add(const ContactArrays& a, const ContactBatch& c, int which, const Change& by) {
+template <class L>
+SUNDER_INLINE void add(const ContactArrays& a, const ContactBatch& c, int which, const Change<L>& by) {
     scatter_add(a.movables->moved, c.movable[which], 0, by.moved);
     scatter_add(a.pieces->shift, c.piece[which], 0, by.shift);
     scatter_add(a.pieces->shift, c.piece[which], 4, by.turn);
@@ -79,20 +100,23 @@ SUNDER_INLINE void add(const ContactArrays& a, const ContactBatch& c, int which,
 }
 
 // No eigenvalue of the symmetric, positive matrix is larger, and this one by little where they are alike.
-SUNDER_INLINE Lanes largest_eigenvalue_bound(const Sym& m) {
-    const Lanes mean = (m.xx + m.yy + m.zz) / all(3), scale = all(1) / larger(mean, all(kTiny));
-    const Lanes x = scale * m.xx - all(1), y = scale * m.yy - all(1), z = scale * m.zz - all(1);
-    const Lanes xy = scale * m.xy, xz = scale * m.xz, yz = scale * m.yz;
-    const Lanes squared = x * x + y * y + z * z + all(2) * (xy * xy + xz * xz + yz * yz);
-    return mean * (all(1) + all(2) * root(squared / all(6)));
+template <class L>
+SUNDER_INLINE L largest_eigenvalue_bound(const SymmetricOf<L>& m) {
+    const auto one = all<L>(1), two = all<L>(2);
+    const L mean = (m.xx + m.yy + m.zz) / all<L>(3), scale = one / larger(mean, all<L>(kTiny));
+    const L x = scale * m.xx - one, y = scale * m.yy - one, z = scale * m.zz - one;
+    const L xy = scale * m.xy, xz = scale * m.xz, yz = scale * m.yz;
+    const L squared = x * x + y * y + z * z + two * (xy * xy + xz * xz + yz * yz);
+    return mean * (one + two * root(squared / all<L>(6)));
 }
 
+template <class L>
 SUNDER_INLINE void take_up(const ContactArrays& arrays, size_t k) {
     constexpr size_t kStride = sizeof(RoundContact) / sizeof(float), kRows = kStride / 4;
-    Lanes row[kRows][4];
+    L row[kRows][4];
     for (size_t i = 0; i < kRows; ++i)
         gather4<kStride>(arrays.contacts->normal, arrays.contact_of_lane + kLanes * k, 4 * i, row[i]);
-    const auto vector = [&](size_t i) { return V3{row[i][0], row[i][1], row[i][2]}; };
+    const auto vector = [&](size_t i) { return VectorOf<L>{row[i][0], row[i][1], row[i][2]}; };
     ContactBatch& c = arrays.batches[k];
     store3(c.normal, vector(0)), store3(c.arm[0], vector(1)), store3(c.arm[1], vector(2));
     store(arrays.starts[k].missing, row[0][3]), store3(arrays.starts[k].motion, vector(3));
@@ -103,102 +127,128 @@ SUNDER_INLINE void take_up(const ContactArrays& arrays, size_t k) {
         store(c.movable[which], row[6][which]), store(c.piece[which], row[6][2 + which]);
 }
 
-void describe(const ContactArrays& arrays, size_t begin, size_t end) {
-    for (size_t k = begin; k < end; ++k) {
-        take_up(arrays, k);
-        ContactBatch& c = arrays.batches[k];
-        const Side a = side_of(arrays, c, 0), b = side_of(arrays, c, 1);
-        const auto response = [&](V3 f) { return displacement(a, by_push(a, f)) + displacement(b, by_push(b, f)); };
-        const V3 n = load3(c.normal);
-        const V3 along = response(n);
-        store3(c.along_normal, along);
-        const Lanes let = load<Lanes>(c.inverse_mass), inverse_mass = let * dot(n, along);
-        const LaneMask counts = inverse_mass > all(0);
-        store(c.inverse_mass, select<Lanes>(counts, inverse_mass, all(0)));
-        store(c.mass, select<Lanes>(counts, all(1) / larger(inverse_mass, all(kTiny)), all(0)));
+template <class L>
+SUNDER_INLINE void describe_batch(const ContactArrays& arrays, size_t k) {
+    using V = VectorOf<L>;
+    take_up<L>(arrays, k);
+    ContactBatch& c = arrays.batches[k];
+    const Side<L> a = side_of<L>(arrays, c, 0), b = side_of<L>(arrays, c, 1);
+    const auto response = [&](V f) { return displacement(a, by_push(a, f)) + displacement(b, by_push(b, f)); };
+    const auto zero = all<L>(0), one = all<L>(1), tiny = all<L>(kTiny);
+    const V n = load3<L>(c.normal);
+    const V along = response(n);
+    store3(c.along_normal, along);
+    const L let = load<L>(c.inverse_mass), inverse_mass = let * dot(n, along);
+    const Mask<L> counts = inverse_mass > zero;
+    store(c.inverse_mass, select<L>(counts, inverse_mass, zero));
+    store(c.mass, select<L>(counts, one / larger(inverse_mass, tiny), zero));
 
-        // The larger eigenvalue of the response to tangents.
-        const auto [t, u] = tangents_of(n);
-        const V3 along_t = response(t);
-        const Lanes tt = dot(t, along_t), tu = dot(u, along_t), uu = dot(u, response(u));
-        const Lanes half = all(0.5) * (tt + uu), apart = all(0.5) * (tt - uu);
-        const Lanes slip = half + root(apart * apart + tu * tu);
-        store(c.slip_mass, select<Lanes>(counts, all(1) / larger(slip, all(kTiny)), all(0)));
+    // The larger eigenvalue of the response to tangents.
+    const auto [t, u] = tangents_of(n);
+    const V along_t = response(t);
+    const L tt = dot(t, along_t), tu = dot(u, along_t), uu = dot(u, response(u));
+    const auto one_half = all<L>(0.5);
+    const L half = one_half * (tt + uu), apart = one_half * (tt - uu);
+    const L slip = half + root(apart * apart + tu * tu);
+    store(c.slip_mass, select<L>(counts, one / larger(slip, tiny), zero));
 
-        const Sym turning = {a.J.xx + b.J.xx, a.J.yy + b.J.yy, a.J.zz + b.J.zz,
-                             a.J.xy + b.J.xy, a.J.xz + b.J.xz, a.J.yz + b.J.yz};
-        const Lanes arm = load<Lanes>(c.rolling_arm);
-        const LaneMask rolls = counts & (arm > all(0));
-        const Lanes inertia = all(1) / larger(largest_eigenvalue_bound(turning), all(kTiny));
-        store(c.rolling_inertia, select<Lanes>(rolls, inertia, all(0)));
-        store(c.rolling_weight, select<Lanes>(rolls, all(1) / larger(arm * arm, all(kTiny)), all(0)));
-    }
+    const SymmetricOf<L> turning = {a.J.xx + b.J.xx, a.J.yy + b.J.yy, a.J.zz + b.J.zz,
+                                    a.J.xy + b.J.xy, a.J.xz + b.J.xz, a.J.yz + b.J.yz};
+    const L arm = load<L>(c.rolling_arm);
+    const Mask<L> rolls = counts & (arm > zero);
+    const L inertia = one / larger(largest_eigenvalue_bound(turning), tiny);
+    store(c.rolling_inertia, select<L>(rolls, inertia, zero));
+    store(c.rolling_weight, select<L>(rolls, one / larger(arm * arm, tiny), zero));
 }
 
+template <class L>
 struct Began {
-    Double4 shift[2][3];  // of four lanes each, l
-    V3 turned;            // rad
+    Double4 shift[kWidth<L> / 4][3];  // of four lanes each, l
+    VectorOf<L> turned;               // rad
 };
 
-SUNDER_INLINE Began began_of(const ContactArrays& arrays, const uint32_t* movable) {
+template <class L>
+SUNDER_INLINE Began<L> began_of(const ContactArrays& arrays, const uint32_t* movable) {
     constexpr size_t kNumbers = sizeof(RoundBegan) / sizeof(double) / kMovableStride;  // for one of a movable
-    Began s;
-    for (int half = 0; half < 2; ++half) {
+    Began<L> s;
+    for (size_t four = 0; four < kWidth<L> / 4; ++four) {
         Double4 shift[4];
-        gather4<kNumbers>(arrays.began->shift, movable + 4 * half, 0, shift);
-        for (int i = 0; i < 3; ++i) s.shift[half][i] = shift[i];
+        gather4<kNumbers>(arrays.began->shift, movable + 4 * four, 0, shift);
+        for (int i = 0; i < 3; ++i) s.shift[four][i] = shift[i];
     }
-    Lanes turned[4];
+    L turned[4];
     gather4<2 * kNumbers>(arrays.began->turned, movable, 0, turned);
     s.turned = {turned[0], turned[1], turned[2]};
     return s;
 }
 
+template <class L>
 SUNDER_INLINE bool is_zero(const ContactBatch& c) {
-    Lanes sum = absolute(load<Lanes>(c.normal_impulse)) + absolute(load<Lanes>(c.normal_change)) +
-                absolute(load<Lanes>(c.normal_direction));
+    L sum = absolute(load<L>(c.normal_impulse)) + absolute(load<L>(c.normal_change)) +
+            absolute(load<L>(c.normal_direction));
     for (int k = 0; k < 6; ++k)
-        sum = sum + absolute(load<Lanes>(c.impulse[k])) + absolute(load<Lanes>(c.change[k])) +
-              absolute(load<Lanes>(c.direction[k]));
-    return !any(sum > all(0));
+        sum =
+            sum + absolute(load<L>(c.impulse[k])) + absolute(load<L>(c.change[k])) + absolute(load<L>(c.direction[k]));
+    return !any(sum > all<L>(0));
 }
 
-void start(const ContactArrays& arrays, size_t begin, size_t end) {
-    for (size_t k = begin; k < end; ++k) {
-        ContactBatch& c = arrays.batches[k];
-        const BatchStart& from = arrays.starts[k];
-        const Began a = began_of(arrays, c.movable[0]), b = began_of(arrays, c.movable[1]);
-        const auto apart = [&](int i) {
-            float shift[kLanes];
-            put_numbers(a.shift[0][i] - b.shift[0][i], shift), put_numbers(a.shift[1][i] - b.shift[1][i], shift + 4);
-            return load<Lanes>(shift);
-        };
-        const V3 motion = load3(from.motion) + V3{apart(0), apart(1), apart(2)} + cross(a.turned, load3(c.arm[0])) -
-                          cross(b.turned, load3(c.arm[1]));
-        store3(c.motion, motion);
-        store3(c.rolled, a.turned - b.turned);
-        store(c.missing, load<Lanes>(from.missing) - dot(load3(c.normal), motion));
-        store(c.normal_change, all(0)), store(c.normal_direction, all(0));
-        for (int i = 0; i < 6; ++i) store(c.change[i], all(0)), store(c.direction[i], all(0));
-        arrays.idle[k] = is_zero(c);
+template <class L>
+SUNDER_INLINE void start_batch(const ContactArrays& arrays, size_t k) {
+    using V = VectorOf<L>;
+    ContactBatch& c = arrays.batches[k];
+    const BatchStart& from = arrays.starts[k];
+    const Began<L> a = began_of<L>(arrays, c.movable[0]), b = began_of<L>(arrays, c.movable[1]);
+    const auto apart = [&](int i) {
+        float shift[kWidth<L>];
+        for (size_t four = 0; four < kWidth<L> / 4; ++four)
+            put_numbers(a.shift[four][i] - b.shift[four][i], shift + 4 * four);
+        return load<L>(shift);
+    };
+    const V motion = load3<L>(from.motion) + V{apart(0), apart(1), apart(2)} + cross(a.turned, load3<L>(c.arm[0])) -
+                     cross(b.turned, load3<L>(c.arm[1]));
+    store3(c.motion, motion);
+    store3(c.rolled, a.turned - b.turned);
+    store(c.missing, load<L>(from.missing) - dot(load3<L>(c.normal), motion));
+    const auto zero = all<L>(0);
+    store(c.normal_change, zero), store(c.normal_direction, zero);
+    for (int i = 0; i < 6; ++i) store(c.change[i], zero), store(c.direction[i], zero);
+    arrays.idle[k] = is_zero<L>(c);
+}
+
+template <class L>
+SUNDER_INLINE void give_batch(const ContactArrays& arrays, size_t k) {
+    if (arrays.idle[k]) return;
+    const ContactBatch& c = arrays.batches[k];
+    const VectorOf<L> friction = {load<L>(c.impulse[0]), load<L>(c.impulse[1]), load<L>(c.impulse[2])};
+    const VectorOf<L> rolling = {load<L>(c.impulse[3]), load<L>(c.impulse[4]), load<L>(c.impulse[5])};
+    const VectorOf<L> impulse = load<L>(c.normal_impulse) * load3<L>(c.normal) + friction;
+    for (int which = 0; which < 2; ++which) {
+        const Side<L> s = side_of<L>(arrays, c, which);
+        Change<L> by = by_push(s, which == 0 ? impulse : -impulse);
+        turn_by(s, which == 0 ? rolling : -rolling, by);
+        add(arrays, c, which, by);
     }
 }
 
-void give(const ContactArrays& arrays, size_t begin, size_t end) {
-    for (size_t k = begin; k < end; ++k) {
-        if (arrays.idle[k]) continue;
-        const ContactBatch& c = arrays.batches[k];
-        const V3 friction = {load<Lanes>(c.impulse[0]), load<Lanes>(c.impulse[1]), load<Lanes>(c.impulse[2])};
-        const V3 rolling = {load<Lanes>(c.impulse[3]), load<Lanes>(c.impulse[4]), load<Lanes>(c.impulse[5])};
-        const V3 impulse = load<Lanes>(c.normal_impulse) * load3(c.normal) + friction;
-        for (int which = 0; which < 2; ++which) {
-            const Side s = side_of(arrays, c, which);
-            Change by = by_push(s, which == 0 ? impulse : -impulse);
-            turn_by(s, which == 0 ? rolling : -rolling, by);
-            add(arrays, c, which, by);
-        }
+// What the last pass changed, lane by lane.
+class LaneResult {
+public:
+    SUNDER_INLINE void take(Lanes change, Lanes size) { largest_ = larger(largest_, change), size_ = size_ + size; }
+    SUNDER_INLINE void take(Narrow change, Narrow size) {  // other lanes are none
+        largest_ = join(larger(low(largest_), change), high(largest_));
+        size_ = join(low(size_) + size, high(size_));
     }
-}
+    SUNDER_INLINE PassResult all() const {
+        float largest[kLanes];
+        store(largest, largest_);
+        PassResult result{0, sum(size_)};
+        for (float x : largest) result.largest = x > result.largest ? x : result.largest;
+        return result;
+    }
+
+private:
+    Lanes largest_ = sunder::all(0), size_ = sunder::all(0);
+};
 
 // A pass is a step down the gradient; as much of the last direction is added to it as the steps' shrinking allows.
 template <class V>
@@ -221,70 +271,74 @@ struct Follower {
 };
 
 // Not beyond length `limit`; of a limit of zero nothing is left, however small its square is.
-SUNDER_INLINE V3 within(V3 v, Lanes limit) {
-    const Lanes squared = dot(v, v);
-    return select<Lanes>(squared < limit * limit, all(1), limit / root(larger(squared, all(kTiny)))) * v;
+template <class L>
+SUNDER_INLINE VectorOf<L> within(VectorOf<L> v, L limit) {
+    const L squared = dot(v, v);
+    return select<L>(squared < limit * limit, all<L>(1), limit / root(larger(squared, all<L>(kTiny)))) * v;
 }
 
-struct LaneResult {
-    Lanes largest = all(0), size = all(0);
-};
-
-SUNDER_INLINE void visit(const ContactArrays& arrays, uint32_t batch, const Follower<Lanes>& follow,
-                         LaneResult& io_result) {
+template <class L>
+SUNDER_INLINE void visit(const ContactArrays& arrays, uint32_t batch, const Follower<L>& follow, LaneResult& io) {
+    using V = VectorOf<L>;
     ContactBatch& c = arrays.batches[batch];
-    const Side a = side_of(arrays, c, 0), b = side_of(arrays, c, 1);
-    const V3 n = load3(c.normal), moved_by = moved(a) - moved(b);
-    const Lanes missing = load<Lanes>(c.missing) - dot(n, moved_by);
-    if (arrays.idle[batch] && !any(missing > all(0))) return;
+    const Side<L> a = side_of<L>(arrays, c, 0), b = side_of<L>(arrays, c, 1);
+    const V n = load3<L>(c.normal), moved_by = moved(a) - moved(b);
+    const L missing = load<L>(c.missing) - dot(n, moved_by);
+    const auto zero = all<L>(0);
+    if (arrays.idle[batch] && !any(missing > zero)) return;
 
-    const Lanes before = follow(c.normal_impulse, c.normal_change, c.normal_direction);
-    Lanes was[6];
+    const L before = follow(c.normal_impulse, c.normal_change, c.normal_direction);
+    L was[6];
     for (int k = 0; k < 6; ++k) was[k] = follow(c.impulse[k], c.change[k], c.direction[k]);
-    const V3 friction = {was[0], was[1], was[2]}, rolling = {was[3], was[4], was[5]};
+    const V friction = {was[0], was[1], was[2]}, rolling = {was[3], was[4], was[5]};
 
-    const Lanes normal = larger(before + missing * load<Lanes>(c.mass), all(0)), change = normal - before;
-    const V3 slip = load3(c.motion) + moved_by + change * load3(c.along_normal);
-    const V3 wanted = friction - load<Lanes>(c.slip_mass) * (slip - dot(n, slip) * n);
-    const V3 new_friction = within(wanted, load<Lanes>(c.friction) * normal);
-    const V3 friction_change = new_friction - friction;
-    const V3 impulse = change * n + friction_change;
-    Change by_a = by_push(a, impulse), by_b = by_push(b, -impulse);
+    const L normal = larger(before + missing * load<L>(c.mass), zero), change = normal - before;
+    const V slip = load3<L>(c.motion) + moved_by + change * load3<L>(c.along_normal);
+    const V wanted = friction - load<L>(c.slip_mass) * (slip - dot(n, slip) * n);
+    const V new_friction = within<L>(wanted, load<L>(c.friction) * normal);
+    const V friction_change = new_friction - friction;
+    const V impulse = change * n + friction_change;
+    Change<L> by_a = by_push(a, impulse), by_b = by_push(b, -impulse);
 
-    const V3 rolled = load3(c.rolled) + (a.spin + by_a.spin) - (b.spin + by_b.spin);
-    const V3 resisted = rolling - load<Lanes>(c.rolling_inertia) * rolled;
-    const V3 new_rolling = within(resisted, load<Lanes>(c.rolling_arm) * normal);
-    const V3 rolling_change = new_rolling - rolling;
+    const V rolled = load3<L>(c.rolled) + (a.spin + by_a.spin) - (b.spin + by_b.spin);
+    const V resisted = rolling - load<L>(c.rolling_inertia) * rolled;
+    const V new_rolling = within<L>(resisted, load<L>(c.rolling_arm) * normal);
+    const V rolling_change = new_rolling - rolling;
     turn_by(a, rolling_change, by_a);
     turn_by(b, -rolling_change, by_b);
     add(arrays, c, 0, by_a);
     add(arrays, c, 1, by_b);
 
     store(c.normal_impulse, normal), store(c.normal_change, change);
-    const V3 now[2] = {new_friction, new_rolling}, changes[2] = {friction_change, rolling_change};
+    const V now[2] = {new_friction, new_rolling}, changes[2] = {friction_change, rolling_change};
     for (int k = 0; k < 2; ++k) {
         store(c.impulse[3 * k], now[k].x), store(c.impulse[3 * k + 1], now[k].y), store(c.impulse[3 * k + 2], now[k].z);
         store(c.change[3 * k], changes[k].x), store(c.change[3 * k + 1], changes[k].y);
         store(c.change[3 * k + 2], changes[k].z);
     }
-    arrays.idle[batch] = !any(normal > all(0)) && is_zero(c);
+    arrays.idle[batch] = !any(normal > zero) && is_zero<L>(c);
 
-    const Lanes inverse_mass = load<Lanes>(c.inverse_mass);
-    io_result.largest = larger(io_result.largest, absolute(change) * inverse_mass);
-    const Lanes squared = change * change + dot(friction_change, friction_change) +
-                          load<Lanes>(c.rolling_weight) * dot(rolling_change, rolling_change);
-    io_result.size = io_result.size + inverse_mass * squared;
+    const L inverse_mass = load<L>(c.inverse_mass);
+    const L squared = change * change + dot(friction_change, friction_change) +
+                      load<L>(c.rolling_weight) * dot(rolling_change, rolling_change);
+    io.take(absolute(change) * inverse_mass, inverse_mass * squared);
 }
 
 PassResult pass(const ContactArrays& arrays, const uint32_t* batches, size_t n, Following following) {
     const Follower<Lanes> follow(following);
+    const Follower<Narrow> follow_narrow(following);
     LaneResult lanes;
-    for (size_t k = 0; k < n; ++k) visit(arrays, batches[k], follow, lanes);
-    float largest[kLanes];
-    store(largest, lanes.largest);
-    PassResult result{0, sum(lanes.size)};
-    for (float x : largest) result.largest = x > result.largest ? x : result.largest;
-    return result;
+    for (size_t k = 0; k < n; ++k)
+        if (arrays.narrow[batches[k]])
+            visit(arrays, batches[k], follow_narrow, lanes);
+        else
+            visit(arrays, batches[k], follow, lanes);
+    return lanes.all();
+}
+
+template <void (*wide)(const ContactArrays&, size_t), void (*narrow)(const ContactArrays&, size_t)>
+void for_batches(const ContactArrays& arrays, size_t begin, size_t end) {
+    for (size_t k = begin; k < end; ++k) arrays.narrow[k] ? narrow(arrays, k) : wide(arrays, k);
 }
 
 template <size_t numbers, size_t stride>
@@ -310,6 +364,11 @@ void follow_pieces(RoundPiece* p, float* before, float* direction, size_t n, Fol
 
 }  // namespace
 
-const ContactKernels SUNDER_KERNELS(kContactKernels) = {describe, start, give, pass, follow_movables, follow_pieces};
+const ContactKernels SUNDER_KERNELS(kContactKernels) = {for_batches<describe_batch<Lanes>, describe_batch<Narrow>>,
+                                                        for_batches<start_batch<Lanes>, start_batch<Narrow>>,
+                                                        for_batches<give_batch<Lanes>, give_batch<Narrow>>,
+                                                        pass,
+                                                        follow_movables,
+                                                        follow_pieces};
 
 }  // namespace sunder

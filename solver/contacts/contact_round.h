@@ -140,7 +140,7 @@ private:
     std::vector<uint32_t> taken_of_lane_;  // eight a batch
     std::vector<ContactBatch> contacts_;   // as batches_
     std::vector<BatchStart> starts_;       // as batches_
-    std::vector<uint8_t> idle_;            // batches without impulses
+    std::vector<uint8_t> idle_, narrow_;   // of batches, see ContactArrays
     std::vector<uint32_t> all_, active_;   // batches, island by island
     std::vector<RoundMovable> movables_;   // by slot; then what colliders are, one an island, which never moves
     std::vector<RoundPiece> pieces_;

@@ -144,11 +144,13 @@ void ContactRound::place_batches(uint32_t n) {
     const auto none = static_cast<uint32_t>(islands_->contact.size()) + n;
     for (uint32_t k = kLanes * batches_.offset[n]; k < kLanes * batches_.offset[n + 1]; ++k)
         taken_of_lane_[k] = batches_.member[k] == BatchMember::kNone ? none : batches_.member[k];
+    for (uint32_t k = batches_.offset[n]; k < batches_.offset[n + 1]; ++k)
+        narrow_[k] = batches_.member[kLanes * k + kLanes / 2] == BatchMember::kNone;
 }
 
 ContactArrays ContactRound::arrays() {
     return {movables_.data(),      pieces_.data(), began_.data(),    taken_.data(),
-            taken_of_lane_.data(), starts_.data(), contacts_.data(), idle_.data()};
+            taken_of_lane_.data(), starts_.data(), contacts_.data(), idle_.data(), narrow_.data()};
 }
 
 void ContactRound::note_what_was_given(uint32_t n) {
@@ -226,7 +228,8 @@ void ContactRound::lay_out() {
     batches_.lay_out();
     const auto n = static_cast<uint32_t>(batches_.size());
     if (contacts_.size() < n)
-        contacts_.resize(n), starts_.resize(n), idle_.resize(n), active_.resize(n), taken_of_lane_.resize(kLanes * n);
+        contacts_.resize(n), starts_.resize(n), idle_.resize(n), narrow_.resize(n), active_.resize(n),
+            taken_of_lane_.resize(kLanes * n);
     for (uint32_t k = static_cast<uint32_t>(all_.size()); k < n; ++k) all_.push_back(k);
 }
 

@@ -48,6 +48,9 @@ SUNDER_INLINE bool any(M mask) {
     __builtin_memcpy(&bits, &mask, sizeof(M));
     return !__builtin_ia32_ptestz256(bits, bits);
 }
+SUNDER_INLINE bool any(Mask<Float4> mask) { return __builtin_ia32_movmskps(reinterpret_cast<Float4>(mask)) != 0; }
+SUNDER_INLINE Float4 root(Float4 a) { return __builtin_ia32_sqrtps(a); }
+SUNDER_INLINE Float4 maximum(Float4 a, Float4 b) { return __builtin_ia32_maxps(a, b); }
 SUNDER_INLINE Float8 root(Float8 a) { return __builtin_ia32_sqrtps256(a); }
 SUNDER_INLINE Double4 root(Double4 a) { return __builtin_ia32_sqrtpd256(a); }
 SUNDER_INLINE Float8 maximum(Float8 a, Float8 b) { return __builtin_ia32_maxps256(a, b); }  // a > b ? a : b
@@ -96,21 +99,31 @@ template <class V>
 using Mask = decltype(V() < V());
 template <class V>
 SUNDER_INLINE V select(Mask<V> mask, V yes, V no) {
-    return {mask.lo ? yes.lo : no.lo, mask.hi ? yes.hi : no.hi};
+    if constexpr (requires { mask.lo; })
+        return {mask.lo ? yes.lo : no.lo, mask.hi ? yes.hi : no.hi};
+    else
+        return mask ? yes : no;
 }
-template <class M>
-SUNDER_INLINE bool any(M mask) {
-    const auto half = mask.lo | mask.hi;
+template <class Half>
+SUNDER_INLINE bool any(Half mask) {
     long long bits[2];
-    __builtin_memcpy(bits, &half, sizeof(bits));
+    __builtin_memcpy(bits, &mask, sizeof(bits));
     return (bits[0] | bits[1]) != 0;
 }
-template <class Half, class Number>
-SUNDER_INLINE Halves<Half, Number> root(Halves<Half, Number> a) {
-    for (size_t i = 0; i < sizeof(Half) / sizeof(Number); ++i)
-        a.lo[i] = __builtin_sqrt(a.lo[i]), a.hi[i] = __builtin_sqrt(a.hi[i]);
+template <class Half>
+SUNDER_INLINE bool any(HalfMasks<Half> mask) {
+    return any(mask.lo | mask.hi);
+}
+SUNDER_INLINE Float4 root(Float4 a) {
+    for (size_t i = 0; i < 4; ++i) a[i] = __builtin_sqrtf(a[i]);
     return a;
 }
+SUNDER_INLINE Double2 root(Double2 a) { return Double2{__builtin_sqrt(a[0]), __builtin_sqrt(a[1])}; }
+template <class Half, class Number>
+SUNDER_INLINE Halves<Half, Number> root(Halves<Half, Number> a) {
+    return {root(a.lo), root(a.hi)};
+}
+SUNDER_INLINE Float4 maximum(Float4 a, Float4 b) { return a > b ? a : b; }
 template <class Half, class Number>
 SUNDER_INLINE Halves<Half, Number> maximum(Halves<Half, Number> a, Halves<Half, Number> b) {
     return select<Halves<Half, Number> >(a > b, a, b);
@@ -216,6 +229,11 @@ SUNDER_INLINE void scatter4(Number* record, size_t offset, const Eight (&in)[4])
 }
 
 // The same for four lanes.
+template <size_t stride>
+SUNDER_INLINE void gather4(const float* records, const uint32_t* lanes, size_t offset, Float4 (&out)[4]) {
+    const auto in = [&](int i) { return load<Float4>(records + stride * lanes[i] + offset); };
+    transpose(in(0), in(1), in(2), in(3), out);
+}
 template <size_t stride>
 SUNDER_INLINE void gather4(const double* records, const uint32_t* lanes, size_t offset, Double4 (&out)[4]) {
     for (int half = 0; half < 2; ++half) {
