@@ -18,6 +18,11 @@ class FileCase(AddonCase):
         tree, = addon("tree").trees()
         return tree
 
+    def rebake(self, toughness):
+        tree = self.only_tree()
+        next(n for n in tree.nodes if n.sunder_type == "body").toughness = toughness
+        self.bake(tree)
+
     def result(self):
         thing, = addon("player").result_objects()
         return thing
@@ -113,8 +118,62 @@ class Versions(FileCase):
         self.bake(tree)
         self.assertNotEqual(self.cached(tree), first)
         self.assertEqual(self.status(tree).state, "complete")
-        self.assertEqual({p: p.read_bytes() for p in first.rglob("*") if p.is_file()}, content)
+        now = {p: p.read_bytes() for p in first.rglob("*") if p.is_file() and p.name != "players.json"}
+        self.assertEqual(now, content)
         self.save("v2.blend")
+        self.reopen("v1.blend")
+        self.assertEqual([self.cached(self.only_tree()), self.status(self.only_tree()).is_stale], [first, False])
+
+    def test_a_first_version_does_not_replace_what_the_second_one_plays(self):
+        self.save("v1.blend")
+        tree, _, result = self.shot()
+        self.save("v1.blend")
+        first, there = self.cached(tree), positions(result)
+        self.save("v2.blend")
+        self.reopen("v1.blend")
+        self.rebake(toughness=0.4)
+        self.assertNotEqual(self.cached(self.only_tree()), first)
+        self.save("v1.blend")
+        self.reopen("v2.blend")
+        self.assertEqual([self.cached(self.only_tree()), self.status(self.only_tree()).is_stale], [first, False])
+        self.scene.frame_set(1), self.scene.frame_set(6)
+        np.testing.assert_array_equal(positions(self.result()), there)
+
+        self.rebake(toughness=0.3)  # it is the second version's alone by now
+        self.assertEqual(self.cached(self.only_tree()), first)
+        bpy.ops.sunder.free_bake(tree=self.only_tree().name)
+        self.assertFalse(first.exists())
+
+    def test_a_bake_is_its_owners_alone_when_other_versions_play_another_or_are_gone(self):
+        self.save("v1.blend")
+        tree, _, _ = self.shot()
+        self.save("v1.blend")
+        first = self.cached(tree)
+        self.save("v2.blend")
+        self.rebake(toughness=0.4)
+        self.save("v2.blend")
+        self.save("v3.blend")
+        self.reopen("v1.blend")
+        self.rebake(toughness=0.3)
+        self.assertEqual(self.cached(self.only_tree()), first)
+
+        self.reopen("v3.blend")
+        second = self.cached(self.only_tree())
+        (self.folder / "v2.blend").unlink()
+        self.rebake(toughness=0.2)
+        self.assertEqual(self.cached(self.only_tree()), second)
+
+    def test_a_version_that_was_not_saved_since_it_left_a_bake_still_plays_it(self):
+        self.save("v1.blend")
+        tree, _, _ = self.shot()
+        self.save("v1.blend")
+        first = self.cached(tree)
+        self.save("v2.blend")
+        self.reopen("v1.blend")
+        self.rebake(toughness=0.4)  # and Blender ends without saving
+        self.reopen("v2.blend")
+        self.rebake(toughness=0.3)
+        self.assertNotEqual(self.cached(self.only_tree()), first)
         self.reopen("v1.blend")
         self.assertEqual([self.cached(self.only_tree()), self.status(self.only_tree()).is_stale], [first, False])
 

@@ -2,7 +2,9 @@
 
 Each tree has one folder below the cache, `//sunder_cache/NAME-ID`, beside the .blend file (before the file is saved: in
 Blender's temporary folder). The bake's manifest says what is whole (docs/files.md); `blender.json` beside it says what
-the add-on adds: which file baked it, from what, and where rigid bodies' objects stood.
+the add-on adds: which file baked it, from what, and where rigid bodies' objects stood. `players.json`
+lists other .blend files that play it, by their paths from the owner's folder: second versions of that file, until they
+bake something else. Nobody replaces what another file plays.
 """
 import bisect
 import json
@@ -16,6 +18,7 @@ from . import runtime, tree as trees
 FOLDER = "sunder_cache"
 _NOTE = "blender.json"
 _GRAPH = "graph.json"
+_PLAYERS = "players.json"
 LOOKS, LOOKS_FOLDER = "looks.json", "looks"
 _read_before = {}  # file: (stamp, content)
 
@@ -85,11 +88,15 @@ def note(path):
 
 def write_note(path, content, description):
     """Writes blender.json, and graph.json for `sunder bake` outside Blender."""
-    for name, value in ((_NOTE, content), (_GRAPH, description)):
-        temporary = os.path.join(path, name + ".part")
-        with open(temporary, "w", encoding="utf-8") as file:
-            json.dump(value, file, indent=1)
-        os.replace(temporary, os.path.join(path, name))
+    _write(path, _NOTE, content)
+    _write(path, _GRAPH, description)
+
+
+def _write(path, name, value):
+    temporary = os.path.join(path, name + ".part")
+    with open(temporary, "w", encoding="utf-8") as file:
+        json.dump(value, file, indent=1)
+    os.replace(temporary, os.path.join(path, name))
 
 
 def blend_name():
@@ -97,12 +104,62 @@ def blend_name():
 
 
 def is_shared(tree):
-    """Whether another tree of this file, or the .blend file that baked it, plays the same folder."""
+    """Whether another tree of this file, or another .blend file, plays the same folder."""
     if any(t != tree and t.cache_id == tree.cache_id for t in trees.trees()):
         return True
-    owner = note(folder(tree)).get("blend", "")
-    beside = os.path.join(os.path.dirname(bpy.data.filepath), owner)
-    return bool(owner and bpy.data.filepath and owner != blend_name() and os.path.exists(beside))
+    if not bpy.data.filepath:
+        return False
+    path = folder(tree)
+    others = {note(path).get("blend", ""), *_players(path)} - {"", _as_player(path)}
+    return any(os.path.exists(os.path.join(_owners_folder(path), name)) for name in others)
+
+
+def _owners_folder(path):
+    """Where the .blend file lies beside which a bake folder is."""
+    return os.path.dirname(os.path.dirname(path))
+
+
+def _as_player(path):
+    """This file, as a bake folder names it."""
+    try:
+        return os.path.relpath(bpy.data.filepath, _owners_folder(path))
+    except ValueError:  # on another drive
+        return bpy.data.filepath
+
+
+def _players(path):
+    return _read(os.path.join(path, _PLAYERS), lambda content: list(map(str, content["players"]))) or []
+
+
+def tell_players():
+    """Lists this file, as it was opened or saved, with the bakes that it plays and with no others."""
+    if not bpy.data.filepath:
+        return
+    played = {folder(tree) for tree in trees.trees() if tree.library is None}
+    known = set(played)
+    for place in {home(), *map(os.path.dirname, played)}:
+        if os.path.isdir(place):
+            known.update(entry.path for entry in os.scandir(place) if entry.is_dir())
+    for path in known:
+        if os.path.isdir(path):
+            _tell(path, path in played)
+
+
+def _tell(path, plays):
+    this, content, players = _as_player(path), note(path), _players(path)
+    is_owner = content.get("blend") == this
+    wanted = [name for name in players if name != this]
+    if plays and not is_owner:
+        wanted.append(this)
+    try:
+        if is_owner and not plays:
+            _write(path, _NOTE, {**content, "blend": ""})
+        if not wanted and players:
+            os.remove(os.path.join(path, _PLAYERS))
+        elif sorted(wanted) != sorted(players):
+            _write(path, _PLAYERS, {"players": wanted})
+    except OSError:
+        pass  # may be read only
 
 
 def is_elsewhere(tree):
@@ -133,7 +190,7 @@ def free(tree):
     own += [f"{LOOKS_FOLDER}/{name}" for name in looks_meshes(path)]
     if os.path.isdir(cuts(path)):
         own += ["cuts/" + name for name in os.listdir(cuts(path)) if name.endswith(".cut")]
-    for name in [*own, "manifest.json", _GRAPH, _NOTE, LOOKS]:
+    for name in [*own, "manifest.json", _GRAPH, _NOTE, _PLAYERS, LOOKS]:
         try:
             os.remove(os.path.join(path, name))
             removed += 1

@@ -28,6 +28,7 @@ def on_frame(scene, depsgraph=None):
 @runtime.guarded
 def on_load(*_):
     runtime.forget()
+    cache.tell_players()
     _refresh()
 
 
@@ -91,6 +92,7 @@ def on_save_post(*_):
     home = _before_save.pop("home", "")
     if home.startswith(bpy.app.tempdir):
         cache.move_home(home)
+    cache.tell_players()
     player.show_all(bpy.context.scene)
 
 
