@@ -144,6 +144,18 @@ class Versions(FileCase):
         bpy.ops.sunder.free_bake(tree=self.only_tree().name)
         self.assertFalse(first.exists())
 
+    def test_an_export_tells_todays_materials_also_where_a_second_version_plays_the_bake(self):
+        self.save("v1.blend")
+        tree, _, _ = self.shot()
+        self.save("v1.blend")
+        looks = self.cached(tree) / "looks.json"
+        self.save("v2.blend")
+        self.reopen("v1.blend")
+        paint = bpy.data.materials.new("Paint of Today")
+        self.result().data.materials[0] = paint
+        bpy.ops.sunder.export(tree=self.only_tree().name, filepath=str(self.folder / "shot.usda"))
+        self.assertIn("Paint of Today", looks.read_text(encoding="utf-8"))
+
     def test_a_bake_is_its_owners_alone_when_other_versions_play_another_or_are_gone(self):
         self.save("v1.blend")
         tree, _, _ = self.shot()

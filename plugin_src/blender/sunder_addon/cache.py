@@ -103,14 +103,25 @@ def blend_name():
     return os.path.basename(bpy.data.filepath)
 
 
-def is_shared(tree):
-    """Whether another tree of this file, or another .blend file, plays the same folder."""
+def is_anothers(tree):
+    """Whether another tree of this file plays the same folder, or another .blend file baked it."""
     if any(t != tree and t.cache_id == tree.cache_id for t in trees.trees()):
         return True
+    path = folder(tree)
+    return _is_played(path, [note(path).get("blend", "")])
+
+
+def is_shared(tree):
+    """Whether another tree of this file, or another .blend file, plays the same folder."""
+    path = folder(tree)
+    return is_anothers(tree) or _is_played(path, _players(path))
+
+
+def _is_played(path, names):
+    """Whether one of these .blend files is there, and another than this one."""
     if not bpy.data.filepath:
         return False
-    path = folder(tree)
-    others = {note(path).get("blend", ""), *_players(path)} - {"", _as_player(path)}
+    others = set(names) - {"", _as_player(path)}
     return any(os.path.exists(os.path.join(_owners_folder(path), name)) for name in others)
 
 

@@ -39,7 +39,7 @@ class SUNDER_OT_export(operators._OnTree, bpy.types.Operator, ExportHelper):
             return {"CANCELLED"}
         folder = cache.folder(tree)
         manifest = cache.manifest(folder)
-        is_ours = tree.library is None and not cache.is_elsewhere(tree) and not cache.is_shared(tree)
+        is_ours = tree.library is None and not cache.is_elsewhere(tree) and not cache.is_anothers(tree)
         if manifest and is_ours:  # in another file's bake nothing is written
             try:
                 looks.write(tree, folder)
