@@ -3,101 +3,14 @@
 
 #include "solver/contacts/contact_kernels.h"
 
-#include "solver/lanes/lane_vectors.h"
+#include <type_traits>
+
+#include "solver/contacts/contact_sides.h"
 
 namespace sunder {
 namespace {
 
 static_assert(kLanes == kContactLanes);
-
-// A batch has eight lanes, as many as `Lanes`; of a narrow one the first four are visited.
-using Narrow = Float4;
-template <class L>
-constexpr size_t kWidth = sizeof(L) / sizeof(float);
-
-template <class L>
-struct Side {
-    VectorOf<L> moved, lever, arm;
-    VectorOf<L> shift, turn, spin;
-    L own, orbit_share, whole;
-    SymmetricOf<L> J;
-};
-
-template <class L>
-SUNDER_INLINE Side<L> side_of(const ContactArrays& a, const ContactBatch& c, int which) {
-    const float *movables = a.movables->moved, *pieces = a.pieces->shift;
-    L m[2][4], p[4][4];
-    for (size_t k = 0; k < 2; ++k) gather4<1>(movables, c.movable[which], 4 * k, m[k]);
-    for (size_t k = 0; k < 4; ++k) gather4<1>(pieces, c.piece[which], 4 * k, p[k]);
-    return {{m[0][0], m[0][1], m[0][2]},
-            {m[1][0], m[1][1], m[1][2]},
-            load3<L>(c.arm[which]),
-            {p[0][0], p[0][1], p[0][2]},
-            {p[1][0], p[1][1], p[1][2]},
-            {p[2][0], p[2][1], p[2][2]},
-            m[0][3],
-            m[1][3],
-            p[0][3],
-            {p[1][3], p[2][3], p[3][0], p[3][1], p[3][2], p[3][3]}};
-}
-
-// What a push changes.
-template <class L>
-struct Change {
-    VectorOf<L> moved, shift, turn, spin;
-};
-
-// By an impulse f at the touching point.
-template <class L>
-SUNDER_INLINE Change<L> by_push(const Side<L>& s, VectorOf<L> f) {
-    const VectorOf<L> by_arm = s.J * cross(s.arm, f), by_lever = s.J * cross(s.lever, f);
-    return {s.own * f, s.whole * f, by_arm + s.orbit_share * by_lever, by_arm + by_lever};
-}
-
-// Of the touching point.
-template <class L>
-SUNDER_INLINE VectorOf<L> displacement(const Side<L>& s, const Change<L>& by) {
-    return by.moved + by.shift + cross(by.turn, s.lever) + cross(by.spin, s.arm);
-}
-
-template <class L>
-SUNDER_INLINE VectorOf<L> moved(const Side<L>& s) {
-    return displacement(s, {s.moved, s.shift, s.turn, s.spin});
-}
-
-template <class L>
-SUNDER_INLINE void turn_by(const Side<L>& s, VectorOf<L> couple, Change<L>& io) {
-    const VectorOf<L> turned = s.J * couple;
-    io.turn = io.turn + turned;
-    io.spin = io.spin + turned;
-}
-
-// Adds to the first three numbers from `offset` on of the records of the lanes, one after the other: two lanes may have
-// the same record.
-template <class L>
-SUNDER_INLINE void scatter_add(float* records, const uint32_t* lanes, size_t offset, VectorOf<L> v) {
-    const auto add = [&](uint32_t lane, Float4 row) {
-        float* to = records + lane + offset;
-        store(to, load<Float4>(to) + row);
-    };
-    L rows[4];
-    if constexpr (kWidth<L> == 4) {
-        transpose(v.x, v.y, v.z, all<L>(0), rows);
-        for (int i = 0; i < 4; ++i) add(lanes[i], rows[i]);
-    } else {
-        transpose({v.x, v.y, v.z, all<L>(0)}, rows);
-        for (int i = 0; i < 4; ++i) add(lanes[i], low(rows[i]));
-        for (int i = 0; i < 4; ++i) add(lanes[i + 4], high(rows[i]));
-    }
-}
-
-template <class L>
-SUNDER_INLINE void add(const ContactArrays& a, const ContactBatch& c, int which, const Change<L>& by) {
-    scatter_add(a.movables->moved, c.movable[which], 0, by.moved);
-    scatter_add(a.pieces->shift, c.piece[which], 0, by.shift);
-    scatter_add(a.pieces->shift, c.piece[which], 4, by.turn);
-    scatter_add(a.pieces->shift, c.piece[which], 8, by.spin);
-}
 
 // No eigenvalue of the symmetric, positive matrix is larger, and this one by little where they are alike.
 template <class L>
@@ -127,12 +40,13 @@ SUNDER_INLINE void take_up(const ContactArrays& arrays, size_t k) {
         store(c.movable[which], row[6][which]), store(c.piece[which], row[6][2 + which]);
 }
 
-template <class L>
+template <class S>
 SUNDER_INLINE void describe_batch(const ContactArrays& arrays, size_t k) {
+    using L = typename S::Width;
     using V = VectorOf<L>;
     take_up<L>(arrays, k);
     ContactBatch& c = arrays.batches[k];
-    const Side<L> a = side_of<L>(arrays, c, 0), b = side_of<L>(arrays, c, 1);
+    const S a = side_of<S>(arrays, c, 0), b = side_of<S>(arrays, c, 1);
     const auto response = [&](V f) { return displacement(a, by_push(a, f)) + displacement(b, by_push(b, f)); };
     const auto zero = all<L>(0), one = all<L>(1), tiny = all<L>(kTiny);
     const V n = load3<L>(c.normal);
@@ -215,16 +129,16 @@ SUNDER_INLINE void start_batch(const ContactArrays& arrays, size_t k) {
     arrays.idle[k] = is_zero<L>(c);
 }
 
-template <class L>
+template <class S>
 SUNDER_INLINE void give_batch(const ContactArrays& arrays, size_t k) {
-    if (arrays.idle[k]) return;
+    using L = typename S::Width;
     const ContactBatch& c = arrays.batches[k];
     const VectorOf<L> friction = {load<L>(c.impulse[0]), load<L>(c.impulse[1]), load<L>(c.impulse[2])};
     const VectorOf<L> rolling = {load<L>(c.impulse[3]), load<L>(c.impulse[4]), load<L>(c.impulse[5])};
     const VectorOf<L> impulse = load<L>(c.normal_impulse) * load3<L>(c.normal) + friction;
     for (int which = 0; which < 2; ++which) {
-        const Side<L> s = side_of<L>(arrays, c, which);
-        Change<L> by = by_push(s, which == 0 ? impulse : -impulse);
+        const S s = side_of<S>(arrays, c, which);
+        auto by = by_push(s, which == 0 ? impulse : -impulse);
         turn_by(s, which == 0 ? rolling : -rolling, by);
         add(arrays, c, which, by);
     }
@@ -277,11 +191,13 @@ SUNDER_INLINE VectorOf<L> within(VectorOf<L> v, L limit) {
     return select<L>(squared < limit * limit, all<L>(1), limit / root(larger(squared, all<L>(kTiny)))) * v;
 }
 
-template <class L>
-SUNDER_INLINE void visit(const ContactArrays& arrays, uint32_t batch, const Follower<L>& follow, LaneResult& io) {
+template <class S>
+SUNDER_INLINE void visit(const ContactArrays& arrays, uint32_t batch, const Follower<typename S::Width>& follow,
+                         LaneResult& io) {
+    using L = typename S::Width;
     using V = VectorOf<L>;
     ContactBatch& c = arrays.batches[batch];
-    const Side<L> a = side_of<L>(arrays, c, 0), b = side_of<L>(arrays, c, 1);
+    const S a = side_of<S>(arrays, c, 0), b = side_of<S>(arrays, c, 1);
     const V n = load3<L>(c.normal), moved_by = moved(a) - moved(b);
     const L missing = load<L>(c.missing) - dot(n, moved_by);
     const auto zero = all<L>(0);
@@ -298,7 +214,7 @@ SUNDER_INLINE void visit(const ContactArrays& arrays, uint32_t batch, const Foll
     const V new_friction = within<L>(wanted, load<L>(c.friction) * normal);
     const V friction_change = new_friction - friction;
     const V impulse = change * n + friction_change;
-    Change<L> by_a = by_push(a, impulse), by_b = by_push(b, -impulse);
+    auto by_a = by_push(a, impulse), by_b = by_push(b, -impulse);
 
     const V rolled = load3<L>(c.rolled) + (a.spin + by_a.spin) - (b.spin + by_b.spin);
     const V resisted = rolling - load<L>(c.rolling_inertia) * rolled;
@@ -324,21 +240,47 @@ SUNDER_INLINE void visit(const ContactArrays& arrays, uint32_t batch, const Foll
     io.take(absolute(change) * inverse_mass, inverse_mass * squared);
 }
 
+// Calls body(std::type_identity<S>), S: the kind of side that suits the form.
+template <class Body>
+SUNDER_INLINE void with_sides_of(BatchForm form, const Body& body) {
+    if (form.narrow && form.rigid)
+        body(std::type_identity<RigidSide<Narrow>>());
+    else if (form.narrow)
+        body(std::type_identity<Side<Narrow>>());
+    else if (form.rigid)
+        body(std::type_identity<RigidSide<Lanes>>());
+    else
+        body(std::type_identity<Side<Lanes>>());
+}
+
+void describe(const ContactArrays& arrays, size_t begin, size_t end) {
+    for (size_t k = begin; k < end; ++k)
+        with_sides_of(arrays.form[k], [&]<class S>(std::type_identity<S>) { describe_batch<S>(arrays, k); });
+}
+
+void start(const ContactArrays& arrays, size_t begin, size_t end) {
+    for (size_t k = begin; k < end; ++k)
+        arrays.form[k].narrow ? start_batch<Narrow>(arrays, k) : start_batch<Lanes>(arrays, k);
+}
+
+void give(const ContactArrays& arrays, size_t begin, size_t end) {
+    for (size_t k = begin; k < end; ++k)
+        if (!arrays.idle[k])
+            with_sides_of(arrays.form[k], [&]<class S>(std::type_identity<S>) { give_batch<S>(arrays, k); });
+}
+
 PassResult pass(const ContactArrays& arrays, const uint32_t* batches, size_t n, Following following) {
     const Follower<Lanes> follow(following);
     const Follower<Narrow> follow_narrow(following);
     LaneResult lanes;
     for (size_t k = 0; k < n; ++k)
-        if (arrays.narrow[batches[k]])
-            visit(arrays, batches[k], follow_narrow, lanes);
-        else
-            visit(arrays, batches[k], follow, lanes);
+        with_sides_of(arrays.form[batches[k]], [&]<class S>(std::type_identity<S>) {
+            if constexpr (std::is_same_v<typename S::Width, Narrow>)
+                visit<S>(arrays, batches[k], follow_narrow, lanes);
+            else
+                visit<S>(arrays, batches[k], follow, lanes);
+        });
     return lanes.all();
-}
-
-template <void (*wide)(const ContactArrays&, size_t), void (*narrow)(const ContactArrays&, size_t)>
-void for_batches(const ContactArrays& arrays, size_t begin, size_t end) {
-    for (size_t k = begin; k < end; ++k) arrays.narrow[k] ? narrow(arrays, k) : wide(arrays, k);
 }
 
 template <size_t numbers, size_t stride>
@@ -364,11 +306,6 @@ void follow_pieces(RoundPiece* p, float* before, float* direction, size_t n, Fol
 
 }  // namespace
 
-const ContactKernels SUNDER_KERNELS(kContactKernels) = {for_batches<describe_batch<Lanes>, describe_batch<Narrow>>,
-                                                        for_batches<start_batch<Lanes>, start_batch<Narrow>>,
-                                                        for_batches<give_batch<Lanes>, give_batch<Narrow>>,
-                                                        pass,
-                                                        follow_movables,
-                                                        follow_pieces};
+const ContactKernels SUNDER_KERNELS(kContactKernels) = {describe, start, give, pass, follow_movables, follow_pieces};
 
 }  // namespace sunder

@@ -52,8 +52,8 @@ struct alignas(32) BatchStart {
     float motion[3][8];  // of a less that of b by what is no movable's: minus the collider's, l
 };
 
-/// Eight contacts that are solved side by side, or four in a narrow one. Lanes without a contact are zero, with the slots
-/// of a collider.
+/// Eight contacts that are solved side by side, or four in a narrow one. Lanes without a contact are zero, with the
+/// slots of a collider.
 struct alignas(64) ContactBatch {
     uint32_t movable[2][8], piece[2][8];  // of a and of b, see kMovableStride; those of colliders never move
     float arm[2][3][8];                   // from the movables' centres to the touching points, l
@@ -83,6 +83,12 @@ struct PassResult {
     double size = 0;     // squared length of the change, as displacements weigh it, m l2
 };
 
+/// What spares a visit work.
+struct BatchForm {
+    bool narrow = false;  // contacts are in the first four lanes alone; what is in others is never read
+    bool rigid = false;   // all that they push moves as a whole, and by itself
+};
+
 struct ContactArrays {
     RoundMovable* movables;
     RoundPiece* pieces;
@@ -91,8 +97,8 @@ struct ContactArrays {
     const uint32_t* contact_of_lane;  // eight a batch
     BatchStart* starts;
     ContactBatch* batches;
-    uint8_t* idle;          // batches without impulses, and none to follow
-    const uint8_t* narrow;  // batches that have contacts in their first four lanes alone; what is in others is never read
+    uint8_t* idle;  // batches without impulses, and none to follow
+    const BatchForm* form;
 };
 
 struct ContactKernels {

@@ -115,6 +115,7 @@ private:
     bool goes_with_its_piece(uint32_t movable, uint32_t piece, const float (&arm)[3]) const;
     BatchMember member_of(size_t place) const;
     void form_batches(uint32_t island);
+    BatchForm form_of(uint32_t batch) const;
     void place_batches(uint32_t island);
     void give(uint32_t island);
     ContactArrays arrays();
@@ -140,7 +141,8 @@ private:
     std::vector<uint32_t> taken_of_lane_;  // eight a batch
     std::vector<ContactBatch> contacts_;   // as batches_
     std::vector<BatchStart> starts_;       // as batches_
-    std::vector<uint8_t> idle_, narrow_;   // of batches, see ContactArrays
+    std::vector<uint8_t> idle_;            // batches without impulses
+    std::vector<BatchForm> form_;          // as batches_
     std::vector<uint32_t> all_, active_;   // batches, island by island
     std::vector<RoundMovable> movables_;   // by slot; then what colliders are, one an island, which never moves
     std::vector<RoundPiece> pieces_;

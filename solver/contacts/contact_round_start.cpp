@@ -138,19 +138,31 @@ void ContactRound::form_batches(uint32_t n) {
     batches_.form(n, std::span(members_).subspan(places.begin, places.end - places.begin), places.begin);
 }
 
+BatchForm ContactRound::form_of(uint32_t batch) const {
+    const std::span<const uint32_t> places = std::span(batches_.member).subspan(kLanes * batch, kLanes);
+    const auto moves_alone = [&](uint32_t piece) {
+        return piece >= islands_->piece.size() || b_.pieces[islands_->piece[piece]].rigid;
+    };
+    const auto is_rigid = [&](uint32_t place) {
+        const uint32_t(&piece)[2] = taken_[place].piece;
+        return moves_alone(piece[0] / kPieceStride) && moves_alone(piece[1] / kPieceStride);
+    };
+    const auto end = std::ranges::find(places, BatchMember::kNone);  // lanes are filled from the first on
+    return {end - places.begin() <= kLanes / 2, std::all_of(places.begin(), end, is_rigid)};
+}
+
 void ContactRound::place_batches(uint32_t n) {
     const Range places = places_of(n);
     batches_.place(n, places.begin, places.end);
     const auto none = static_cast<uint32_t>(islands_->contact.size()) + n;
     for (uint32_t k = kLanes * batches_.offset[n]; k < kLanes * batches_.offset[n + 1]; ++k)
         taken_of_lane_[k] = batches_.member[k] == BatchMember::kNone ? none : batches_.member[k];
-    for (uint32_t k = batches_.offset[n]; k < batches_.offset[n + 1]; ++k)
-        narrow_[k] = batches_.member[kLanes * k + kLanes / 2] == BatchMember::kNone;
+    for (uint32_t k = batches_.offset[n]; k < batches_.offset[n + 1]; ++k) form_[k] = form_of(k);
 }
 
 ContactArrays ContactRound::arrays() {
-    return {movables_.data(),      pieces_.data(), began_.data(),    taken_.data(),
-            taken_of_lane_.data(), starts_.data(), contacts_.data(), idle_.data(), narrow_.data()};
+    return {movables_.data(), pieces_.data(),   began_.data(), taken_.data(), taken_of_lane_.data(),
+            starts_.data(),   contacts_.data(), idle_.data(),  form_.data()};
 }
 
 void ContactRound::note_what_was_given(uint32_t n) {
@@ -228,7 +240,7 @@ void ContactRound::lay_out() {
     batches_.lay_out();
     const auto n = static_cast<uint32_t>(batches_.size());
     if (contacts_.size() < n)
-        contacts_.resize(n), starts_.resize(n), idle_.resize(n), narrow_.resize(n), active_.resize(n),
+        contacts_.resize(n), starts_.resize(n), idle_.resize(n), form_.resize(n), active_.resize(n),
             taken_of_lane_.resize(kLanes * n);
     for (uint32_t k = static_cast<uint32_t>(all_.size()); k < n; ++k) all_.push_back(k);
 }
