@@ -148,6 +148,7 @@ SUNDER_INLINE void give_batch(const ContactArrays& arrays, size_t k) {
 class LaneResult {
 public:
     SUNDER_INLINE void take(Lanes change, Lanes size) { largest_ = larger(largest_, change), size_ = size_ + size; }
+    SUNDER_INLINE void take(Single change, Single size) { take(Narrow{change}, Narrow{size}); }
     SUNDER_INLINE void take(Narrow change, Narrow size) {  // other lanes are none
         largest_ = join(larger(low(largest_), change), high(largest_));
         size_ = join(low(size_) + size, high(size_));
@@ -206,7 +207,7 @@ SUNDER_INLINE void visit(const ContactArrays& arrays, uint32_t batch, const Foll
     const L before = follow(c.normal_impulse, c.normal_change, c.normal_direction);
     L was[6];
     for (int k = 0; k < 6; ++k) was[k] = follow(c.impulse[k], c.change[k], c.direction[k]);
-    const V friction = {was[0], was[1], was[2]}, rolling = {was[3], was[4], was[5]};
+    const V friction(was[0], was[1], was[2]), rolling(was[3], was[4], was[5]);
 
     const L normal = larger(before + missing * load<L>(c.mass), zero), change = normal - before;
     const V slip = load3<L>(c.motion) + moved_by + change * load3<L>(c.along_normal);
@@ -226,12 +227,8 @@ SUNDER_INLINE void visit(const ContactArrays& arrays, uint32_t batch, const Foll
     add(arrays, c, 1, by_b);
 
     store(c.normal_impulse, normal), store(c.normal_change, change);
-    const V now[2] = {new_friction, new_rolling}, changes[2] = {friction_change, rolling_change};
-    for (int k = 0; k < 2; ++k) {
-        store(c.impulse[3 * k], now[k].x), store(c.impulse[3 * k + 1], now[k].y), store(c.impulse[3 * k + 2], now[k].z);
-        store(c.change[3 * k], changes[k].x), store(c.change[3 * k + 1], changes[k].y);
-        store(c.change[3 * k + 2], changes[k].z);
-    }
+    store3(c.impulse, new_friction), store3(c.impulse + 3, new_rolling);
+    store3(c.change, friction_change), store3(c.change + 3, rolling_change);
     arrays.idle[batch] = !any(normal > zero) && is_zero<L>(c);
 
     const L inverse_mass = load<L>(c.inverse_mass);
@@ -240,17 +237,21 @@ SUNDER_INLINE void visit(const ContactArrays& arrays, uint32_t batch, const Foll
     io.take(absolute(change) * inverse_mass, inverse_mass * squared);
 }
 
-// Calls body(std::type_identity<S>), S: the kind of side that suits the form.
+// Calls body(std::type_identity<S>), S: the kind of side that suits the form, of four lanes at least.
 template <class Body>
 SUNDER_INLINE void with_sides_of(BatchForm form, const Body& body) {
-    if (form.narrow && form.rigid)
-        body(std::type_identity<RigidSide<Narrow>>());
-    else if (form.narrow)
-        body(std::type_identity<Side<Narrow>>());
-    else if (form.rigid)
-        body(std::type_identity<RigidSide<Lanes>>());
+    if (form.width < kLanes)
+        form.rigid ? body(std::type_identity<RigidSide<Narrow>>()) : body(std::type_identity<Side<Narrow>>());
     else
-        body(std::type_identity<Side<Lanes>>());
+        form.rigid ? body(std::type_identity<RigidSide<Lanes>>()) : body(std::type_identity<Side<Lanes>>());
+}
+// Of one lane as well.
+template <class Body>
+SUNDER_INLINE void with_least_sides_of(BatchForm form, const Body& body) {
+    if (form.width > 1)
+        with_sides_of(form, body);
+    else
+        form.rigid ? body(std::type_identity<RigidSide<Single>>()) : body(std::type_identity<Side<Single>>());
 }
 
 void describe(const ContactArrays& arrays, size_t begin, size_t end) {
@@ -260,7 +261,7 @@ void describe(const ContactArrays& arrays, size_t begin, size_t end) {
 
 void start(const ContactArrays& arrays, size_t begin, size_t end) {
     for (size_t k = begin; k < end; ++k)
-        arrays.form[k].narrow ? start_batch<Narrow>(arrays, k) : start_batch<Lanes>(arrays, k);
+        arrays.form[k].width < kLanes ? start_batch<Narrow>(arrays, k) : start_batch<Lanes>(arrays, k);
 }
 
 void give(const ContactArrays& arrays, size_t begin, size_t end) {
@@ -272,10 +273,13 @@ void give(const ContactArrays& arrays, size_t begin, size_t end) {
 PassResult pass(const ContactArrays& arrays, const uint32_t* batches, size_t n, Following following) {
     const Follower<Lanes> follow(following);
     const Follower<Narrow> follow_narrow(following);
+    const Follower<Single> follow_single(following);
     LaneResult lanes;
     for (size_t k = 0; k < n; ++k)
-        with_sides_of(arrays.form[batches[k]], [&]<class S>(std::type_identity<S>) {
-            if constexpr (std::is_same_v<typename S::Width, Narrow>)
+        with_least_sides_of(arrays.form[batches[k]], [&]<class S>(std::type_identity<S>) {
+            if constexpr (std::is_same_v<typename S::Width, Single>)
+                visit<S>(arrays, batches[k], follow_single, lanes);
+            else if constexpr (std::is_same_v<typename S::Width, Narrow>)
                 visit<S>(arrays, batches[k], follow_narrow, lanes);
             else
                 visit<S>(arrays, batches[k], follow, lanes);

@@ -52,7 +52,7 @@ struct alignas(32) BatchStart {
     float motion[3][8];  // of a less that of b by what is no movable's: minus the collider's, l
 };
 
-/// Eight contacts that are solved side by side, or four in a narrow one. Lanes without a contact are zero, with the
+/// Eight contacts that are solved side by side, or fewer (BatchForm). Lanes without a contact are zero, with the
 /// slots of a collider.
 struct alignas(64) ContactBatch {
     uint32_t movable[2][8], piece[2][8];  // of a and of b, see kMovableStride; those of colliders never move
@@ -85,8 +85,8 @@ struct PassResult {
 
 /// What spares a visit work.
 struct BatchForm {
-    bool narrow = false;  // contacts are in the first four lanes alone; what is in others is never read
-    bool rigid = false;   // all that they push moves as a whole, and by itself
+    uint8_t width = kContactLanes;  // contacts are in the first 1, 4 or 8 lanes; what is in others is never read
+    bool rigid = false;             // all that they push moves as a whole, and by itself
 };
 
 struct ContactArrays {

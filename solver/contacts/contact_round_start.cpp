@@ -148,7 +148,9 @@ BatchForm ContactRound::form_of(uint32_t batch) const {
         return moves_alone(piece[0] / kPieceStride) && moves_alone(piece[1] / kPieceStride);
     };
     const auto end = std::ranges::find(places, BatchMember::kNone);  // lanes are filled from the first on
-    return {end - places.begin() <= kLanes / 2, std::all_of(places.begin(), end, is_rigid)};
+    const auto n = static_cast<size_t>(end - places.begin());
+    const uint8_t width = n > kLanes / 2 ? kLanes : n > 1 ? kLanes / 2 : 1;
+    return {width, std::all_of(places.begin(), end, is_rigid)};
 }
 
 void ContactRound::place_batches(uint32_t n) {

@@ -8,10 +8,48 @@
 namespace sunder {
 namespace {
 
-// A batch has eight lanes, as many as `Lanes`; of a narrow one the first four are visited.
+// A batch has eight lanes, as many as `Lanes`; of a narrow one the first four are visited, of one contact the first.
 using Narrow = Float4;
+using Single = float;
 template <class L>
 constexpr size_t kWidth = sizeof(L) / sizeof(float);
+
+// Of one contact x, y and z go side by side.
+template <>
+struct VectorOf<Single> {
+    Float4 xyz;  // and what comes along
+
+    VectorOf() = default;
+    SUNDER_INLINE explicit VectorOf(Float4 v) : xyz(v) {}
+    SUNDER_INLINE VectorOf(Single x, Single y, Single z) : xyz{x, y, z, 0} {}
+    friend SUNDER_INLINE VectorOf operator+(VectorOf a, VectorOf b) { return VectorOf(a.xyz + b.xyz); }
+    friend SUNDER_INLINE VectorOf operator-(VectorOf a, VectorOf b) { return VectorOf(a.xyz - b.xyz); }
+    friend SUNDER_INLINE VectorOf operator-(VectorOf a) { return VectorOf(-a.xyz); }
+    friend SUNDER_INLINE VectorOf operator*(Single s, VectorOf a) { return VectorOf(s * a.xyz); }
+    friend SUNDER_INLINE Single dot(VectorOf a, VectorOf b) {
+        const Float4 products = a.xyz * b.xyz;
+        return products[0] + products[1] + products[2];
+    }
+    friend SUNDER_INLINE VectorOf cross(VectorOf a, VectorOf b) {
+        const auto yzx = [](Float4 v) { return __builtin_shufflevector(v, v, 1, 2, 0, 3); };
+        const auto zxy = [](Float4 v) { return __builtin_shufflevector(v, v, 2, 0, 1, 3); };
+        return VectorOf(yzx(a.xyz) * zxy(b.xyz) - zxy(a.xyz) * yzx(b.xyz));
+    }
+};
+
+template <>
+struct SymmetricOf<Single> {
+    Float4 columns[3];
+
+    friend SUNDER_INLINE VectorOf<Single> operator*(const SymmetricOf& m, VectorOf<Single> v) {
+        return VectorOf<Single>(m.columns[0] * v.xyz[0] + m.columns[1] * v.xyz[1] + m.columns[2] * v.xyz[2]);
+    }
+};
+
+template <size_t n>
+SUNDER_INLINE void store3(float (*rows)[n], VectorOf<Single> v) {
+    for (int i = 0; i < 3; ++i) rows[i][0] = v.xyz[i];
+}
 
 // What a contact has on one of its sides.
 template <class L>
@@ -60,6 +98,35 @@ SUNDER_INLINE void take_side(const ContactArrays& a, const ContactBatch& c, int 
               {p[2][0], p[2][1], p[2][2]},
               m[3],
               {p[1][3], p[2][3], p[3][0], p[3][1], p[3][2], p[3][3]}};
+}
+
+SUNDER_INLINE SymmetricOf<Single> inertia_of(Float4 turn_xx, Float4 spin_yy, Float4 zz_xy_xz_yz) {
+    const Float4 m = zz_xy_xz_yz;
+    return {Float4{turn_xx[3], m[1], m[2], 0}, Float4{m[1], spin_yy[3], m[3], 0}, Float4{m[2], m[3], m[0], 0}};
+}
+
+SUNDER_INLINE void take_side(const ContactArrays& a, const ContactBatch& c, int which, Side<Single>& o_side) {
+    using V = VectorOf<Single>;
+    const float *movable = a.movables->moved + c.movable[which][0], *piece = a.pieces->shift + c.piece[which][0];
+    const auto m = load<Float4>(movable), lever = load<Float4>(movable + 4);
+    const auto shift = load<Float4>(piece), turn = load<Float4>(piece + 4), spin = load<Float4>(piece + 8);
+    o_side = {V(m),
+              V(lever),
+              load3<Single>(c.arm[which]),
+              V(shift),
+              V(turn),
+              V(spin),
+              m[3],
+              lever[3],
+              shift[3],
+              inertia_of(turn, spin, load<Float4>(piece + 12))};
+}
+
+SUNDER_INLINE void take_side(const ContactArrays& a, const ContactBatch& c, int which, RigidSide<Single>& o_side) {
+    using V = VectorOf<Single>;
+    const float *movable = a.movables->moved + c.movable[which][0], *piece = a.pieces->shift + c.piece[which][0];
+    const auto m = load<Float4>(movable), turn = load<Float4>(piece + 4), spin = load<Float4>(piece + 8);
+    o_side = {V(m), load3<Single>(c.arm[which]), V(spin), m[3], inertia_of(turn, spin, load<Float4>(piece + 12))};
 }
 
 template <class S>
@@ -131,8 +198,10 @@ SUNDER_INLINE void scatter_add(float* records, const uint32_t* lanes, size_t off
         float* to = records + lane + offset;
         store(to, load<Float4>(to) + row);
     };
-    L rows[4];
-    if constexpr (kWidth<L> == 4) {
+    [[maybe_unused]] L rows[4];
+    if constexpr (kWidth<L> == 1) {
+        add(lanes[0], Float4{v.xyz[0], v.xyz[1], v.xyz[2], 0});
+    } else if constexpr (kWidth<L> == 4) {
         transpose(v.x, v.y, v.z, all<L>(0), rows);
         for (int i = 0; i < 4; ++i) add(lanes[i], rows[i]);
     } else {

@@ -54,16 +54,16 @@ using V3 = VectorOf<Lanes>;
 SUNDER_INLINE V3 select3(LaneMask m, V3 yes, V3 no) {
     return {select<Lanes>(m, yes.x, no.x), select<Lanes>(m, yes.y, no.y), select<Lanes>(m, yes.z, no.z)};
 }
-/// Of rows that have more lanes than L: the first ones.
+/// Of three rows; where these have more lanes than L, the first ones.
 template <class L = Lanes, size_t n>
-SUNDER_INLINE VectorOf<L> load3(const Number (&from)[3][n]) {
+SUNDER_INLINE VectorOf<L> load3(const Number (*rows)[n]) {
     static_assert(n >= sizeof(L) / sizeof(Number));
-    return {load<L>(from[0]), load<L>(from[1]), load<L>(from[2])};
+    return {load<L>(rows[0]), load<L>(rows[1]), load<L>(rows[2])};
 }
 template <class L, size_t n>
-SUNDER_INLINE void store3(Number (&to)[3][n], VectorOf<L> v) {
+SUNDER_INLINE void store3(Number (*rows)[n], VectorOf<L> v) {
     static_assert(n >= sizeof(L) / sizeof(Number));
-    store(to[0], v.x), store(to[1], v.y), store(to[2], v.z);
+    store(rows[0], v.x), store(rows[1], v.y), store(rows[2], v.z);
 }
 
 template <class L>

@@ -206,6 +206,11 @@ SUNDER_INLINE void transpose(const Float8 (&in)[4], Float8 (&out)[4]) {
 }
 #endif
 
+// A lane alone.
+SUNDER_INLINE bool any(bool mask) { return mask; }
+SUNDER_INLINE float root(float a) { return __builtin_sqrtf(a); }
+SUNDER_INLINE float maximum(float a, float b) { return a > b ? a : b; }
+
 // Numbers [offset, offset + 4) of the records of eight lanes; `stride` numbers a record.
 template <size_t stride, class Number, class Eight>
 SUNDER_INLINE void gather4(const Number* records, const uint32_t* lanes, size_t offset, Eight (&out)[4]) {
