@@ -307,9 +307,13 @@ void follow_movables(RoundMovable* m, float* before, float* direction, size_t n,
 void follow_pieces(RoundPiece* p, float* before, float* direction, size_t n, Following following) {
     follow_records<kPieceMovedNumbers, kPieceStride>(p->shift, before, direction, n, following);
 }
+void follow_rigid(RoundPiece* p, float* before, float* direction, size_t n, Following following) {
+    follow_records<kRigidMovedNumbers, kPieceStride>(p->spin, before, direction, n, following);
+}
 
 }  // namespace
 
-const ContactKernels SUNDER_KERNELS(kContactKernels) = {describe, start, give, pass, follow_movables, follow_pieces};
+const ContactKernels SUNDER_KERNELS(kContactKernels) = {describe,        start,         give,        pass,
+                                                        follow_movables, follow_pieces, follow_rigid};
 
 }  // namespace sunder

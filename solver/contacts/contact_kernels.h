@@ -114,9 +114,11 @@ struct ContactKernels {
     /// What contacts do with their impulses when their turn comes, for all that they push: it is linear in them.
     void (*follow_movables)(RoundMovable*, float* io_before, float* io_direction, size_t n, Following);
     void (*follow_pieces)(RoundPiece*, float* io_before, float* io_direction, size_t n, Following);
+    void (*follow_rigid)(RoundPiece*, float* io_before, float* io_direction, size_t n, Following);
 };
 
-constexpr size_t kMovedNumbers = 4, kPieceMovedNumbers = 12;  // of a movable and of a piece, that `follow` follows
+// Of a movable, of a piece and of a rigid one, that `follow` follows.
+constexpr size_t kMovedNumbers = 4, kPieceMovedNumbers = 12, kRigidMovedNumbers = 4;
 
 extern const ContactKernels kContactKernelsPortable, kContactKernelsAvx2, kContactKernelsAvx512;
 

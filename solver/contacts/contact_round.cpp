@@ -54,6 +54,7 @@ void ContactRound::relax(uint32_t island, double enough) {
     std::fill_n(piece_before, kPieceMovedNumbers * n_pieces, 0.0f);
     std::fill_n(piece_direction, kPieceMovedNumbers * n_pieces, 0.0f);
     const ContactKernels& kernel = contact_kernels();
+    const auto follow_pieces = gives_[island] == Gives::nowhere ? kernel.follow_rigid : kernel.follow_pieces;
     const int passes = kPasses[static_cast<int>(gives_[island])][static_cast<int>(which_)];
     const std::span<const uint32_t> all = std::span(all_).subspan(rows.begin, rows.end - rows.begin);
     size_t n_active = 0;
@@ -62,7 +63,7 @@ void ContactRound::relax(uint32_t island, double enough) {
     bool done = false;
     for (int pass = 0; pass < passes; ++pass) {
         kernel.follow_movables(&movables_[movables.begin], movable_before, movable_direction, n_movables, following);
-        kernel.follow_pieces(&pieces_[pieces.begin], piece_before, piece_direction, n_pieces, following);
+        follow_pieces(&pieces_[pieces.begin], piece_before, piece_direction, n_pieces, following);
         const bool full = done || pass < kFirstFull || pass % kEveryFull == 0 || pass + 1 == passes;
         const PassResult result = full ? kernel.pass(arrays(), all.data(), all.size(), following)
                                        : kernel.pass(arrays(), &active_[rows.begin], n_active, following);
