@@ -7,7 +7,8 @@ from mathutils import Matrix
 
 from addon_case import AddonCase, addon, main, positions, versions
 
-np.bool = bool  # Debian's glTF importer is older than its numpy
+if not hasattr(np, "bool"):  # Debian's glTF importer is older than its numpy
+    np.bool = bool
 
 
 def evaluated_positions(thing):

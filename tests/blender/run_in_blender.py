@@ -30,7 +30,7 @@ def environment(folder, scripts=None):
 def blender(folder, *arguments, scripts=None):
     """The finished process, its two outputs as one text. Arguments are executed in their order."""
     return subprocess.run([*BLENDER, "-b", *map(str, arguments)], env=environment(Path(folder), scripts), text=True,
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120)
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=290)
 
 
 def main(script):

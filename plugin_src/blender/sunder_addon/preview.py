@@ -120,8 +120,7 @@ def _pass(batch, skin, particles, tint, light):
         return
     shader = _shader("draw", preview_shader.drawing_shader)
     shader.bind()
-    shader.uniform_sampler("particles", particles)
-    shader.uniform_sampler("influences", skin.influences)
+    preview_shader.bind(shader, particles, skin.influences)
     shader.uniform_float("tint", tint)
     shader.uniform_float("light", light)
     batch.draw(shader)
@@ -270,7 +269,7 @@ def register():
 def unregister():
     for source in _sources.values():
         source.wait()  # its thread must not outlive the add-on
-    forget(), _shaders.clear()
+    forget(), _shaders.clear(), preview_shader.forget()
     if bpy.app.timers.is_registered(_await):
         bpy.app.timers.unregister(_await)
     for handle in _handles:

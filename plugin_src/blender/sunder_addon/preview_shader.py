@@ -103,6 +103,27 @@ def texture(rows, kind):
     return gpu.types.GPUTexture((WIDTH, height), format=kind, data=gpu.types.Buffer("FLOAT", len(whole), whole))
 
 
+_kept = {}  # a texture of no meaning, made when first needed
+
+
+def bind(shader, particles, influences):
+    """Hands the two textures to a shader that is bound.
+
+    Each takes the place of one that stays: of a texture that was freed while another context of the graphics card had it,
+    Blender 5.2 takes the next one that gets its name for bound already, and draws with the old one.
+    """
+    if not _kept:
+        _kept["none"] = texture(np.zeros((1, 2), np.float32), "RG32F")
+    for name, wanted in (("particles", particles), ("influences", influences)):
+        shader.uniform_sampler(name, _kept["none"])
+        shader.uniform_sampler(name, wanted)
+
+
+def forget():
+    """Frees what is kept; for when the add-on goes."""
+    _kept.clear()
+
+
 class Skin:
     """A Geometry on the graphics card; stays while no edge breaks."""
 
@@ -139,8 +160,7 @@ def listed_positions(shader, skin, n_vertices, particles):
         gpu.state.point_size_set(1)
         shader.bind()
         shader.uniform_float("size", (width, height, 0, 0))
-        shader.uniform_sampler("particles", particles)
-        shader.uniform_sampler("influences", skin.influences)
+        bind(shader, particles, skin.influences)
         skin.points.draw(shader)
         pixels = framebuffer.read_color(0, 0, width, height, 4, 0, "FLOAT")
     pixels.dimensions = 4 * width * height
