@@ -94,6 +94,31 @@ for _ in range(2):
         told = self.broken(change)
         self.assertRegex(told, r"library has version 0\.1\.0, this add-on 0\.0\.9.*restart Blender")
 
+    def lacking(self, change):
+        """What stands in the preferences of a copy of the add-on to which `change` was done, which can be turned off and on."""
+        shutil.copytree(ROOT / "addons", self.folder / "scripts/addons")
+        change(self.folder / "scripts/addons/sunder_addon")
+        told = self.run_blender("--factory-startup", "--addons", "sunder_addon", "--python-exit-code", "9",
+                                "--python-expr", """
+import bpy, sys
+for _ in range(2):
+    print('LACK', sys.modules['sunder_addon'].SunderLack.sentence)
+    bpy.ops.preferences.addon_disable(module='sunder_addon')
+    bpy.ops.preferences.addon_enable(module='sunder_addon')
+""", scripts=self.folder / "scripts")
+        self.assertNotIn("Traceback", told)
+        lines = re.findall("^LACK (.*)$", told, re.MULTILINE)
+        self.assertEqual(len(lines), 2)
+        self.assertEqual(lines[0], lines[1])
+        return lines[0]
+
+    def test_a_missing_file_of_descriptions_is_told(self):
+        self.assertRegex(self.lacking(lambda addon: (addon / "nodes.json").unlink()), "nodes.json of Sunder's add-on is missing: install")
+
+    def test_a_missing_module_is_told(self):
+        told = self.lacking(lambda addon: (addon / "wiring.py").unlink())
+        self.assertRegex(told, "missing or damaged .*wiring.*install its zip again")
+
     def test_versions_agree(self):
         tree = ast.parse((SOURCE / "__init__.py").read_text())
         info, = (ast.literal_eval(s.value) for s in tree.body if isinstance(s, ast.Assign) and s.targets[0].id == "bl_info")

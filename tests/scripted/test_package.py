@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -423,6 +424,29 @@ def test_a_library_that_is_not_there_or_not_ours_is_told(tmp_path):
     assert "is not there" in run_python("import sunder", SUNDER_LIBRARY=str(tmp_path / "gone.so")).stderr
     (tmp_path / "text.so").write_text("no library")
     assert "is not Sunder's library" in run_python("import sunder", SUNDER_LIBRARY=str(tmp_path / "text.so")).stderr
+
+
+@pytest.mark.parametrize("told, sentence", [
+    ("libassimp.so.5: cannot open shared object file: No such file or directory",
+     "a.so: needs libassimp.so.5, which this system has not (install it; on Debian it is libassimp5)"),
+    ("libImath-3_1.so.29: cannot open shared object file: No such file or directory",
+     "a.so: needs libImath-3_1.so.29, which this system has not (install it; on Debian it is libimath-3-1-29)"),
+    ("/lib/x86_64-linux-gnu/libm.so.6: version `GLIBC_2.35' not found (required by a.so)",
+     "a.so: needs GLIBC 2.35, and this system's is older (use a later system, or build Sunder on this one)"),
+    ("a.so: file too short", "a.so: is not Sunder's library: a.so: file too short"),
+])
+def test_what_a_library_lacks_is_told_with_its_cure(told, sentence):
+    assert str(sunder.library._unusable("a.so", told)) == sentence
+
+
+def test_a_library_whose_needs_are_not_there_is_told(tmp_path):
+    """By the system's own linker: a copy of the library that asks for another name."""
+    library = next(p for p in sunder.library._candidates() if os.path.exists(p))
+    data = Path(library).read_bytes()
+    assert data.count(b"libassimp.so.5\0") == 1
+    (tmp_path / "libsunder.so").write_bytes(data.replace(b"libassimp.so.5\0", b"libassimp.so.0\0"))
+    told = run_python("import sunder", SUNDER_LIBRARY=str(tmp_path / "libsunder.so")).stderr
+    assert "needs libassimp.so.0, which this system has not (install it; on Debian it is libassimp0)" in told
 
 
 def test_a_library_older_than_the_package_is_told(monkeypatch):

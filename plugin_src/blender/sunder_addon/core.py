@@ -20,7 +20,8 @@ def sunder():
         try:
             package = importlib.import_module(__package__ + ".sunder")
         except Exception as error:  # whatever keeps the library from loading is the answer
-            raise Unusable(f"Sunder's library cannot be loaded: {error}. Install the add-on's zip again.") from error
+            again = "" if getattr(error, "mend", "") else " Install the add-on's zip again."  # which mends no other lack
+            raise Unusable(f"Sunder's library cannot be loaded: {error}.{again}") from error
         if package.version() != descriptions.VERSION:
             raise Unusable(
                 f"Sunder's library has version {package.version()}, this add-on {descriptions.VERSION}. Install the "

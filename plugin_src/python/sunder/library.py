@@ -3,6 +3,7 @@ import ctypes
 import glob
 import json
 import os
+import re
 from ctypes import POINTER, c_char_p, c_double, c_int32, c_uint32, c_uint64, c_void_p
 
 from .errors import CODES, Error
@@ -159,6 +160,22 @@ def _candidates():
     return [os.path.join(here, "libsunder.so"), *sorted(built, key=lambda path: (path != own, path))]
 
 
+def _unusable(path, told):
+    """What the system's linker says of a library, as an error that names what is missing and how to get it."""
+    missing = re.match(r"(?P<name>[^\s/:]+): cannot open shared object file: No such file", told)
+    if missing:
+        name = missing["name"]
+        stem, _, version = name.partition(".so.")
+        stem = stem.lower().replace("_", "-")  # as Debian names packages: libassimp5, libimath-3-1-29
+        mend = f"install it; on Debian it is {stem}{'-' if stem[-1].isdigit() else ''}{version}"
+        what = f"needs {name}, which this system has not"
+    elif too_old := re.search(r"version `(\w+?)_([\d.]+)' not found", told):
+        what, mend = f"needs {too_old[1]} {too_old[2]}, and this system's is older", "use a later system, or build Sunder on this one"
+    else:
+        return Error("bad_input", f"{path}: is not Sunder's library: {told}")
+    return Error("bad_input", f"{path}: {what} ({mend})", what, path, mend)
+
+
 def _load():
     candidates = _candidates()
     path = next((p for p in candidates if os.path.exists(p)), None)
@@ -172,7 +189,7 @@ def _load():
         library = ctypes.CDLL(path)
         found = library.sunder_abi_version
     except (OSError, AttributeError) as error:
-        raise Error("bad_input", f"{path}: is not Sunder's library: {error}") from error
+        raise _unusable(path, str(error)) from error
     found.restype = c_uint32
     if found() != ABI_VERSION:
         raise Error(
