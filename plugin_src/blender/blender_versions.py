@@ -96,6 +96,13 @@ def set_eevee(scene):
             setattr(scene.eevee, name, True)
 
 
+def set_motion_blur(scene, shutter):
+    """Motion blur of renders, `shutter` in frames: EEVEE has settings of its own until 4.1."""
+    for owner in (scene.render, scene.eevee):
+        if hasattr(owner, "use_motion_blur"):
+            owner.use_motion_blur, owner.motion_blur_shutter = True, shutter
+
+
 def socket_color(color):
     """{name: what a class of sockets has} for the colour of its wires: of the class from 4.0 on, of each socket before."""
     if bpy.app.version >= (4, 0, 0):

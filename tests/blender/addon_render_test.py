@@ -103,5 +103,22 @@ class Render(AddonCase):
         self.assertLess(blurred, 0.8 * sharp)
 
 
+    def test_eevee_blurs_it_too(self):
+        """EEVEE takes points at the opening and the closing of the shutter: both must be nearest to the frame itself."""
+        versions().set_eevee(self.scene)
+        self.scene.eevee.taa_render_samples = 8
+        self.scene.world = bpy.data.worlds.new("sky")
+        versions().turn_on_nodes(self.scene.world)
+        self.scene.world.node_tree.nodes["Background"].inputs[0].default_value = (1, 1, 1, 1)
+        self.scene.frame_set(2)
+
+        def edges(name):
+            return np.abs(np.diff(self.rendered(name).mean(2), axis=0)).max(0).sum()
+
+        sharp = edges("sharp")
+        versions().set_motion_blur(self.scene, 0.9)
+        self.assertLess(edges("blurred"), 0.8 * sharp)
+
+
 if __name__ == "__main__":
     main()

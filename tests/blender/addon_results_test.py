@@ -328,13 +328,40 @@ class Shown(ObjectCase):
         other.frame_set(6)
         np.testing.assert_array_equal(positions(result), there)
 
-    def test_sub_frames_show_the_nearest_frame(self):
+    def test_sub_frames_show_the_nearest_frame_as_it_moves(self):
+        """Motion blur by frames asks for times between them: the same points and faces, each where its velocity takes it."""
         tree, nodes = self.tree()
-        self.results(tree)
+        result, = self.results(tree)
         self.bake(tree)
         for frame, part, shown in ((3, 0.25, 3), (3, 0.75, 4), (4, 0.0, 4)):
+            self.scene.frame_set(shown)
+            there, speed, n_faces = positions(result), attribute(result, "velocity"), len(result.data.polygons)
             self.scene.frame_set(frame, subframe=part)
             self.assertEqual(addon("player").nearest_frame(self.scene), shown)
+            self.assertEqual(len(result.data.polygons), n_faces)
+            seconds = (frame + part - shown) / 24
+            np.testing.assert_allclose(positions(result), there + seconds * speed, rtol=0, atol=1e-6)
+            self.assertEqual(seconds != 0, np.abs(positions(result) - there).max() > 1e-4)
+        self.scene.frame_set(6, subframe=0.25)
+        self.scene.frame_set(6)
+        at_last = positions(result)
+        self.scene.frame_set(7, subframe=0.25)  # nothing is baked there: it holds still
+        np.testing.assert_array_equal(positions(result), at_last)
+
+    def test_a_rigid_body_moves_between_frames(self):
+        tree, nodes = self.tree()
+        ball = self.cube(size=0.2, location=(0, 0, 3), name="Ball")
+        weight = self.node(tree, "rigid_body", shape="box", mass=5.0, velocity=(1, 0, -4), angular_velocity=(0, 0, 360))
+        weight.source, weight.object = "OBJECT", ball
+        self.connect(weight, "rigid_body", nodes["solver"], "rigid_bodies")
+        self.results(tree)
+        self.bake(tree)
+        twin, = (o for o in addon("player").result_objects(tree) if o.sunder.node == "rigid_body")
+        self.scene.frame_set(3)
+        at, turned = twin.matrix_world.translation.copy(), twin.matrix_world.to_quaternion()
+        self.scene.frame_set(3, subframe=0.25)
+        np.testing.assert_allclose((twin.matrix_world.translation - at)[:1], [0.25 / 24], atol=1e-4)
+        self.assertAlmostEqual(turned.rotation_difference(twin.matrix_world.to_quaternion()).angle, np.radians(360 / 96), 4)
 
     def test_a_damaged_frame_is_told_and_the_others_play(self):
         tree, nodes = self.tree()

@@ -4,7 +4,7 @@ import os
 import bpy
 import numpy as np
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
-from mathutils import Matrix, Quaternion
+from mathutils import Matrix, Quaternion, Vector
 
 from . import bake_reader, cache, preview_source, rest_coordinates, result_mesh, runtime, tearing, tree as trees
 
@@ -63,8 +63,9 @@ def result_objects(tree=None):
     return [o for o in bpy.data.objects if trees.is_tree(o.sunder.tree) and o.sunder.tree == (tree or o.sunder.tree)]
 
 
-def show(thing, frame, is_playing=False):
-    """Makes a result object show a frame, or the last baked one before it. Throws nothing: notes tell.
+def show(thing, frame, is_playing=False, after=0.0):
+    """Makes a result object show a frame, or the last baked one before it. Throws nothing: notes tell. `after`: seconds from
+    that frame to the time that is asked for, through which everything goes on as it moves.
 
     Returns whether its exact normals were left out, because it is only played by.
     """
@@ -81,9 +82,9 @@ def show(thing, frame, is_playing=False):
         if thing.mode != "OBJECT":
             raise bake_reader.BakeError(f"object '{thing.name}' is in {thing.mode.lower().replace('_', ' ')} mode")
         if name in manifest.graph["nodes"] and manifest.graph["nodes"][name]["type"] == "rigid_body":
-            _show_rigid_body(thing, folder, manifest, shown)
+            _show_rigid_body(thing, folder, manifest, shown, after if shown == frame else 0.0)
         else:
-            is_draft = _show_mesh(thing, folder, manifest, shown, is_playing)
+            is_draft = _show_mesh(thing, folder, manifest, shown, is_playing, after if shown == frame else 0.0)
     except bake_reader.BakeError as error:
         runtime.node_notes[key] = f"frame {shown} cannot be shown: {error}"
         return False
@@ -124,10 +125,10 @@ def _interior_material(folder, manifest, node):
     return _interiors[folder, stamp]
 
 
-def _show_mesh(thing, folder, manifest, shown, is_playing):
+def _show_mesh(thing, folder, manifest, shown, is_playing, after):
     node, mesh = thing.sunder.node, thing.data
     path, stamp = _file(folder, manifest, shown, node)
-    key = f"{node} {stamp} {thing.sunder.use_exact_normals} {thing.sunder.interior_slot}"
+    key = f"{node} {stamp} {thing.sunder.use_exact_normals} {thing.sunder.interior_slot}" + (f" {after}" if after else "")
     is_whole = rest_coordinates.is_whole(mesh)
     if mesh.get(SHOWN) == key and is_whole:
         return False
@@ -136,6 +137,8 @@ def _show_mesh(thing, folder, manifest, shown, is_playing):
     frame = bake_reader.read_mesh_frame(path)
     interior = _interior_material(folder, manifest, node)
     attributes = _attributes(folder, manifest, shown, node, frame)
+    if after:
+        frame.positions = frame.positions + np.float32(after) * attributes["velocity"][1]
     result_mesh.set_property(mesh, SHOWN, "")  # until all is written
     rest = cache.note(folder).get("rest_coordinates", {}).get(node, {})
     stamp = result_mesh.face_stamp(frame, thing.sunder.uv_map, thing.sunder.color_attribute, interior, thing.sunder.interior_slot, rest)
@@ -190,7 +193,7 @@ def _tearing_factors(state, body, factors):
                                        edge["intact"][own].astype(bool), of_edge)
 
 
-def _show_rigid_body(thing, folder, manifest, shown):
+def _show_rigid_body(thing, folder, manifest, shown, after):
     name = thing.sunder.node
     for solver, fields in manifest.graph["nodes"].items():
         wires = fields.get("rigid_bodies", [])
@@ -200,21 +203,25 @@ def _show_rigid_body(thing, folder, manifest, shown):
     else:
         raise bake_reader.BakeError(f"no solver moves rigid body '{name}'")
     index = wires.index(f"@{name}.rigid_body")
-    start, now = (_pose(folder, manifest, f, solver, index) for f in (manifest.numbers[0], shown))
+    start, now = (_pose(folder, manifest, f, solver, index, t) for f, t in ((manifest.numbers[0], 0.0), (shown, after)))
     rest = cache.note(folder).get("rest_matrices", {}).get(name)
     at_start = Matrix(rest) if rest else start
     result_mesh.set_property(thing, "matrix_world", now @ start.inverted() @ at_start)
 
 
-def _pose(folder, manifest, frame, solver, index):
+def _pose(folder, manifest, frame, solver, index, after):
+    """Place and rotation `after` seconds of the motion that a rigid body has at a frame."""
     path, _ = _file(folder, manifest, frame, solver)
     row = bake_reader.read_ply(path)["rigid_body"][index]
-    turned = Quaternion([float(row["q" + n]) for n in "wxyz"]).to_matrix().to_4x4()
-    return Matrix.Translation([float(row[n]) for n in "xyz"]) @ turned
+    center, velocity, spin = (Vector([float(row[p + n]) for n in "xyz"]) for p in ("", "v", "w"))
+    turned = Quaternion([float(row["q" + n]) for n in "wxyz"])
+    if spin.length:
+        turned = Quaternion(spin, spin.length * after) @ turned
+    return Matrix.Translation(center + after * velocity) @ turned.to_matrix().to_4x4()
 
 
 def nearest_frame(scene):
-    """Motion blur asks for times between frames: the frame they belong to, whose velocity blurs it."""
+    """Motion blur asks for times between frames: the frame they belong to, whose velocities lead there."""
     return int(np.floor(scene.frame_current_final + 0.5))
 
 
@@ -224,6 +231,7 @@ def show_all(scene, tree=None, skip_previewed=False, is_playing=False):
     Returns whether some were skipped, because viewports show a preview in their place, or have no exact normals yet.
     """
     frame, is_late = nearest_frame(scene), False
+    after = (scene.frame_current_final - frame) * scene.render.fps_base / scene.render.fps
     for thing in result_objects(tree):
         scenes = thing.users_scene  # none: it is there as part of an instanced collection
         if scenes and scene not in scenes:
@@ -231,7 +239,7 @@ def show_all(scene, tree=None, skip_previewed=False, is_playing=False):
         if skip_previewed and thing.sunder.preview != "OFF":
             is_late = True
         else:
-            is_late |= show(thing, frame, is_playing)
+            is_late |= show(thing, frame, is_playing, after)
     return is_late
 
 
