@@ -251,7 +251,7 @@ Status check_fragment(const FragmentSet& set, const FragmentFaces& faces, std::s
     if (!report.is_solid())
         return bad_fragment(
             i, "the fragment is not closed: " + (report.faults.empty() ? "no volume" : report.faults.front()));
-    if (std::abs(report.volume - f.volume) > 1e-9 * f.volume)
+    if (std::abs(report.volume - f.volume) > kMeasureError * f.volume)
         return bad_fragment(i, "the fragment's volume is not that of its surface");
     return {};
 }

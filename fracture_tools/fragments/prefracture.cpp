@@ -263,7 +263,16 @@ Result<FragmentSet> cut_solid(const TriMesh& solid, const PrefractureSettings& s
     cut->complex = {};  // its memory is wanted for the checks
     if (Status s = shape_interior(settings.interior, settings.threads, progress.part(0.9, 1), set); !s)
         return s.error();
-    if (Status s = check_fragments(set, settings.threads); !s) return s.error();
+    if (Status s = check_fragments(set, settings.threads); !s) {
+        const MeshReport r = check_mesh(solid);
+        const double rounding = 0x1p-52 * r.bounds.diagonal() * r.area;  // m3
+        if (rounding * double(set.fragments.size()) < kMeasureError * r.volume) return s.error();
+        char text[160];
+        std::snprintf(text, sizeof text,
+                      "volumes of its pieces are lost in rounding: it reaches over %.3g m, around a volume of %.3g m3",
+                      r.bounds.diagonal(), r.volume);
+        return bad_input(where, text, "look for vertices far out");
+    }
     return set;
 }
 

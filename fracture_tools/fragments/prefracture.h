@@ -49,10 +49,13 @@ struct PrefractureSettings {
 
 /// Fragments whose volumes sum to something farther from the source's than this share are refused.
 constexpr double kMaxVolumeError = 0.05;
+/// A fragment's volume, measured in two ways, may differ by this share.
+constexpr double kMeasureError = 1e-9;
 
 /// Cuts a solid mesh, repaired first; where the repaired one cannot be cut because its surface crosses itself, a wrap
 /// of it (RepairMode::automatic). `where` names the mesh in errors. Errors: open / self-intersecting / zero-volume
-/// mesh, more pieces than cells, a fragment that could not be closed. Deterministic: same mesh and settings, same bits.
+/// mesh, more pieces than cells, a fragment that could not be closed or measured. Deterministic: same mesh and
+/// settings, same bits.
 Result<FragmentSet> prefracture(const TriMesh& mesh, const PrefractureSettings& settings, const std::string& where,
                                 const Progress& progress = {});
 

@@ -4,7 +4,45 @@
 #include <cstring>
 #include <numeric>
 
+#include "fracture_tools/mesh/outline_triangulation.h"
+
 namespace sunder {
+namespace {
+
+/// Corners of a polygon that crosses or touches itself, or is flat, cut into triangles one after the other: those that
+/// turn as the polygon does and hold no other corner, if there are any. Takes up to the cube of the number of corners:
+/// of many a fan is made.
+std::vector<Triangle> cut_ears(std::span<const Vec3> points, std::span<const uint32_t> vertex) {
+    constexpr size_t kMostForEars = 300;
+    auto at = [&](uint32_t k) -> const Vec3& { return points[vertex[k]]; };
+    const auto n_corners = static_cast<uint32_t>(vertex.size());
+    Vec3 normal = Vec3::Zero();  // twice the area vector (Newell)
+    for (uint32_t k = 1; k + 1 < n_corners; ++k) normal += (at(k) - at(0)).cross(at(k + 1) - at(0));
+    auto turn = [&](uint32_t a, uint32_t b, uint32_t c) { return (at(b) - at(a)).cross(at(c) - at(a)).dot(normal); };
+    std::vector<Triangle> triangles;
+    std::vector<uint32_t> left(n_corners);
+    std::iota(left.begin(), left.end(), 0u);
+    while (left.size() > 3) {
+        const size_t n = left.size();
+        size_t ear = n;
+        for (size_t k = 1; k <= n && ear == n && n_corners <= kMostForEars; ++k) {
+            const uint32_t a = left[(k + n - 1) % n], b = left[k % n], c = left[(k + 1) % n];
+            if (turn(a, b, c) <= 0) continue;
+            bool is_free = true;
+            for (uint32_t other : left)
+                is_free &= other == a || other == b || other == c ||
+                           !(turn(a, b, other) >= 0 && turn(b, c, other) >= 0 && turn(c, a, other) >= 0);
+            if (is_free) ear = k % n;
+        }
+        if (ear == n) ear = 1;  // any cut is as good
+        triangles.push_back({left[(ear + n - 1) % n], left[ear], left[(ear + 1) % n]});
+        left.erase(left.begin() + static_cast<std::ptrdiff_t>(ear));
+    }
+    triangles.push_back({left[0], left[1], left[2]});
+    return triangles;
+}
+
+}  // namespace
 
 size_t MeshAssembler::Hash::operator()(const std::array<double, 3>& p) const {
     uint64_t h = 0;
@@ -44,31 +82,16 @@ void MeshAssembler::add_triangle(const FileCorner& a, const FileCorner& b, const
 }
 
 void MeshAssembler::add_polygon(std::span<const FileCorner> corners, int32_t material) {
-    if (corners.size() < 3) return;
-    if (corners.size() == 3) return add_triangle(corners[0], corners[1], corners[2], material);
-    auto at = [&](uint32_t k) -> const Vec3& { return mesh_.positions[corners[k].vertex]; };
-    Vec3 normal = Vec3::Zero();  // twice the area vector (Newell)
-    for (uint32_t k = 0; k < corners.size(); ++k) normal += (at(k) - at(0)).cross(at((k + 1) % corners.size()) - at(0));
-    std::vector<uint32_t> left(corners.size());
-    std::iota(left.begin(), left.end(), 0u);
-    auto turn = [&](uint32_t a, uint32_t b, uint32_t c) { return (at(b) - at(a)).cross(at(c) - at(a)).dot(normal); };
-    while (left.size() > 3) {
-        const size_t n = left.size();
-        size_t ear = n;
-        for (size_t k = 1; k <= n && ear == n; ++k) {  // from the second corner on: convex polygons become fans
-            const uint32_t a = left[(k + n - 1) % n], b = left[k % n], c = left[(k + 1) % n];
-            if (turn(a, b, c) <= 0) continue;
-            bool is_free = true;
-            for (uint32_t other : left)
-                is_free &= other == a || other == b || other == c ||
-                           !(turn(a, b, other) >= 0 && turn(b, c, other) >= 0 && turn(c, a, other) >= 0);
-            if (is_free) ear = k % n;
-        }
-        if (ear == n) ear = 1;  // crossed or flat: any cut is as good
-        add_triangle(corners[left[(ear + n - 1) % n]], corners[left[ear]], corners[left[(ear + 1) % n]], material);
-        left.erase(left.begin() + static_cast<std::ptrdiff_t>(ear));
-    }
-    add_triangle(corners[left[0]], corners[left[1]], corners[left[2]], material);
+    std::vector<FileCorner> kept;
+    for (size_t k = 0; k < corners.size(); ++k)
+        if (corners[k].vertex != corners[(k + 1) % corners.size()].vertex) kept.push_back(corners[k]);
+    if (kept.size() < 3) return;
+    if (kept.size() == 3) return add_triangle(kept[0], kept[1], kept[2], material);
+    std::vector<uint32_t> vertex;
+    for (const FileCorner& c : kept) vertex.push_back(c.vertex);
+    const auto triangles = triangulate_polygon(mesh_.positions, vertex);
+    for (const auto& [a, b, c] : triangles ? *triangles : cut_ears(mesh_.positions, vertex))
+        add_triangle(kept[a], kept[b], kept[c], material);
 }
 
 }  // namespace sunder

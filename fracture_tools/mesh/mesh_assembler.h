@@ -27,7 +27,7 @@ public:
 
     uint32_t weld(const Vec3& position);
 
-    /// Cuts a polygon into triangles: as a fan where it is convex, ear after ear where it is not.
+    /// Cuts a polygon into triangles (triangulate_polygon): any one, also with holes that an edge joins to its outline.
     void add_polygon(std::span<const FileCorner> corners, int32_t material);
 
     /// Triangles so far.

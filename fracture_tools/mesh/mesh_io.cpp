@@ -2,7 +2,6 @@
 #include "fracture_tools/mesh/mesh_io.h"
 
 #include <assimp/material.h>
-#include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <unistd.h>
 
@@ -17,6 +16,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <span>
 
 #include "fracture_tools/mesh/mesh_assembler.h"
 #include "fracture_tools/mesh/polygon_files.h"
@@ -33,7 +33,7 @@ std::string lower_extension(const std::string& path) {
     return e;
 }
 
-/// Gathers the triangles of all nodes into one mesh.
+/// Gathers the polygons of all nodes into one mesh.
 class Collector {
 public:
     Collector(const aiScene& scene, std::string path, double scale)
@@ -104,13 +104,23 @@ private:
     }
 
     Status add(const aiMesh& part, const Eigen::Matrix4d& to_world, const std::string& node) {
-        if (!(part.mPrimitiveTypes & aiPrimitiveType_TRIANGLE)) return {};
+        const auto faces = std::span(part.mFaces, part.mNumFaces);
+        enum : uint8_t { loose, of_lines, of_polygons };
+        std::vector<uint8_t> used(part.mNumVertices, loose);
+        for (size_t f = 0; f < faces.size(); ++f)
+            for (unsigned v : std::span(faces[f].mIndices, faces[f].mNumIndices)) {
+                if (v >= part.mNumVertices)
+                    return bad_input(path_, "face " + std::to_string(f) + " names a vertex that is not there");
+                used[v] = std::max<uint8_t>(used[v], faces[f].mNumIndices < 3 ? of_lines : of_polygons);
+            }
+        if (std::ranges::find(used, of_polygons) == used.end()) return {};
         const Mat3 linear = to_world.topLeftCorner<3, 3>();
         const Vec3 shift = to_world.topRightCorner<3, 1>();
         const bool is_mirrored = linear.determinant() < 0;
         const Mat3 normal_matrix = linear.inverse().transpose();
         std::vector<FileCorner> corners(part.mNumVertices);
         for (unsigned v = 0; v < part.mNumVertices; ++v) {
+            if (used[v] == of_lines) continue;
             const aiVector3D& p = part.mVertices[v];
             const Vec3 world = scale_ * (linear * Vec3(p.x, p.y, p.z) + shift);
             if (!world.allFinite())
@@ -128,14 +138,12 @@ private:
             }
         }
         const int32_t material = material_of(part);
-        for (unsigned f = 0; f < part.mNumFaces; ++f) {
-            const aiFace& face = part.mFaces[f];
-            if (face.mNumIndices != 3) continue;
-            std::array<unsigned, 3> of = {face.mIndices[0], face.mIndices[1], face.mIndices[2]};
-            if (*std::max_element(of.begin(), of.end()) >= part.mNumVertices)
-                return bad_input(path_, "triangle " + std::to_string(f) + " names a vertex that is not there");
-            if (is_mirrored) std::swap(of[1], of[2]);
-            assembler_.add_polygon(std::array{corners[of[0]], corners[of[1]], corners[of[2]]}, material);
+        std::vector<FileCorner> polygon;
+        for (const aiFace& face : faces) {
+            polygon.clear();
+            for (unsigned v : std::span(face.mIndices, face.mNumIndices)) polygon.push_back(corners[v]);
+            if (is_mirrored && !polygon.empty()) std::reverse(polygon.begin() + 1, polygon.end());
+            assembler_.add_polygon(polygon, material);
         }
         return {};
     }
@@ -190,7 +198,8 @@ double unit_of(const aiScene& scene, const std::string& path) {
 
 Result<TriMesh> read_with_assimp(const std::string& path, double scale) {
     Assimp::Importer importer;
-    const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_SortByPType);
+    // As it is: polygons are cut into triangles by ourselves, assimp (5.2) makes some of no area of concave ones.
+    const aiScene* scene = importer.ReadFile(path, 0);
     if (!scene || !scene->mRootNode) {
         std::string reason = importer.GetErrorString();
         std::replace(reason.begin(), reason.end(), '\n', ' ');

@@ -82,7 +82,7 @@ const char* repair_of(MeshFaultKind kind) {
         case MeshFaultKind::no_volume:
             return "none: refused";
         case MeshFaultKind::open_edge:
-            return "seams welded, holes closed; a sheet needs a thickness";
+            return "seams welded, edges split at vertices, holes closed; a sheet needs a thickness";
         case MeshFaultKind::non_manifold_edge:
         case MeshFaultKind::non_manifold_vertex:
             return "the surface is parted there";

@@ -9,6 +9,7 @@
 #include "fracture_tools/mesh/shells.h"
 #include "fracture_tools/repair/repair_attributes.h"
 #include "fracture_tools/repair/repair_holes.h"
+#include "fracture_tools/repair/repair_seams.h"
 #include "fracture_tools/repair/repair_shells.h"
 #include "fracture_tools/repair/repair_surface.h"
 #include "fracture_tools/repair/repair_thickness.h"
@@ -25,6 +26,14 @@ namespace {
 constexpr double kLargestHole = 0.5, kLargestPatch = 0.15;
 /// Borders closer than this share of the mesh's diagonal are one: what rounding in files makes of a seam.
 constexpr double kWeld = 1e-6;
+/// A gap that is found is at most this share of the diagonal. It is looked for this often, as long as borders remain,
+/// and taken twice: ends of edges that run side by side may be farther apart than the edges.
+constexpr double kLargestGap = 2e-3, kGapMargin = 2;
+constexpr int kGapRounds = 3;
+/// What leaves borders no shorter than this share of what they were closed no seams.
+constexpr double kShorter = 0.999;
+/// Vertices lie on an edge within so many roundings of the farthest coordinate where no distance is allowed.
+constexpr double kOnEdge = 16 * 0x1p-52;
 /// Squares and cubes of lengths must be numbers, m.
 constexpr double kLeastSize = 1e-50, kLargestSize = 1e50;
 
@@ -39,6 +48,12 @@ std::string number(double x) {
 }
 
 double area_of(const Vec3& a, const Vec3& b, const Vec3& c) { return 0.5 * (b - a).cross(c - a).norm(); }
+
+double length_of(const std::vector<Border>& borders) {
+    double sum = 0;
+    for (const Border& b : borders) sum += b.length;
+    return sum;
+}
 
 /// Of the triangles that would close a border.
 double area_within(const TriMesh& mesh, const Border& border) {
@@ -120,6 +135,12 @@ public:
     bool wrap_may_help() const { return wrap_may_help_; }
 
 private:
+    struct State {
+        TriMesh mesh;
+        std::vector<Sense> sense;
+        std::vector<std::string> told;
+    };
+
     void join() {
         Result<TriMesh> joined = join_triangles(mesh_, where_);
         if (!joined) {
@@ -145,13 +166,7 @@ private:
         join();
         if (failure_) return *failure_;
         std::vector<Border> borders = find_borders(mesh_);
-        if (!borders.empty() && weld_borders(mesh_, borders, kWeld * before_.bounds.diagonal()) > 0) {
-            join();
-            if (failure_) return *failure_;
-            const size_t n_before = borders.size();
-            borders = find_borders(mesh_);
-            if (borders.size() != n_before) told.push_back("borders closer than rounding welded");
-        }
+        if (Status s = close_seams(borders); !s) return s;
         if (borders.empty()) return {};
         if (Status s = make_walls(borders); !s) return s;
         if (Status s = close_borders(mesh_, borders, progress); !s) return s;
@@ -160,6 +175,57 @@ private:
         const Border& largest = *std::ranges::max_element(borders, {}, &Border::length);
         told.push_back(counted(borders.size(), "hole", "holes") + " closed, the largest " + number(largest.length) +
                        " m around, near " + place_text(mesh_.positions[largest.vertices[0]]));
+        return {};
+    }
+
+    /// Borders that are the two sides of one seam become one.
+    Status close_seams(std::vector<Border>& io_borders) {
+        if (settings_.weld_distance) {
+            const std::string told_as = "borders up to " + number(*settings_.weld_distance) + " m apart welded";
+            return weld_and_split(*settings_.weld_distance, told_as + " (weld_distance)", io_borders);
+        }
+        const double diagonal = before_.bounds.diagonal();
+        double reached = 0;  // m
+        for (int round = 0; round < kGapRounds && !io_borders.empty(); ++round) {
+            const double gap = seam_gap(mesh_, find_open_edges(mesh_), reached, kLargestGap * diagonal);
+            if (round > 0 && gap == 0) break;
+            reached = std::max(kWeld * diagonal, kGapMargin * gap);
+            if (reached > kWeld * diagonal) {
+                const State before = {mesh_, sense_, told};
+                const double length = length_of(io_borders);
+                const std::string told_as = "seams up to " + number(gap) + " m apart welded";
+                if (Status s = weld_and_split(reached, told_as + " (weld_distance, found)", io_borders); !s) return s;
+                if (length_of(io_borders) < kShorter * length) continue;
+                mesh_ = before.mesh, sense_ = before.sense, told = before.told;  // they were no seams
+                io_borders = find_borders(mesh_);
+                reached = kWeld * diagonal;
+            }
+            if (round > 0) break;
+            if (Status s = weld_and_split(reached, "borders closer than rounding welded", io_borders); !s) return s;
+        }
+        return {};
+    }
+
+    /// Welds borders within `distance` (m) of one another and splits edges at vertices on them.
+    Status weld_and_split(double distance, const std::string& told_as, std::vector<Border>& io_borders) {
+        const size_t n_before = io_borders.size();
+        if (weld_borders(mesh_, io_borders, distance) > 0) {
+            join();
+            if (failure_) return *failure_;
+            io_borders = find_borders(mesh_);
+            if (io_borders.size() != n_before) told.push_back(told_as);
+        }
+        const double least = kOnEdge * before_.bounds.min.cwiseAbs().cwiseMax(before_.bounds.max.cwiseAbs()).maxCoeff();
+        const SplitEdges split = split_open_edges(mesh_, find_open_edges(mesh_), std::max(distance, least));
+        if (split.n == 0) return {};
+        for (uint32_t source : split.source) sense_.push_back(Sense{sense_[source]});
+        told.push_back((split.n == 1
+                            ? "1 edge split where a vertex lies on it, near "
+                            : std::to_string(split.n) + " edges split where vertices lie on them, first near ") +
+                       place_text(split.first));
+        join();
+        if (failure_) return *failure_;
+        io_borders = find_borders(mesh_);
         return {};
     }
 
@@ -196,6 +262,10 @@ private:
             if (!rim) rim = &b;
         }
         if (!rim) return {};
+        if (drop_buried_sheets(shells, is_sheet)) {
+            io_borders = find_borders(mesh_);
+            return make_walls(io_borders);
+        }
         if (welded_.open_edges == 0) {  // it came apart where it was made manifold
             if (welded_.non_manifold_edges == 0)
                 return bad_input(where_, "the surface has one side only, hence no inside");
@@ -206,7 +276,8 @@ private:
             Error e = bad_input(where_,
                                 "the mesh is open: " + std::to_string(n_open) + " boundary edges, first near " +
                                     place_text(mesh_.positions[rim->vertices[0]]),
-                                "close it, set thickness to give a sheet walls, or set repair to wrap");
+                                "close it, set weld_distance to weld seams that are farther apart, thickness to give a "
+                                "sheet walls, or repair to wrap");
             e.parameter = "thickness";
             return e;
         }
@@ -217,6 +288,28 @@ private:
         const auto n = static_cast<size_t>(std::count(is_sheet.begin(), is_sheet.end(), 1));
         told.push_back(counted(n, "sheet", "sheets") + " given walls of " + number(settings_.thickness) + " m");
         return {};
+    }
+
+    /// Sheets within the solid that the rest of the mesh bounds. False: there are none.
+    bool drop_buried_sheets(const Shells& shells, std::span<const uint8_t> is_sheet) {
+        const std::vector<uint8_t> is_buried = find_buried_sheets(mesh_, sense_, is_sheet);
+        const auto n = static_cast<size_t>(std::count(is_buried.begin(), is_buried.end(), 1));
+        if (n == 0) return false;
+        std::vector<uint8_t> mark;
+        std::vector<Sense> sense;
+        std::optional<Vec3> first;
+        for (uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
+            mark.push_back(!is_buried[shells.of_triangle[t]]);
+            if (mark.back())
+                sense.push_back(sense_[t]);
+            else if (!first)
+                first = mesh_.positions[mesh_.triangles[t][0]];
+        }
+        keep_marked(mesh_, mark);
+        sense_ = std::move(sense);
+        told.push_back(counted(n, "open sheet", "open sheets") + " within solid matter dropped, first near " +
+                       place_text(*first));
+        return true;
     }
 
     void tell(const ShellReport& shells, std::span<const std::array<uint32_t, 2>> crossing) {
@@ -260,6 +353,8 @@ Status RepairSettings::check(const std::string& where) const {
         return e;
     };
     if (!(thickness >= 0 && std::isfinite(thickness))) return refuse("thickness", "the thickness must be 0 or more");
+    if (weld_distance && !(*weld_distance >= 0 && std::isfinite(*weld_distance)))
+        return refuse("weld_distance", "the weld distance must be 0 or more");
     if (!(wrap_detail >= 0.002 && wrap_detail <= 0.2))
         return refuse("wrap_detail", "the detail of a wrap must be 0.002 to 0.2");
     return {};

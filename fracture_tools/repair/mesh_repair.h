@@ -2,6 +2,7 @@
 // one.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct RepairSettings {
     RepairMode mode = RepairMode::automatic;
     double thickness = 0;       // m, >= 0; open sheets become walls as thick as this; 0: they are refused
     double wrap_detail = 0.02;  // share of the box's diagonal; a wrap bridges what is narrower, 0.002 .. 0.2
+    /// How far apart borders may be that are welded, m, >= 0; 0: equal positions alone; nothing: found (seam_gap).
+    std::optional<double> weld_distance = {};
 
     Status check(const std::string& where) const;  // ranges
 };
@@ -35,10 +38,11 @@ struct RepairedMesh {
 /// Makes a mesh a solid. What was done is told in `io_warnings`, with what was lost; a mesh in order passes through as
 /// it is.
 ///
-/// Keeping triangles: equal positions and borders closer than a millionth of the diagonal are welded, duplicate and
-/// degenerate triangles dropped, surfaces parted where they touch themselves, holes closed, sheets given thickness,
-/// shells oriented (arrange_shells), shells that cross one another united. Triangles that stay keep corner attributes
-/// and material; those that close a hole have a neighbour's. Crossings stay, and are told.
+/// Keeping triangles: equal positions and borders closer than the weld distance are welded, duplicate and degenerate
+/// triangles dropped, surfaces parted where they touch themselves, open edges split where vertices lie on them, holes
+/// closed, sheets within solid matter dropped, others given thickness, shells oriented (arrange_shells), shells that
+/// cross one another united. Triangles that stay keep corner attributes and material; those that close a hole have a
+/// neighbour's. Crossings stay, and are told.
 ///
 /// Errors, with the place of the fault: no triangles, coordinates that are not finite, no volume; a sheet (a
 /// border longer than half its shell's diagonal, with more than 15 % of its area within) without a thickness; faults

@@ -196,6 +196,38 @@ void append_triangle(TriMesh& io_mesh, const Triangle& corners, std::span<const 
     }
 }
 
+void replace_triangle(TriMesh& io_mesh, uint32_t triangle, std::span<const std::array<WeightedCorner, 3>> parts) {
+    const uint32_t first = 3 * triangle;
+    // What is not at a corner already is blended; all is read before the first part overwrites it.
+    const auto blend = [&](auto& io_values, auto mix) {
+        if (io_values.empty()) return;
+        auto made = io_values;
+        made.clear();
+        for (const auto& part : parts)
+            for (const WeightedCorner& c : part) made.push_back(mix(c.weights));
+        std::copy_n(made.begin(), 3, io_values.begin() + first);
+        io_values.insert(io_values.end(), made.begin() + 3, made.end());
+    };
+    const auto sum = [&](const auto& values, const Vec3& w) {
+        auto out = (float(w[0]) * values[first]).eval();
+        for (uint32_t k = 1; k < 3; ++k) out += float(w[k]) * values[first + k];
+        return out;
+    };
+    blend(io_mesh.corner_uvs, [&](const Vec3& w) { return sum(io_mesh.corner_uvs, w); });
+    blend(io_mesh.corner_colors, [&](const Vec3& w) { return blended_color(io_mesh, triangle, w); });
+    blend(io_mesh.corner_normals, [&](const Vec3& w) { return Vec3f(sum(io_mesh.corner_normals, w).normalized()); });
+    if (!io_mesh.triangle_material.empty())
+        io_mesh.triangle_material.insert(io_mesh.triangle_material.end(), parts.size() - 1,
+                                         int32_t{io_mesh.triangle_material[triangle]});
+    for (size_t k = 0; k < parts.size(); ++k) {
+        const Triangle corners = {parts[k][0].vertex, parts[k][1].vertex, parts[k][2].vertex};
+        if (k == 0)
+            io_mesh.triangles[triangle] = corners;
+        else
+            io_mesh.triangles.push_back(corners);
+    }
+}
+
 void turn_triangle(TriMesh& io_mesh, uint32_t triangle) {
     std::swap(io_mesh.triangles[triangle][1], io_mesh.triangles[triangle][2]);
     const size_t first = 3 * size_t(triangle);

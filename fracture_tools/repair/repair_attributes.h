@@ -2,6 +2,7 @@
 // groups.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -36,6 +37,16 @@ uint32_t append_vertex(TriMesh& io_mesh, const Vec3& position, uint32_t like);
 /// Appends a triangle with the attributes of another: corner c has those of corner `like[c]` (3 * triangle + corner).
 void append_triangle(TriMesh& io_mesh, const Triangle& corners, std::span<const uint32_t, 3> like,
                      std::span<const Vec3f, 3> normals);
+
+/// A vertex of the mesh as a corner within a triangle.
+struct WeightedCorner {
+    uint32_t vertex;
+    Vec3 weights;  // of the triangle's corners, sum 1
+};
+
+/// Puts parts of a triangle in its place: the first one there, the others at the end. Corners have what the triangle
+/// has in the place.
+void replace_triangle(TriMesh& io_mesh, uint32_t triangle, std::span<const std::array<WeightedCorner, 3>> parts);
 
 /// Turns a triangle with its attributes round.
 void turn_triangle(TriMesh& io_mesh, uint32_t triangle);

@@ -12,23 +12,6 @@
 namespace sunder {
 namespace {
 
-using DirectedEdge = std::array<uint32_t, 2>;
-
-/// Edges that have a triangle on one side only, as that triangle runs along them, with its corner there; ascending.
-std::vector<std::pair<DirectedEdge, uint32_t>> open_edges(const MeshView& mesh) {
-    std::vector<std::pair<DirectedEdge, uint32_t>> all, open;
-    for (uint32_t t = 0; t < mesh.triangles.size(); ++t)
-        for (uint32_t c = 0; c < 3; ++c)
-            all.push_back({{mesh.triangles[t][c], mesh.triangles[t][(c + 1) % 3]}, 3 * t + c});
-    std::sort(all.begin(), all.end());
-    for (const auto& [edge, corner] : all) {
-        const DirectedEdge other = {edge[1], edge[0]};
-        const auto at = std::lower_bound(all.begin(), all.end(), std::pair(other, 0u));
-        if (at == all.end() || at->first != other) open.push_back({edge, corner});
-    }
-    return open;
-}
-
 /// Which vertices are joined by an edge: a patch that joins them once more would have an edge with four triangles.
 class EdgeSet {
 public:
@@ -64,11 +47,26 @@ std::vector<Triangle> fan(uint32_t n) {
 
 }  // namespace
 
+std::vector<OpenEdge> find_open_edges(const MeshView& mesh) {
+    using Side = std::array<uint32_t, 3>;  // from, to, corner
+    std::vector<Side> all;
+    for (uint32_t t = 0; t < mesh.triangles.size(); ++t)
+        for (uint32_t c = 0; c < 3; ++c)
+            all.push_back({mesh.triangles[t][c], mesh.triangles[t][(c + 1) % 3], 3 * t + c});
+    std::sort(all.begin(), all.end());
+    std::vector<OpenEdge> open;
+    for (const auto& [from, to, corner] : all) {
+        const auto at = std::lower_bound(all.begin(), all.end(), Side{to, from, 0});
+        if (at == all.end() || (*at)[0] != to || (*at)[1] != from) open.push_back({from, to, corner});
+    }
+    return open;
+}
+
 std::vector<Border> find_borders(const MeshView& mesh) {
     constexpr uint32_t kNone = 0xffffffffu;
     // What is missing runs the other way; in a vertex with one fan of triangles it arrives once and leaves once.
     std::vector<uint32_t> next(mesh.positions.size(), kNone);
-    for (const auto& [edge, corner] : open_edges(mesh)) next[edge[1]] = edge[0];
+    for (const OpenEdge& edge : find_open_edges(mesh)) next[edge.to] = edge.from;
     std::vector<Border> borders;
     for (uint32_t start = 0; start < next.size(); ++start) {
         if (next[start] == kNone) continue;
@@ -108,9 +106,9 @@ size_t weld_borders(TriMesh& io_mesh, const std::vector<Border>& borders, double
 Status close_borders(TriMesh& io_mesh, const std::vector<Border>& borders, const Progress& progress) {
     if (borders.empty()) return {};
     std::map<uint32_t, uint32_t> corner_at;  // of a vertex of a border: a corner of the surface beside it
-    for (const auto& [edge, corner] : open_edges(io_mesh)) {
-        corner_at.emplace(edge[0], corner);
-        corner_at.emplace(edge[1], corner - corner % 3 + (corner + 1) % 3);
+    for (const auto& [from, to, corner] : find_open_edges(io_mesh)) {
+        corner_at.emplace(from, corner);
+        corner_at.emplace(to, corner - corner % 3 + (corner + 1) % 3);
     }
     EdgeSet edges(io_mesh);
     for (size_t k = 0; k < borders.size(); ++k) {

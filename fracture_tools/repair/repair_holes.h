@@ -9,6 +9,15 @@
 
 namespace sunder {
 
+/// An edge that has a triangle on one side only, as that triangle runs along it.
+struct OpenEdge {
+    uint32_t from, to;
+    uint32_t corner;  // at `from` (3 * triangle + corner)
+};
+
+/// Ascending by their ends.
+std::vector<OpenEdge> find_open_edges(const MeshView& mesh);
+
 /// One loop of open edges.
 struct Border {
     std::vector<uint32_t> vertices;  // in the order in which triangles that close it have them

@@ -9,6 +9,8 @@
 
 #include "fracture_tools/mesh/mesh_checks.h"
 #include "fracture_tools/mesh/shells.h"
+#include "fracture_tools/repair/repair_holes.h"
+#include "fracture_tools/repair/repair_surface.h"
 #include "solver/data/disjoint_sets.h"
 
 namespace sunder {
@@ -175,6 +177,50 @@ std::vector<std::vector<uint32_t>> surrounding_shells(const TriMesh& mesh,
     std::vector<std::vector<uint32_t>> around;
     for (Shell& s : shells) around.push_back(std::move(s.around));
     return around;
+}
+
+std::vector<uint8_t> find_buried_sheets(const TriMesh& mesh, std::span<const Sense> sense,
+                                        std::span<const uint8_t> is_sheet) {
+    std::vector<uint8_t> is_buried(is_sheet.size(), 0), mark;
+    const Shells parts = find_shells(mesh);
+    std::vector<std::vector<uint32_t>> sheets(is_sheet.size());
+    TriMesh solid = mesh;
+    std::vector<Sense> solid_sense;
+    for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        mark.push_back(!is_sheet[parts.of_triangle[t]]);
+        if (mark.back())
+            solid_sense.push_back(sense[t]);
+        else
+            sheets[parts.of_triangle[t]].push_back(t);
+    }
+    if (solid_sense.empty()) return is_buried;
+    keep_marked(solid, mark);
+    if (!close_borders(solid, find_borders(solid), {})) return is_buried;
+    solid_sense.resize(solid.triangles.size(), Sense::none);
+    arrange_shells(solid, solid_sense, crossing_triangles(solid));
+    const std::vector<Shell> shells = measure_shells(solid, {});
+    /// Above 0 in solid matter; nothing on its surface.
+    const auto filled = [&](const Vec3& p) {
+        std::optional<int> sum = 0;
+        for (const Shell& shell : shells) {
+            if (((p - shell.box.min).array() < 0).any() || ((shell.box.max - p).array() < 0).any()) continue;
+            const std::optional<int> turns = winding(solid, shell, p);
+            sum = sum && turns ? std::optional(*sum + *turns) : std::nullopt;
+        }
+        return sum;
+    };
+    const size_t most = std::max<size_t>(16, kMostWindings / solid.triangles.size());
+    for (uint32_t s = 0; s < sheets.size(); ++s) {
+        const size_t stride = sheets[s].size() / most + 1;
+        size_t n_in = 0, n_out = 0;
+        for (size_t k = 0; k < sheets[s].size(); k += stride) {
+            const auto& [a, b, c] = mesh.triangles[sheets[s][k]];
+            const auto depth = filled((mesh.positions[a] + mesh.positions[b] + mesh.positions[c]) / 3);
+            n_in += depth && *depth > 0, n_out += depth && *depth <= 0;
+        }
+        is_buried[s] = n_in > 0 && n_out == 0;
+    }
+    return is_buried;
 }
 
 }  // namespace sunder

@@ -33,4 +33,11 @@ ShellReport arrange_shells(TriMesh& io_mesh, std::span<const Sense> sense,
 std::vector<std::vector<uint32_t>> surrounding_shells(const TriMesh& mesh,
                                                       std::span<const std::array<uint32_t, 2>> crossing);
 
+/// Which sheets among the open shells of a mesh (`is_sheet`, of each shell) lie within the solid that the other shells
+/// bound once their holes are closed: their triangles' middles do, as far as the winding tells and for as many as
+/// kMostWindings allows. `sense`: as for arrange_shells.
+constexpr size_t kMostWindings = 20'000'000;  // pairs of a middle and a triangle of the solid
+std::vector<uint8_t> find_buried_sheets(const TriMesh& mesh, std::span<const Sense> sense,
+                                        std::span<const uint8_t> is_sheet);
+
 }  // namespace sunder

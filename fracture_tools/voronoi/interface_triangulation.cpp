@@ -1,38 +1,14 @@
-// The only file that includes CGAL's Triangulation_2.
 #include "fracture_tools/voronoi/interface_triangulation.h"
-
-#include <CGAL/Constrained_Delaunay_triangulation_2.h>
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Triangulation_face_base_with_info_2.h>
-#include <CGAL/Triangulation_vertex_base_with_info_2.h>
 
 #include <algorithm>
 #include <optional>
 
+#include "fracture_tools/mesh/outline_triangulation.h"
+
 namespace sunder {
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<uint32_t, Kernel>;
-enum class Place : uint8_t { unknown, outside, inside };
-using FaceBase =
-    CGAL::Triangulation_face_base_with_info_2<Place, Kernel, CGAL::Constrained_triangulation_face_base_2<Kernel>>;
-using Plane =
-    CGAL::Constrained_Delaunay_triangulation_2<Kernel, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>,
-                                               CGAL::No_constraint_intersection_requiring_constructions_tag>;
 using Loops = std::span<const std::span<const uint32_t>>;
-
-/// Leaves out the coordinate along which the normal is longest: what is collinear in space stays so to the last bit.
-struct Projection {
-    int u, v;
-    explicit Projection(const Vec3& normal) {
-        int axis = 0;
-        normal.cwiseAbs().maxCoeff(&axis);
-        u = (axis + 1) % 3, v = (axis + 2) % 3;
-        if (normal[axis] < 0) std::swap(u, v);
-    }
-    Kernel::Point_2 operator()(const Vec3& p) const { return {p[u], p[v]}; }
-};
 
 /// A vertex that lies where the one before it in its loop lies, in the plane's doubles: left out, put back afterwards.
 struct Repeated {
@@ -40,7 +16,7 @@ struct Repeated {
 };
 
 std::vector<uint32_t> leave_out_repeated(std::span<const Vec3> points, std::span<const uint32_t> loop,
-                                         const Projection& project, std::vector<Repeated>& io_repeated) {
+                                         const PlaneProjection& project, std::vector<Repeated>& io_repeated) {
     std::vector<uint32_t> kept;
     for (size_t k = 0; k < loop.size(); ++k) {
         const uint32_t next = loop[(k + 1) % loop.size()];
@@ -73,61 +49,26 @@ bool put_back(const std::vector<Repeated>& repeated, std::vector<Triangle>& io_t
     return true;
 }
 
-/// Faces that an odd number of sides parts from infinity are inside.
-void mark_inside(Plane& io_plane) {
-    for (auto f = io_plane.all_faces_begin(); f != io_plane.all_faces_end(); ++f) f->info() = Place::unknown;
-    std::vector<Plane::Face_handle> stack = {io_plane.infinite_face()};
-    stack[0]->info() = Place::outside;
-    while (!stack.empty()) {
-        const Plane::Face_handle face = stack.back();
-        stack.pop_back();
-        for (int k = 0; k < 3; ++k) {
-            const Plane::Face_handle other = face->neighbor(k);
-            if (other->info() != Place::unknown) continue;
-            const bool crosses = io_plane.is_constrained({face, k});
-            const bool inside = (face->info() == Place::inside) != crosses;
-            other->info() = inside ? Place::inside : Place::outside;
-            stack.push_back(other);
-        }
-    }
-}
-
 /// Nothing where the outline is not simple in the plane's doubles.
 std::optional<std::vector<Triangle>> triangulate(std::span<const Vec3> points, Loops loops, const Vec3& normal) {
-    const Projection project(normal);
+    const PlaneProjection project(normal);
     std::vector<Repeated> repeated;
     std::vector<std::vector<uint32_t>> kept;
     for (const auto& loop : loops) {
         kept.push_back(leave_out_repeated(points, loop, project, repeated));
         if (kept.back().size() < 3) return std::nullopt;
     }
-    Plane plane;
-    size_t n_vertices = 0;
-    try {
-        for (const auto& loop : kept) {
-            std::vector<Plane::Vertex_handle> handles;
-            for (uint32_t v : loop) {
-                const auto at = plane.insert(project(points[v]));
-                if (plane.number_of_vertices() != ++n_vertices) return std::nullopt;  // two loops meet in a point
-                at->info() = v;
-                handles.push_back(at);
-            }
-            for (size_t k = 0; k < handles.size(); ++k)
-                plane.insert_constraint(handles[k], handles[(k + 1) % handles.size()]);
-        }
-    } catch (const Plane::Intersection_of_constraints_exception&) {
-        return std::nullopt;
-    }
-    mark_inside(plane);
-    std::vector<Triangle> triangles;
-    for (auto f = plane.finite_faces_begin(); f != plane.finite_faces_end(); ++f) {
-        if (f->info() != Place::inside) continue;
-        Triangle t = {f->vertex(0)->info(), f->vertex(1)->info(), f->vertex(2)->info()};
+    const std::vector<std::span<const uint32_t>> views(kept.begin(), kept.end());
+    std::optional<std::vector<Triangle>> triangles = triangulate_outline(points, views, project);
+    if (!triangles) return std::nullopt;
+    std::vector<uint32_t> vertex;  // of each corner
+    for (const auto& loop : kept) vertex.insert(vertex.end(), loop.begin(), loop.end());
+    for (Triangle& t : *triangles) {
+        for (uint32_t& corner : t) corner = vertex[corner];
         std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-        triangles.push_back(t);
     }
-    std::sort(triangles.begin(), triangles.end());  // CGAL's order goes by addresses
-    if (!put_back(repeated, triangles)) return std::nullopt;
+    std::sort(triangles->begin(), triangles->end());  // CGAL's order goes by addresses
+    if (!put_back(repeated, *triangles)) return std::nullopt;
     return triangles;
 }
 
@@ -150,10 +91,10 @@ bool has_border(const std::vector<Triangle>& triangles, Loops loops) {
 /// they take away what the loop around it has too much.
 void clip_ears(std::span<const Vec3> points, std::span<const uint32_t> loop, const Vec3& normal,
                std::vector<Triangle>& out) {
-    const Projection project(normal);
+    const PlaneProjection project(normal);
     auto area = [&](uint32_t a, uint32_t b, uint32_t c) {  // twice, counter-clockwise above 0
-        const Kernel::Point_2 p = project(points[a]), q = project(points[b]), r = project(points[c]);
-        return (q.x() - p.x()) * (r.y() - p.y()) - (q.y() - p.y()) * (r.x() - p.x());
+        const auto p = project(points[a]), q = project(points[b]), r = project(points[c]);
+        return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
     };
     std::vector<uint32_t> left(loop.begin(), loop.end());
     double all = 0;

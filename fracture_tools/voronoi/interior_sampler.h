@@ -32,16 +32,26 @@ public:
     /// In doubles: within rounding of the surface either answer may come.
     bool is_inside(const Vec3& p) const;
 
-    /// Evenly spread over the solid's volume.
+    /// Evenly spread over the solid's volume; where that is a tiny share of its box (kFilled), over lines through its
+    /// surface, and along these. On the surface where no line finds an inside.
     Vec3 draw(RandomShares& io_random) const;
 
     const Aabb& bounds() const { return box_; }
 
 private:
+    /// Where the line along z through a point crosses the surface.
+    struct Crossing {
+        double above;  // the point, m
+        int turn;      // 1 where the line leaves the solid upward, -1 where it enters it
+    };
+    template <class Visit>
+    void visit_crossings(const Vec3& p, Visit visit) const;
     size_t column(double x, double y) const;
+    Vec3 draw_on_line(RandomShares& io_random) const;
 
     MeshView mesh_;
     Aabb box_;
+    bool is_sparse_ = false;
     int side_ = 1;  // columns along x and along y
     std::vector<uint32_t> offset_, triangle_;
 };

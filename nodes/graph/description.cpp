@@ -67,6 +67,7 @@ Json to_json(const ParameterDescription& p) {
     json["sentence"] = p.sentence;
     json["animatable"] = p.animatable;
     json["nullable"] = p.nullable;
+    if (!p.null_name.empty()) json["null_name"] = p.null_name;
     if (!p.choices.empty()) json["choices"] = p.choices;
     if (!p.aliases.empty()) json["aliases"] = p.aliases;
     return json;

@@ -50,6 +50,7 @@ struct ParameterDescription {
     std::string sentence = {};              // what it does, limits that the range cannot tell
     bool animatable = false;                // may be {"keys": [[frame, value], ...], "interpolation": "linear"|"step"}
     bool nullable = false;                  // may be null; the sentence says what that means
+    std::string null_name = {};             // of one that may be null: a word that stands for null, "auto"
     std::vector<Json> choices = {};         // permitted values of a choice (texts) or an integer (numbers)
     std::vector<std::string> aliases = {};  // names that it had before; files that use them still load
     std::vector<std::pair<Json, Json>> former_values =

@@ -39,14 +39,15 @@ std::string socket_rows(const NodeDescription& node) {
 
 std::string parameter_row(const ParameterDescription& p) {
     std::string type(name_of(p.type));
-    if (p.nullable) type += " or null";
+    if (p.nullable) type += " or " + (p.null_name.empty() ? "null" : p.null_name);
     if (p.animatable) type += ", animatable";
     std::string sentence = p.sentence + ".";
     for (const std::string& alias : p.aliases) sentence += " Formerly " + code(alias) + ".";
     for (const auto& [former, choice] : p.former_values)
         sentence += " Formerly " + code(former.dump()) + " for " + code(choice.get<std::string>()) + ".";
     return "| " + code(p.name) + " | " + p.label + " | " + type + " | " + cell(p.unit) + " | " +
-           code(p.default_value.dump()) + " | " + cell(permitted(p)) + " | " + cell(sentence) + " |\n";
+           code(p.default_value.is_null() && !p.null_name.empty() ? p.null_name : p.default_value.dump()) + " | " +
+           cell(permitted(p)) + " | " + cell(sentence) + " |\n";
 }
 
 std::string section(const NodeDescription& node) {

@@ -58,7 +58,7 @@ public:
     Error wrong_type(const Json& value) const {
         std::string what = "takes " + std::string(expected_text(description_.type)) + ", not " + shown(value);
         std::string mend;
-        if (description_.nullable) mend = "or null";
+        if (description_.nullable) mend = "or " + (description_.null_name.empty() ? "null" : description_.null_name);
         if (value.is_object() && value.contains("keys") && !description_.animatable) mend = "it cannot be animated";
         if (value.is_string() && value.get_ref<const std::string&>().starts_with("@")) mend = "wires go to sockets";
         return error(std::move(what), std::move(mend));
@@ -69,6 +69,7 @@ public:
             if (description_.nullable) return Json(nullptr);
             return wrong_type(value);
         }
+        if (!description_.null_name.empty() && value == description_.null_name) return Json(nullptr);
         switch (description_.type) {
             case ParameterType::boolean:
                 return value.is_boolean() ? Result<Json>(value) : wrong_type(value);

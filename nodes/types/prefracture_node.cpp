@@ -57,6 +57,7 @@ PrefractureSettings settings_of(const Parameters& p) {
     settings.sharp_angle = p.number("sharp_angle");
     settings.repair.mode = chosen(kRepairs, p.text("repair"));
     settings.repair.thickness = p.number("thickness");
+    if (!p.is_null("weld_distance")) settings.repair.weld_distance = p.number("weld_distance");
     settings.repair.wrap_detail = p.number("wrap_detail");
     settings.interior = {.detail = p.number("interior_detail"),
                          .noise = p.number("noise"),
@@ -179,6 +180,17 @@ std::vector<ParameterDescription> repair_parameters() {
          .max = 1e6,
          .default_value = 0.0,
          .sentence = "Open sheets become walls as thick as this, their surface the outer side; 0: they are refused"},
+        {.name = "weld_distance",
+         .label = "Weld Distance",
+         .type = ParameterType::number,
+         .unit = "m",
+         .min = 0,
+         .max = 1e6,
+         .default_value = nullptr,
+         .sentence = "How far apart the sides of a seam may lie to be welded, where the mesh is open; auto: found from "
+                     "the gap between boundary edges that run side by side; 0: equal positions alone",
+         .nullable = true,
+         .null_name = "auto"},
         {.name = "wrap_detail",
          .label = "Wrap Detail",
          .type = ParameterType::number,

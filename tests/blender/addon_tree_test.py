@@ -50,6 +50,12 @@ class Nodes(AddonCase):
                          [0.05, None, 2e11, [0, 30, -90]])
         self.assertAlmostEqual(body.rotation[1], math.radians(30), places=6)
         self.assertEqual([pin.use_release_frame, pin.parameter("release_frame")], [False, None])
+        cut = self.node(tree, "prefracture")
+        self.assertEqual([cut.use_weld_distance, cut.weld_distance, cut.parameter("weld_distance")], [False, 0, None])
+        cut.set_parameters(weld_distance=1e-4)
+        self.assertEqual(cut.parameter("weld_distance"), 1e-4)
+        cut.set_parameters(weld_distance="auto")
+        self.assertIsNone(cut.parameter("weld_distance"))
         with self.assertRaisesRegex(AttributeError, "no parameter 'toughnes'.*toughness"):
             body.parameter("toughnes")
 

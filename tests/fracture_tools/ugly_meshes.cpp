@@ -89,8 +89,8 @@ std::vector<UglyMesh> make_list() {
              });
          },
          "degenerate", true, torus});
-    add({"t_junction", "a vertex on an edge that the other side does not have", with_t_junction, "1 hole closed", true,
-         1});
+    add({"t_junction", "a vertex on an edge that the other side does not have", with_t_junction,
+         "1 edge split where a vertex lies on it", true, 1});
     add({"loose_vertices", "vertices without a triangle",
          [] {
              return box_and({Vec3(3, 3, 3), Vec3(-5, 0, 0)}, {});
@@ -106,6 +106,8 @@ std::vector<UglyMesh> make_list() {
          "4 holes closed", true, torus});
     add({"rounded_seams", "a soup whose corners differ by 1e-9", [] { return shaken(as_soup(make_torus()), 1e-9, 1); },
          "welded", true, torus, 1e-6});
+    add({"loose_seams", "a soup whose corners differ by 1e-5", [] { return shaken(as_soup(make_torus()), 1e-5, 1); },
+         "(weld_distance, found)", true, torus, 1e-3});
     add({"no_lid", "a box without its lid",
          [] {
              return without(make_box(), {3, 2});
@@ -165,6 +167,9 @@ std::vector<UglyMesh> make_list() {
              return box_and({Vec3(0.5, -0.5, -0.5)}, {{0, 1, 8}});
          },
          "of walls and fins dropped", true, 1});
+    add({"buried_sheet", "a box with an open sheet inside",
+         [] { return joined(make_box(), scaled(make_waves(), 0.5), Vec3(0.25, 0.25, 0.5)); },
+         "1 open sheet within solid matter dropped", true, 1});
     // Shells.
     add({"cavity", "a box in a box, facing inward", [=] { return joined(make_box(), flipped(half_box), quarter); }, "",
          true, 0.875});
@@ -212,6 +217,13 @@ std::vector<UglyMesh> make_list() {
          },
          "3 shells that cross or touch united", true});
     add({"spikes", "vertices pulled through the other side", spikes, "crosses or touches itself", true});
+    add({"far_vertex", "a vertex a hundred sizes away",
+         [] {
+             TriMesh mesh = make_torus();
+             mesh.positions[77].x() += 100;
+             return mesh;
+         },
+         "", true});
     add({"shaken", "a torus shaken until it crosses itself",
          [] { return shaken(make_torus(0.35, 0.15, 32, 16), 0.03, 4); }, "", true});
     add({"klein_bottle", "closed, but with one side", [] { return make_klein_bottle(); }, kAnew, true});

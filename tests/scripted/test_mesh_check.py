@@ -71,3 +71,21 @@ def test_a_file_that_is_no_mesh_is_refused(sunder, tmp_path):
     (tmp_path / "letter.obj").write_text("this is a letter\n")
     assert sunder("fracture", "letter.obj", "--check").status == 3
     assert sunder("fracture", "gone.obj", "--check").status == 3
+
+
+def test_seams_that_do_not_meet_are_told_with_the_distance_that_welds_them(sunder, tmp_path):
+    # Each face with vertices of its own, moved by up to 1e-5.
+    vertices = [[x + 1e-5 * ((7 * k + axis) % 3 - 1) for axis, x in enumerate(CUBE_VERTICES[v - 1])]
+                for k, face in enumerate(CUBE_FACES) for v in face]
+    faces = [tuple(range(4 * k + 1, 4 * k + 5)) for k in range(len(CUBE_FACES))]
+    (tmp_path / "apart.obj").write_text(obj_text(vertices, faces))
+    options = ("fracture", "apart.obj", "--check", "--json", "--pieces", "5", "--repair", "keep")
+    for found in ((), ("--weld-distance", "auto"), ("--weld-distance", "null")):
+        report = json.loads(sunder(*options, *found).out)
+        assert report["can_be_cut"] and any("m apart welded (weld_distance, found)" in r for r in report["repairs"])
+    report = json.loads(sunder(*options, "--weld-distance", "0.001").out)
+    assert report["repairs"][0] == "borders up to 0.001 m apart welded (weld_distance)"
+    run = sunder(*options, "--weld-distance", "0")
+    assert run.status == 3 and "weld_distance" in run.lines[0]
+    run = sunder(*options, "--weld-distance", "some")
+    assert run.status == 3 and "takes a number, not \"some\" (or auto)" in run.lines[0]

@@ -53,6 +53,8 @@ def _limits(p, kind):
 
 def _default(p):
     value = p["default"]
+    if value is None and "null_name" in p:
+        value = p["min"]
     if value is None:
         value = 1 if p["type"] == "integer" else _IF_USED
     if is_angle(p):
@@ -141,6 +143,8 @@ def set_value(p, node, given):
         raise AttributeError(f"'{p['name']}' is taken from an object: set `{p['name']}_object` or `{p['name']}_collection`"
                              if p["type"] == "points" else f"'{p['name']}' is taken from the mesh's own vertex groups")
     if p["nullable"]:
+        if given == p.get("null_name"):
+            given = None
         setattr(node, switch(p["name"]), given is not None)
         if given is None:
             return

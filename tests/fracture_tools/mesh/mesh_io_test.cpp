@@ -3,7 +3,6 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <assimp/Exporter.hpp>
@@ -16,25 +15,13 @@
 
 #include "fracture_tools/mesh/mesh_checks.h"
 #include "tests/fracture_tools/shapes.h"
+#include "tests/fracture_tools/temporary_meshes.h"
 
 namespace sunder {
 namespace {
 
-/// A folder of its own for each test, removed afterwards.
-class MeshIo : public ::testing::Test {
+class MeshIo : public testing::MeshFolder {
 protected:
-    void SetUp() override {
-        const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-        folder_ = std::filesystem::temp_directory_path() /
-                  ("sunder_mesh_io_" + std::string(test->name()) + "_" + std::to_string(getpid()));
-        std::filesystem::create_directories(folder_);
-    }
-    void TearDown() override { std::filesystem::remove_all(folder_); }
-
-    std::string write(const std::string& name, const std::string& text) const {
-        std::ofstream(folder_ / name, std::ios::binary) << text;
-        return (folder_ / name).string();
-    }
     /// Writes the bunny in another format through assimp.
     std::string exported(const std::string& id, const std::string& extension, const std::string& from) const {
         Assimp::Importer importer;
@@ -45,8 +32,6 @@ protected:
         EXPECT_EQ(exporter.Export(scene, id, path), aiReturn_SUCCESS) << exporter.GetErrorString();
         return path;
     }
-
-    std::filesystem::path folder_;
 };
 
 TriMesh read(const std::string& path, const MeshReadSettings& settings = {}) {

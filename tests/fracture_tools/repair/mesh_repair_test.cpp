@@ -8,6 +8,7 @@
 #include "fracture_tools/mesh/mesh_checks.h"
 #include "fracture_tools/repair/repair_surface.h"
 #include "fracture_tools/repair/repair_union.h"
+#include "tests/fracture_tools/repair/repaired.h"
 #include "tests/fracture_tools/shapes.h"
 
 namespace sunder {
@@ -17,37 +18,13 @@ using testing::as_soup;
 using testing::flip;
 using testing::flipped;
 using testing::joined;
+using testing::kKeep;
 using testing::make_box;
 using testing::make_torus;
-
-struct Repaired {
-    TriMesh mesh;
-    std::vector<std::string> warnings;
-};
-
-constexpr RepairSettings kKeep{.mode = RepairMode::keep};
-
-Repaired repaired(const TriMesh& mesh, const RepairSettings& settings = kKeep) {
-    Repaired r;
-    Result<RepairedMesh> result = repair_mesh(mesh, settings, "mesh", r.warnings);
-    EXPECT_TRUE(result) << (result ? "" : result.error().text());
-    if (result) r.mesh = std::move(result->mesh);
-    EXPECT_TRUE(check_mesh(r.mesh).is_solid());
-    return r;
-}
-
-Error refused(const TriMesh& mesh, const RepairSettings& settings = kKeep) {
-    std::vector<std::string> warnings;
-    const Result<RepairedMesh> result = repair_mesh(mesh, settings, "mesh", warnings);
-    EXPECT_FALSE(result);
-    return result ? Error() : result.error();
-}
-
-bool tells(const Repaired& r, const std::string& text) {
-    for (const std::string& warning : r.warnings)
-        if (warning.find(text) != std::string::npos) return true;
-    return false;
-}
+using testing::refused;
+using testing::Repaired;
+using testing::repaired;
+using testing::tells;
 
 TEST(MeshRepair, a_mesh_in_order_passes_through_bit_for_bit) {
     const TriMesh torus = make_torus();

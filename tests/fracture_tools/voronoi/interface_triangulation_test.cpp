@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <random>
 
 namespace sunder {
 namespace {
@@ -107,6 +108,32 @@ TEST(FillOutline, an_outline_that_crosses_itself_is_still_closed) {
     const FilledOutline filled = fill(points, loops, normal);
     EXPECT_TRUE(filled.may_overlap);
     EXPECT_TRUE(closes(filled.triangles, loops));
+}
+
+TEST(FillOutline, an_outline_without_any_area_is_closed) {
+    const std::vector<Vec3> points = {Vec3(0, 0, 0), Vec3(1, 2, 0), Vec3(3, 6, 0), Vec3(2, 4, 0)};
+    const std::vector<Loop> loops = {{0, 1, 2, 3}};
+    EXPECT_TRUE(closes(fill(points, loops, Vec3(0, 0, 1)).triangles, loops));
+}
+
+// What the surface of a mesh that crosses itself leaves between cells: a few points of a small grid, so that many lie
+// on one another, on sides and in rows.
+TEST(FillOutline, whatever_the_outlines_are_they_are_closed) {
+    std::mt19937 random(5);
+    for (int run = 0; run < 20'000; ++run) {
+        std::vector<Vec3> points;
+        std::vector<Loop> loops(1 + random() % 3);
+        const uint32_t width = 1 + random() % 5, height = 1 + random() % 3;
+        for (Loop& loop : loops)
+            for (uint32_t n = 3 + random() % 7; n > 0; --n) {
+                loop.push_back(uint32_t(points.size()));
+                points.push_back(Vec3(random() % width, random() % height, 0.1 * (random() % 3)));
+                if (random() % 8 == 0) points.back() += 1e-16 * Vec3(random() % 3, random() % 3, 0);
+                if (random() % 16 == 0) points.back() *= 1e9;
+            }
+        const FilledOutline filled = fill(points, loops, Vec3(0.1, 0.2, 1));
+        ASSERT_TRUE(closes(filled.triangles, loops)) << "run " << run;
+    }
 }
 
 }  // namespace

@@ -68,6 +68,27 @@ TEST(InteriorSampler, spreads_samples_evenly) {
     EXPECT_LT((squares / 10000 - Vec3::Constant(1 / 3.0)).cwiseAbs().maxCoeff(), 0.012);
 }
 
+// Points anywhere in the box would meet this one every thousand million times.
+TEST(InteriorSampler, finds_the_inside_of_a_spike_that_goes_across_its_box) {
+    TriMesh spike;
+    spike.positions = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1e4, 1e4, 1e4)};
+    spike.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+    const InteriorSampler sampler(spike);
+    RandomShares random(5);
+    double lowest = 1e4, highest = 0;
+    for (int k = 0; k < 2000; ++k) {
+        const Vec3 p = sampler.draw(random);
+        // Barycentric: along the spike, then across it where it is as thick as its end is away.
+        const double along = p.z() / 1e4, left = 1 - along;
+        const Vec3 across(p.x() - p.z(), p.y() - p.z(), 0);
+        EXPECT_GE(across.minCoeff(), -1e-9);
+        EXPECT_LE(across.sum(), left + 1e-9);
+        lowest = std::min(lowest, p.z()), highest = std::max(highest, p.z());
+    }
+    EXPECT_LT(lowest, 500);
+    EXPECT_GT(highest, 7000);
+}
+
 TEST(Sites, every_kind_gives_what_was_asked_for_in_the_solid_and_the_same_twice) {
     TriMesh mesh = make_torus();
     mesh.vertex_groups["rim"] = {0, 1, 2, 3};
