@@ -13,6 +13,9 @@ import sys
 import bpy
 from mathutils import Vector
 
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import blender_versions  # noqa: E402
+
 BRITTLE = {"youngs_modulus": 5e5, "yield": None, "toughness": 0.07}
 DUCTILE = {"youngs_modulus": 5e5, "poisson_ratio": 0.3, "yield": 0.01, "flow_rate": 300, "hardening": 0.1, "toughness": 0.15}
 
@@ -31,8 +34,7 @@ def arguments():
 def material(name, color):
     made = bpy.data.materials.new(name)
     made.diffuse_color = (*color, 1)
-    if not getattr(made, "use_nodes", True):  # always on from Blender 5.0
-        made.use_nodes = True
+    blender_versions.turn_on_nodes(made)
     made.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (*color, 1)
     return made
 

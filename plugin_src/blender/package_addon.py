@@ -30,7 +30,8 @@ def files(library, package, platform):
             content[source.name] = source.read_bytes()
     manifest = content["blender_manifest.toml"].decode()
     content["blender_manifest.toml"] = (manifest + f'platforms = ["{platform}"]\n').encode()
-    content["bake_reader.py"] = (HERE / "bake_reader.py").read_bytes()
+    for name in ("bake_reader.py", "blender_versions.py"):  # scripts that run without the add-on use them, too
+        content[name] = (HERE / name).read_bytes()
     for source in sorted(package.glob("*.py")):
         content[f"sunder/{source.name}"] = source.read_bytes()
     content["sunder/" + library.name] = library.read_bytes()

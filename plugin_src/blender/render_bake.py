@@ -22,6 +22,7 @@ except ImportError:
     sys.exit(3)
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import blender_versions  # noqa: E402
 from bake_reader import Bake, BakeError, read_ply  # noqa: E402
 
 OUTER_COLORS = [(0.30, 0.33, 0.38), (0.46, 0.20, 0.11), (0.27, 0.42, 0.40), (0.50, 0.44, 0.28)]  # linear RGB
@@ -73,8 +74,7 @@ def chosen_frames(text, bake):
 
 def material(name, color, roughness=0.6, metallic=0.0):
     made = bpy.data.materials.new(name)
-    if not getattr(made, "use_nodes", True):  # always on from Blender 5.0
-        made.use_nodes = True
+    blender_versions.turn_on_nodes(made)
     made.diffuse_color = (*color, 1)  # what Workbench shows
     made.roughness, made.metallic = roughness, metallic
     shader = made.node_tree.nodes["Principled BSDF"]
@@ -101,15 +101,11 @@ def write_mesh(mesh, positions, triangles, corner_normals, face_material):
     mesh.polygons.add(n)
     mesh.vertices.foreach_set("co", positions.ravel())
     mesh.loops.foreach_set("vertex_index", triangles.ravel())
-    mesh.polygons.foreach_set("loop_start", np.arange(0, 3 * n, 3, dtype=np.int32))
-    if not bpy.types.MeshPolygon.bl_rna.properties["loop_total"].is_readonly:  # it is from Blender 3.6 on
-        mesh.polygons.foreach_set("loop_total", np.full(n, 3, np.int32))
+    blender_versions.write_triangle_corners(mesh)
     mesh.polygons.foreach_set("material_index", face_material)
     mesh.polygons.foreach_set("use_smooth", np.ones(n, bool))
     mesh.update(calc_edges=True)
-    if hasattr(mesh, "use_auto_smooth"):  # Blender before 4.1 shows custom normals only then
-        mesh.use_auto_smooth = True
-    mesh.normals_split_custom_set(corner_normals.tolist())
+    blender_versions.write_corner_normals(mesh, corner_normals)
 
 
 def solid_mesh(node, name):
@@ -241,8 +237,7 @@ def add_light(low, high, distance):
         light.rotation_euler = (center - light.location).to_track_quat("-Z", "Y").to_euler()
         bpy.context.scene.collection.objects.link(light)
     world = bpy.data.worlds.new("world")
-    if not getattr(world, "use_nodes", True):  # always on from Blender 5.0
-        world.use_nodes = True
+    blender_versions.turn_on_nodes(world)
     world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.80, 0.86, 0.95, 1)
     world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.25
     bpy.context.scene.world = world
@@ -263,14 +258,8 @@ def set_engine(options):
         scene.cycles.seed = 1
         scene.render.use_persistent_data = True
     elif options.engine == "eevee":
-        try:
-            scene.render.engine = "BLENDER_EEVEE"
-        except TypeError:  # its name from Blender 4.2 to 4.5
-            scene.render.engine = "BLENDER_EEVEE_NEXT"
+        blender_versions.set_eevee(scene)
         scene.eevee.taa_render_samples = options.samples
-        for name in ("use_gtao", "use_soft_shadows"):  # Blender 4.2 and later have no such choice
-            if hasattr(scene.eevee, name):
-                setattr(scene.eevee, name, True)
     else:
         scene.render.engine = "BLENDER_WORKBENCH"
         shading = scene.display.shading

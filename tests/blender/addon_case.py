@@ -16,6 +16,11 @@ def addon(name):
     return importlib.import_module("sunder_addon." + name)
 
 
+def versions():
+    """What differs between versions of Blender."""
+    return addon("blender_versions")
+
+
 class AddonCase(unittest.TestCase):
     def setUp(self):
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)

@@ -2,7 +2,7 @@
 import bpy
 import numpy as np
 
-from addon_case import AddonCase, addon, main
+from addon_case import AddonCase, addon, main, versions
 
 
 class QuickFracture(AddonCase):
@@ -177,7 +177,7 @@ class QuickFracture(AddonCase):
                 thing = self.cube()
                 if has_material:
                     paint = bpy.data.materials.new("Paint")
-                    paint.use_nodes = True
+                    versions().turn_on_nodes(paint)
                     paint.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (0.1, 0.2, 0.8, 1)
                     thing.data.materials.append(paint)
                 result, _ = self.quick(thing, preset=preset, pieces=4, bake=False)
@@ -207,7 +207,7 @@ class QuickFracture(AddonCase):
     def painted(self, name, color=None):
         """A material, and its shader's Base Color."""
         material = bpy.data.materials.new(name)
-        material.use_nodes = True
+        versions().turn_on_nodes(material)
         socket = material.node_tree.nodes["Principled BSDF"].inputs["Base Color"]
         if color:
             socket.default_value = (*color, 1)

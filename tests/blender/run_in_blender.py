@@ -4,11 +4,13 @@
 """
 import os
 import re
+import shlex
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+BLENDER = shlex.split(os.environ.get("SUNDER_BLENDER", "blender"))  # the words that start it (tests/hosts)
 ADDON_ROOT = os.environ["SUNDER_ADDON_ROOT"]  # holds addons/sunder_addon and the zip
 
 
@@ -27,7 +29,7 @@ def environment(folder, scripts=None):
 
 def blender(folder, *arguments, scripts=None):
     """The finished process, its two outputs as one text. Arguments are executed in their order."""
-    return subprocess.run(["blender", "-b", *map(str, arguments)], env=environment(Path(folder), scripts), text=True,
+    return subprocess.run([*BLENDER, "-b", *map(str, arguments)], env=environment(Path(folder), scripts), text=True,
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120)
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import small_bake
+from run_in_blender import BLENDER
 
 SCRIPT = Path(__file__).resolve().parents[2] / "plugin_src/blender/render_bake.py"
 WIDTH, HEIGHT = 320, 180
@@ -38,7 +39,7 @@ class RenderBake(unittest.TestCase):
                        "PATH": path + ":/usr/bin:" + os.environ["PATH"]}
         environment.pop("DISPLAY", None)
         return subprocess.run(
-            ["blender", "-b", "--factory-startup", "--python-exit-code", "9", "--python", SCRIPT, "--", self.bake, self.out,
+            [*BLENDER, "-b", "--factory-startup", "--python-exit-code", "9", "--python", SCRIPT, "--", self.bake, self.out,
              "--width", str(WIDTH), *options], env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
     def check_pictures(self, *options):

@@ -8,7 +8,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from run_in_blender import ADDON_ROOT, environment
+from run_in_blender import ADDON_ROOT, BLENDER, environment
 
 PICTURES = Path(ADDON_ROOT) / "ui"
 SIZE = "1280x900"
@@ -30,7 +30,7 @@ class Window(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         names = environment(Path(folder.name), ADDON_ROOT) | {"DISPLAY": ":" + display}
         done = subprocess.run(
-            ["blender", "--factory-startup", "--window-geometry", "0", "0", *SIZE.split("x"), "--addons", "sunder_addon",
+            [*BLENDER, "--factory-startup", "--window-geometry", "0", "0", *SIZE.split("x"), "--addons", "sunder_addon",
              "--python", str(Path(__file__).with_name("ui_script.py")), "--", str(PICTURES)],
             env=names, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=280)
         print(done.stdout)

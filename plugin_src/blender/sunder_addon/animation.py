@@ -1,25 +1,15 @@
 """What moves: animated parameters of nodes, objects that do not stand still, and what their motion is made of."""
 import re
 
+from .blender_versions import curves_of
+
 _NODE_PATH = re.compile(r'^nodes\["((?:[^"\\]|\\.)*)"\]\.(\w+)$')
-
-
-def fcurves(user):
-    """The curves by which animation data or a strip animates. From Blender 4.4 on an action has slots, each for one user."""
-    action = user.action
-    if action is None:
-        return []
-    slot = getattr(user, "action_slot", None)
-    if slot is None:
-        return list(getattr(action, "fcurves", ()))
-    bags = [bag for layer in action.layers for strip in layer.strips for bag in strip.channelbags]
-    return [c for bag in bags if bag.slot_handle == slot.handle for c in bag.fcurves]
 
 
 def is_animated(thing):
     """Whether a datablock has keys, drivers or strips of its own."""
     data = getattr(thing, "animation_data", None)
-    return data is not None and bool(fcurves(data) or data.drivers or data.nla_tracks)
+    return data is not None and bool(curves_of(data) or data.drivers or data.nla_tracks)
 
 
 def animated_attributes(tree):
@@ -27,8 +17,8 @@ def animated_attributes(tree):
     data, found = tree.animation_data, {}
     if data is None:
         return found
-    strips = [fcurves(s) for track in data.nla_tracks for s in track.strips]
-    for curve in [*fcurves(data), *data.drivers, *(c for curves in strips for c in curves)]:
+    strips = [curves_of(s) for track in data.nla_tracks for s in track.strips]
+    for curve in [*curves_of(data), *data.drivers, *(c for curves in strips for c in curves)]:
         match = _NODE_PATH.match(curve.data_path)
         if match:
             name = re.sub(r"\\(.)", r"\1", match[1])
@@ -63,7 +53,7 @@ def is_deforming(thing):
 
 def _own_curves(thing):
     data = thing.animation_data
-    return [] if data is None else [*fcurves(data), *data.drivers]
+    return [] if data is None else [*curves_of(data), *data.drivers]
 
 
 def describe_curve(curve):
@@ -84,11 +74,11 @@ def describe(thing):
     if data is None:
         return []
     strips = [
-        [s.name, s.frame_start, s.frame_end, s.scale, s.repeat, [describe_curve(c) for c in fcurves(s)]]
+        [s.name, s.frame_start, s.frame_end, s.scale, s.repeat, [describe_curve(c) for c in curves_of(s)]]
         for track in data.nla_tracks
         for s in track.strips
     ]
-    return [[describe_curve(c) for c in [*fcurves(data), *data.drivers]], strips]
+    return [[describe_curve(c) for c in [*curves_of(data), *data.drivers]], strips]
 
 
 def describe_motion(thing):

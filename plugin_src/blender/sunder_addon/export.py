@@ -5,14 +5,14 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
-from . import cache, core, looks, operators, player
+from . import blender_versions, cache, core, looks, operators, player
 
 HOST_FORMATS = {"ABC": ("alembic_export", ".abc"), "USD": ("usd_export", ".usdc")}
 
 
 def host_formats():
     """Formats that this Blender was built with: some builds have neither."""
-    return [name for name, (operator, _) in HOST_FORMATS.items() if operator in dir(bpy.ops.wm)]
+    return [name for name, (operator, _) in HOST_FORMATS.items() if blender_versions.has_operator("wm", operator)]
 
 
 class SUNDER_OT_export(operators._OnTree, bpy.types.Operator, ExportHelper):
@@ -33,6 +33,7 @@ class SUNDER_OT_export(operators._OnTree, bpy.types.Operator, ExportHelper):
     )
     overwrite: BoolProperty(name="Overwrite", default=True, options={"SKIP_SAVE"})
 
+    @operators.told
     def execute(self, context):
         tree = self.find(context)
         if tree is None:
@@ -71,6 +72,7 @@ class SUNDER_OT_export_host(operators._OnTree, bpy.types.Operator):
     filepath: StringProperty(name="File", subtype="FILE_PATH")
     format: EnumProperty(name="Format", items=[("ABC", "Alembic", ""), ("USD", "USD", "")])
 
+    @operators.told
     def execute(self, context):
         tree = self.find(context)
         if tree is None:

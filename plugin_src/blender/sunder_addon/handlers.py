@@ -36,6 +36,7 @@ def _refresh():
     """Results as they are at the current frame; also for a file that was open before the add-on was enabled."""
     for tree in trees.trees():
         tree.update_tag()
+        tree.update()  # it was not looked at while classes were registered
     if not player.result_objects():
         return
     for scene in bpy.data.scenes:

@@ -2,13 +2,13 @@
 import bpy
 import numpy as np
 
-from . import mesh_export
+from . import blender_versions, mesh_export
 
 INTERIOR = "Sunder Interior"
 _RAW = {"color": (0.45, 0.36, 0.28), "roughness": 0.9}
 _SOCKETS = {  # a Principled BSDF's, as Blender has named them: the first that is there
     "color": ("Base Color",), "metallic": ("Metallic",), "roughness": ("Roughness",), "ior": ("IOR",),
-    "transmission": ("Transmission Weight", "Transmission"),
+    "transmission": blender_versions.TRANSMISSION,
 }
 _DARKER = 0.55  # what lay inside has not dried and faded
 _DEFAULT = 0.8  # of Base Color, each channel
@@ -30,7 +30,7 @@ LOOKS = {
 
 def _principled(material):
     """By its type: its name is in the language of the window. None if there is none."""
-    nodes = material.node_tree.nodes if getattr(material, "use_nodes", True) else ()
+    nodes = material.node_tree.nodes if blender_versions.has_nodes(material) else ()
     return next((n for n in nodes if n.type == "BSDF_PRINCIPLED"), None)
 
 
@@ -40,8 +40,7 @@ def _made(name, look):
     if material is not None:
         return material
     material = bpy.data.materials.new(name)
-    if not getattr(material, "use_nodes", True):  # always on from Blender 5.0
-        material.use_nodes = True
+    blender_versions.turn_on_nodes(material)
     shader = _principled(material)
     for field, value in {**look, "color": (*look["color"], 1.0)}.items():
         socket = next(shader.inputs[n] for n in _SOCKETS[field] if n in shader.inputs)
@@ -50,9 +49,7 @@ def _made(name, look):
     material.metallic, material.roughness = look.get("metallic", 0.0), look["roughness"]
     if look.get("transmission"):
         material.diffuse_color[3] = 0.4  # seen through in solid view, too
-        for switch in ("use_screen_space_refraction", "use_raytrace_refraction"):  # EEVEE before and since 4.2
-            if hasattr(material, switch):
-                setattr(material, switch, True)
+        blender_versions.turn_on_refraction(material)
     return material
 
 

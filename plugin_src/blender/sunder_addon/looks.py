@@ -5,9 +5,7 @@ import os
 import bpy
 from mathutils import Matrix, Vector
 
-from . import cache, core, mesh_export, pickers, player, scene_input, wiring
-
-_TRANSMISSION = ("Transmission Weight", "Transmission")  # Blender 4.0 and later; before
+from . import blender_versions, cache, core, mesh_export, pickers, player, scene_input, wiring
 
 
 def _share(value):
@@ -16,7 +14,7 @@ def _share(value):
 
 def _principled(material):
     """The shader that the material's output shows, if it is a Principled BSDF."""
-    if not getattr(material, "use_nodes", True) or material.node_tree is None:
+    if not blender_versions.has_nodes(material):
         return None
     output = material.node_tree.get_output_node("ALL")
     links = output.inputs["Surface"].links if output else ()
@@ -42,7 +40,7 @@ def surface(material):
     for field, name in (("metallic", "Metallic"), ("roughness", "Roughness")):
         if name in values:
             found[field] = _share(values[name])
-    found["transmission"] = _share(next((values[n] for n in _TRANSMISSION if n in values), 0.0))
+    found["transmission"] = _share(next((values[n] for n in blender_versions.TRANSMISSION if n in values), 0.0))
     return found
 
 

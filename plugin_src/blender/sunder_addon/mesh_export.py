@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 
-from . import core, layers
+from . import blender_versions, core, layers
 
 _MOST_SQUEEZED = 1e6  # largest scale over smallest: matrices have seven digits
 _VERTEX = np.dtype([(n, "<f8") for n in "xyz"] + [(n, "<f4") for n in ("nx", "ny", "nz")])
@@ -26,13 +26,6 @@ def _read(sequence, attribute, width, dtype):
     array = np.empty(len(sequence) * width, dtype)
     sequence.foreach_get(attribute, array)
     return array.reshape(-1, width) if width > 1 else array
-
-
-def _corner_normals(mesh):
-    if hasattr(mesh, "corner_normals"):  # Blender 4.1 and later
-        return _read(mesh.corner_normals, "vector", 3, np.float32)
-    mesh.calc_normals_split()
-    return _read(mesh.loops, "normal", 3, np.float32)
 
 
 def render_uvs(mesh):
@@ -98,7 +91,7 @@ def geometry(thing, depsgraph, matrix, use_modifiers, group_names=(), map_names=
         corners = _read(mesh.loop_triangles, "vertices", 3, np.int32)
         loops = _read(mesh.loop_triangles, "loops", 3, np.int32)
         material = _read(mesh.loop_triangles, "material_index", 1, np.int32)
-        normals = _corner_normals(mesh).astype(np.float64) @ np.linalg.inv(linear)
+        normals = blender_versions.corner_normals(mesh).astype(np.float64) @ np.linalg.inv(linear)
         uv_map, colors = render_uvs(mesh), render_colors(mesh)
         if np.linalg.det(linear) < 0:  # a mirror turns the surface inside out
             corners, loops = corners[:, ::-1], loops[:, ::-1]

@@ -80,6 +80,7 @@ class SunderNode:
         known = ", ".join(p["name"] for p in descriptions.parameters(self.sunder_type))
         raise AttributeError(f"a {self.bl_label} node has no parameter '{name}'; it has {known}")
 
+    @drawing.guarded
     def draw_buttons(self, context, layout):
         if self.error:
             drawing.sentence(layout, self.error, "ERROR", alert=True, width=self.width)

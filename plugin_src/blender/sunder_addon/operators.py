@@ -1,4 +1,5 @@
 """Operators: everything that buttons do, and scripts too."""
+import functools
 import signal
 import threading
 
@@ -24,6 +25,31 @@ def tree_of(context, name):
         return thing.sunder.tree
     known = trees.trees()
     return known[0] if len(known) == 1 else None
+
+
+def told(verb):
+    """A method of an operator, (self, context) or (self, context, event): what nothing was to throw is reported, and the
+    operator cancelled."""
+
+    def try_to(self, *arguments):
+        try:
+            return verb(self, *arguments)
+        except RuntimeError as error:  # what another operator, called by this one, reported
+            self.report({"ERROR"}, str(error))
+        except Exception as error:
+            self.report({"ERROR"}, runtime.fault(error))
+        return {"CANCELLED"}
+
+    # Blender counts the arguments that they are declared with.
+    @functools.wraps(verb)
+    def on_event(self, context, event):
+        return try_to(self, context, event)
+
+    @functools.wraps(verb)
+    def plain(self, context):
+        return try_to(self, context)
+
+    return on_event if verb.__code__.co_argcount == 3 else plain
 
 
 class _OnTree:
@@ -84,6 +110,7 @@ class SUNDER_OT_bake(_OnTree, bpy.types.Operator):
         self.report({"INFO"}, f"Sunder: {job.report['n_frames']} frames baked")
         return {"FINISHED"}
 
+    @told
     def execute(self, context):
         """Blocks until done; Ctrl-C stops it as ESC does in the window."""
         job = self._begin(context)
@@ -103,6 +130,7 @@ class SUNDER_OT_bake(_OnTree, bpy.types.Operator):
                 signal.signal(signal.SIGINT, signal.SIG_DFL)
         return self._end(context, job)
 
+    @told
     def invoke(self, context, event):
         if bpy.app.background:
             return self.execute(context)
@@ -115,6 +143,7 @@ class SUNDER_OT_bake(_OnTree, bpy.types.Operator):
         manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
+    @told
     def modal(self, context, event):
         if event.type == "ESC":
             self._job.cancel()
@@ -150,6 +179,7 @@ class SUNDER_OT_cancel_bake(_OnTree, bpy.types.Operator):
     bl_idname = "sunder.cancel_bake"
     bl_label = "Stop"
 
+    @told
     def execute(self, context):
         tree = self.find(context)
         job = runtime.jobs.get(tree.cache_id) if tree else None
@@ -166,9 +196,11 @@ class SUNDER_OT_free_bake(_OnTree, bpy.types.Operator):
     bl_label = "Free Bake"
     bl_options = {"REGISTER"}
 
+    @told
     def invoke(self, context, event):
         return context.window_manager.invoke_confirm(self, event)
 
+    @told
     def execute(self, context):
         tree = self.find(context)
         if tree is None:
@@ -195,6 +227,7 @@ class SUNDER_OT_new_tree(bpy.types.Operator):
 
     name: StringProperty(name="Name", default="Fracture")
 
+    @told
     def execute(self, context):
         tree = bpy.data.node_groups.new(self.name, trees.SunderTree.bl_idname)
         trees.identity(tree)
@@ -212,6 +245,7 @@ class SUNDER_OT_add_results(_OnTree, bpy.types.Operator):
 
     node: StringProperty(name="Node", description="A deformer's name; empty: all that have none", options={"SKIP_SAVE"})
 
+    @told
     def execute(self, context):
         tree = self.find(context)
         if tree is None:

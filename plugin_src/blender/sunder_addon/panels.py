@@ -15,6 +15,7 @@ class SUNDER_PT_tree(bpy.types.Panel):
     def poll(cls, context):
         return trees.is_tree(context.space_data.edit_tree)
 
+    @drawing.guarded
     def draw(self, context):
         bake_status.draw_tree(self.layout, context.space_data.edit_tree, context.scene)
 
@@ -26,6 +27,7 @@ class SUNDER_PT_object(bpy.types.Panel):
     bl_region_type = "UI"
     bl_category = "Sunder"
 
+    @drawing.guarded
     def draw(self, context):
         layout, thing = self.layout, context.object
         problem = core.problem()
@@ -55,6 +57,7 @@ class SUNDER_PT_object(bpy.types.Panel):
 class SunderPreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
 
+    @drawing.guarded
     def draw(self, _context):
         problem = core.problem()
         if problem:
@@ -63,6 +66,7 @@ class SunderPreferences(bpy.types.AddonPreferences):
             self.layout.label(text=f"Sunder's library, version {core.sunder().version()}", icon="CHECKMARK")
 
 
+@drawing.guarded
 def draw_add_menu(self, context):
     """Node editor > Add: nodes by the categories that the library gives."""
     if getattr(context.space_data, "tree_type", "") != trees.SunderTree.bl_idname:
@@ -76,6 +80,7 @@ def draw_add_menu(self, context):
             add.type, add.use_transform = cls.bl_idname, True
 
 
+@drawing.guarded
 def draw_quick_menu(self, _context):
     self.layout.operator("sunder.quick_fracture")
 

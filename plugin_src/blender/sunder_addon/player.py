@@ -87,6 +87,9 @@ def show(thing, frame, is_playing=False):
     except bake_reader.BakeError as error:
         runtime.node_notes[key] = f"frame {shown} cannot be shown: {error}"
         return False
+    except Exception as error:
+        runtime.node_notes[key] = f"frame {shown} cannot be shown: {runtime.fault(error)}"
+        return False
     first, last = manifest.numbers[0], manifest.numbers[-1]
     note = f"baked {first} to {last}"
     if last < manifest.interval[1]:
@@ -146,10 +149,7 @@ def _show_mesh(thing, folder, manifest, shown, is_playing):
         result_mesh.write_attribute(mesh, name, kind, "POINT", values)
     if is_playing and thing.sunder.use_exact_normals and len(frame.triangles) >= PLAYED_FACES:
         return True  # and not marked as shown: it is written again once the frame rests
-    if thing.sunder.use_exact_normals:
-        result_mesh.write_normals(mesh, frame.corner_normals)
-    elif mesh.has_custom_normals:
-        mesh.normals_split_custom_set([(0.0, 0.0, 0.0)] * len(mesh.loops))
+    result_mesh.write_normals(mesh, frame.corner_normals if thing.sunder.use_exact_normals else None)
     result_mesh.set_property(mesh, SHOWN, key)
     return False
 

@@ -7,7 +7,7 @@ from bpy.app.handlers import persistent
 from gpu_extras.batch import batch_for_shader
 from mathutils import Matrix, Vector
 
-from . import bake_reader, cache, core, player, preview_shader, preview_source, runtime
+from . import bake_reader, blender_versions, cache, core, player, preview_shader, preview_source, runtime
 
 problems = {}  # name of a result object: why its preview is not drawn
 _sources = {}  # (bake folder, node): preview_source.Source
@@ -197,7 +197,7 @@ _LEGENDS = {
 
 
 def _font(scale):
-    blf.size(0, *((11 * scale,) if bpy.app.version >= (4, 0, 0) else (int(11 * scale), 72)))
+    blf.size(0, *blender_versions.text_size(11 * scale))
     blf.color(0, 0.9, 0.9, 0.9, 1)
     return 0
 
@@ -234,9 +234,9 @@ def _draw_legend():
     left = np.linspace(0, width, n + 1)
     quads = [((x + a, y), (x + b, y), (x + b, y + height), (x + a, y), (x + b, y + height), (x + a, y + height))
              for a, b in zip(left[:-1], left[1:])]
-    is_new = bpy.app.version >= (4, 0, 0)  # one name and three coordinates for flat and solid alike
-    shader = _shader("legend", lambda: gpu.shader.from_builtin("FLAT_COLOR" if is_new else "2D_FLAT_COLOR"))
-    corners = [(*p, 0.0) if is_new else p for quad in quads for p in quad]
+    name, width_of_a_point = blender_versions.flat_color_shader()
+    shader = _shader("legend", lambda: gpu.shader.from_builtin(name))
+    corners = [(*p, 0.0)[:width_of_a_point] for quad in quads for p in quad]
     color = [(*c, 1.0) for c in np.repeat(colors((np.arange(n) + 0.5) / n), 6, 0)]
     batch_for_shader(shader, "TRIS", {"pos": corners, "color": color}).draw(shader)
     limit = thing.sunder.preview_limit or drawn.frame.limit

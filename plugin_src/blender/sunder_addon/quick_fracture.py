@@ -3,7 +3,7 @@ import bpy
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
-from . import core, drawing, mesh_export, nodes, pickers, presets, results, scene_input, tree as trees, wiring
+from . import core, drawing, mesh_export, nodes, operators, pickers, presets, results, scene_input, tree as trees, wiring
 
 _HOLES = 0.1  # larger ones are the open side of a sheet, not holes of a solid
 _SHEET = 0.02  # thickness that a sheet gets, as a share of its size
@@ -139,6 +139,7 @@ class SUNDER_OT_quick_fracture(bpy.types.Operator):
             cls.poll_message_set(why)
         return why is None
 
+    @operators.told
     def invoke(self, context, event):
         if bpy.app.background:
             return self.execute(context)
@@ -154,6 +155,7 @@ class SUNDER_OT_quick_fracture(bpy.types.Operator):
         for name in ("pieces", "seed", "fall_speed", "has_floor", "bake"):
             column.prop(self, name)
 
+    @operators.told
     def execute(self, context):
         others = [o for o in context.selected_objects if o != context.object and pickers.has_mesh(None, o)]
         things = [context.object, *sorted(others, key=lambda o: o.name)]

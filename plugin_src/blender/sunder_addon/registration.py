@@ -5,8 +5,9 @@ from . import (
     compiler, core, export, handlers, nodes, operators, panels, player, preview, quick_fracture, runtime, sockets, tree,
 )
 
+# Trees come after what is in them: Blender gives a file's trees their class as soon as it is there, and updates them.
 _CLASSES = [
-    *tree.classes, *sockets.classes, *player.classes, *nodes.classes, *operators.classes, *quick_fracture.classes,
+    *sockets.classes, *nodes.classes, *tree.classes, *player.classes, *operators.classes, *quick_fracture.classes,
     *export.classes, *panels.classes,
 ]
 
@@ -14,6 +15,7 @@ _CLASSES = [
 def register():
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
+    runtime.is_registered = True
     player.register()
     panels.register()
     export.register()
@@ -44,6 +46,7 @@ def _drop_evaluated_trees():
 
 
 def unregister():
+    runtime.is_registered = False
     for job in list(runtime.jobs.values()):
         job.cancel()
         job.finish(None)

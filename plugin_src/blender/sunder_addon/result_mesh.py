@@ -1,11 +1,11 @@
 """Writes a frame of a bake into a Blender mesh: geometry, normals, UVs, materials, attributes."""
-import gc
 import hashlib
 import threading
 import time
 
-import bpy
 import numpy as np
+
+from . import blender_versions
 
 _PATIENCE, _PAUSE = 500, 0.004  # tries, and s between them
 
@@ -66,9 +66,7 @@ def write_geometry(mesh, frame, stamp=""):
     mesh.loops.add(3 * n)
     mesh.polygons.add(n)
     _foreach(mesh.loops, "vertex_index", frame.triangles)
-    _foreach(mesh.polygons, "loop_start", np.arange(0, 3 * n, 3, dtype=np.int32))
-    if not bpy.types.MeshPolygon.bl_rna.properties["loop_total"].is_readonly:  # it is from Blender 3.6 on
-        _foreach(mesh.polygons, "loop_total", np.full(n, 3, np.int32))
+    blender_versions.write_triangle_corners(mesh)
     _foreach(mesh.vertices, "co", frame.positions)
     _foreach(mesh.polygons, "use_smooth", np.ones(n, bool))
     mesh.update(calc_edges=True)
@@ -76,16 +74,11 @@ def write_geometry(mesh, frame, stamp=""):
 
 
 def write_normals(mesh, corner_normals):
-    """The library's normals: smooth outside, sharp at break surfaces."""
-    if hasattr(mesh, "use_auto_smooth") and not mesh.use_auto_smooth:  # Blender before 4.1 shows them only then
-        set_property(mesh, "use_auto_smooth", True)
-    was_collecting = gc.isenabled()
-    gc.disable()  # a list for each corner, and no cycle among them: looking for one would take longer than the rest
-    try:
-        mesh.normals_split_custom_set(corner_normals.tolist())
-    finally:
-        if was_collecting:
-            gc.enable()
+    """The library's normals: smooth outside, sharp at break surfaces. None: as Blender works them out."""
+    if corner_normals is None:
+        blender_versions.clear_corner_normals(mesh)
+    else:
+        blender_versions.write_corner_normals(mesh, corner_normals, set_property)
 
 
 def write_uvs(mesh, uvs, name):

@@ -1,7 +1,7 @@
 """One socket class for each kind of thing that runs through wires. A kind fits itself alone."""
 import bpy
 
-from . import descriptions
+from . import blender_versions, descriptions
 
 _COLORS = {
     "mesh": (0.0, 0.84, 0.64, 1.0),
@@ -36,19 +36,13 @@ def _make(socket_type):
     def draw(self, _context, layout, _node, text):
         layout.label(text=text)
 
-    def draw_color(self, _context, _node):
-        return color
-
     members = {
         "bl_idname": class_name(socket_type),
         "bl_label": socket_type.replace("_", " ").title(),
         "__doc__": f"A wire that carries a {socket_type.replace('_', ' ')}",
         "draw": draw,
+        **blender_versions.socket_color(color),
     }
-    if bpy.app.version >= (4, 0, 0):
-        members["draw_color_simple"] = classmethod(lambda cls: color)
-    else:
-        members["draw_color"] = draw_color
     return type(members["bl_idname"], (bpy.types.NodeSocket,), members)
 
 
@@ -59,6 +53,5 @@ def add(collection, description, is_input):
     socket = collection.new(class_name(description["type"]), description["label"], identifier=description["name"])
     if is_input and description["many"]:
         socket.link_limit = MANY
-    if hasattr(socket, "description"):
-        socket.description = description["sentence"]
+    blender_versions.describe_socket(socket, description["sentence"])
     return socket

@@ -1,0 +1,137 @@
+"""What differs between versions of Blender, 3.4 to 5.2: every interface that came, went or changed is used here alone.
+
+Each function tells which versions have what. What a later Blender removes is to be met here, too: callers get what they ask
+for, or None, never an exception about a name (tests/blender/test_versions.py holds them to it).
+"""
+import gc
+
+import bpy
+import numpy as np
+
+NEWEST = (5, 2)  # the last that Sunder was tried in
+# An attribute of vectors counts as normals of corners from 4.5 on: written in 2 ms where the call takes a second.
+HAS_QUICK_NORMALS = bpy.app.version >= (4, 5, 0)
+# Names that a Principled BSDF's sockets have, or had: the first that is there.
+TRANSMISSION = ("Transmission Weight", "Transmission")  # 4.0 and later; before
+
+
+def corner_normals(mesh):
+    """(corners, 3) f32."""
+    if hasattr(mesh, "corner_normals"):  # 4.1 and later
+        return _read(mesh.corner_normals, "vector")
+    mesh.calc_normals_split()  # gone in 4.1
+    return _read(mesh.loops, "normal")
+
+
+def _read(sequence, attribute):
+    array = np.empty(3 * len(sequence), np.float32)
+    sequence.foreach_get(attribute, array)
+    return array.reshape(-1, 3)
+
+
+def write_corner_normals(mesh, normals, set_property=setattr):
+    """Makes `normals` (corners, 3), unit vectors, what renders and viewports show. `set_property`: how properties are set."""
+    if getattr(mesh, "use_auto_smooth", True) is False:  # the switch for them, until 4.0
+        set_property(mesh, "use_auto_smooth", True)
+    if HAS_QUICK_NORMALS:
+        attribute = mesh.attributes.get("custom_normal")
+        if attribute is not None and (attribute.data_type, attribute.domain) != ("FLOAT_VECTOR", "CORNER"):
+            mesh.attributes.remove(attribute)  # normals as the call of before writes them
+            attribute = None
+        attribute = attribute or mesh.attributes.new("custom_normal", "FLOAT_VECTOR", "CORNER")
+        attribute.data.foreach_set("vector", np.ascontiguousarray(normals, np.float32).ravel())
+        return
+    was_collecting = gc.isenabled()
+    gc.disable()  # a list for each corner, and no cycle among them: looking for one would take longer than the rest
+    try:
+        mesh.normals_split_custom_set(normals.tolist())
+    finally:
+        if was_collecting:
+            gc.enable()
+
+
+def clear_corner_normals(mesh):
+    """Back to normals that Blender works out."""
+    if HAS_QUICK_NORMALS:
+        attribute = mesh.attributes.get("custom_normal")
+        if attribute is not None:
+            mesh.attributes.remove(attribute)
+    elif mesh.has_custom_normals:
+        mesh.normals_split_custom_set([(0.0, 0.0, 0.0)] * len(mesh.loops))
+
+
+def write_triangle_corners(mesh):
+    """Polygon i has corners 3i to 3i + 2. Their number is written until 3.5; later it follows from where they start."""
+    n = len(mesh.polygons)
+    mesh.polygons.foreach_set("loop_start", np.arange(0, 3 * n, 3, dtype=np.int32))
+    if not bpy.types.MeshPolygon.bl_rna.properties["loop_total"].is_readonly:
+        mesh.polygons.foreach_set("loop_total", np.full(n, 3, np.int32))
+
+
+def has_nodes(thing):
+    """Whether the nodes of a material or world count. From 5.0 on they do always, and the switch is to go in 6.0."""
+    return thing.node_tree is not None and (bpy.app.version >= (5, 0, 0) or thing.use_nodes)
+
+
+def turn_on_nodes(thing):
+    if bpy.app.version < (5, 0, 0):
+        thing.use_nodes = True
+
+
+def turn_on_refraction(material):
+    """EEVEE shows what lies behind: a switch of its own until 4.1, another one from 4.2 on."""
+    for switch in ("use_screen_space_refraction", "use_raytrace_refraction"):
+        if hasattr(material, switch):
+            setattr(material, switch, True)
+
+
+def set_eevee(scene):
+    """EEVEE with what shadows and occlusion it has a switch for: until 4.1."""
+    try:
+        scene.render.engine = "BLENDER_EEVEE"
+    except TypeError:
+        scene.render.engine = "BLENDER_EEVEE_NEXT"  # 4.2 to 4.4
+    for name in ("use_gtao", "use_soft_shadows"):
+        if hasattr(scene.eevee, name):
+            setattr(scene.eevee, name, True)
+
+
+def socket_color(color):
+    """{name: what a class of sockets has} for the colour of its wires: of the class from 4.0 on, of each socket before."""
+    if bpy.app.version >= (4, 0, 0):
+        return {"draw_color_simple": classmethod(lambda cls: color)}
+    return {"draw_color": lambda self, _context, _node: color}
+
+
+def describe_socket(socket, sentence):
+    """What a socket's tooltip says: 3.4 has one, later versions again from 4.1."""
+    if hasattr(socket, "description"):
+        socket.description = sentence
+
+
+def text_size(points):
+    """Arguments of blf.size after the font: with a resolution until 3.x."""
+    return (points,) if bpy.app.version >= (4, 0, 0) else (int(points), 72)
+
+
+def flat_color_shader():
+    """(name, number of coordinates) of the built-in shader for coloured shapes on the screen."""
+    return ("FLAT_COLOR", 3) if bpy.app.version >= (4, 0, 0) else ("2D_FLAT_COLOR", 2)
+
+
+def curves_of(user):
+    """The curves by which animation data or a strip animates. From 4.4 on an action has slots, each for one user; from 5.0 on
+    curves are there alone."""
+    action = user.action
+    if action is None:
+        return []
+    slot = getattr(user, "action_slot", None)
+    if slot is None:
+        return list(getattr(action, "fcurves", ()))
+    bags = [bag for layer in action.layers for strip in layer.strips for bag in strip.channelbags]
+    return [c for bag in bags if bag.slot_handle == slot.handle for c in bag.fcurves]
+
+
+def has_operator(group, name):
+    """Whether an operator is there: some builds lack exporters, and versions drop them."""
+    return name in dir(getattr(bpy.ops, group))

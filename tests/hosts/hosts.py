@@ -1,0 +1,209 @@
+"""Blenders that the add-on is tested in: where each comes from, how it is made ready, how it is started.
+
+    python3 hosts.py prepare HOST     makes it ready (in the cache, kept between runs) and prints the words that start it
+
+A host is Debian's own Blender, here or in a root of another Debian made by debootstrap, or an official build: the wheel `bpy`
+in a virtual environment. What is made lies below $XDG_CACHE_HOME/sunder/hosts (default: ~/.cache); a root is made and used
+by root alone.
+"""
+import json
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+REPOSITORY = HERE.parents[1]
+CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "sunder/hosts"
+PYTHON = "/usr/bin/python3"  # Debian's: another may come first on PATH
+# What the wheels of `bpy` expect of the system.
+MODULE_PACKAGES = ["libegl1", "libgl1", "libgl1-mesa-dri", "libgomp1", "libice6", "libsm6", "libx11-6", "libxext6", "libxfixes3",
+                   "libxi6", "libxkbcommon0", "libxrender1", "libxxf86vm1"]
+# What the tests run beside Blender.
+TOOL_PACKAGES = ["fonts-dejavu-core", "imagemagick", "python3-numpy", "xdotool"]
+# Sunder's library is built for Debian 12: packages of another Debian that hold what it needs. What is in none of them is
+# taken from this system (`borrowed`), but for TBB, whose name the host's own has as well.
+LIBRARY_PACKAGES = ["libassimp5", "libgmp10", "libmpfr6", "libopenvdb10.0", "libxxhash0", "libzstd1"]
+NEVER_BORROWED = ("libtbb.so", "libc.so", "libm.so", "libstdc++.so", "libgcc_s.so", "libpthread.so", "libdl.so", "librt.so",
+                  "ld-linux")
+
+
+class Unavailable(Exception):
+    """A host cannot be had here; the sentence says why."""
+
+
+class Host:
+    """name: as `--blender` takes it; sentence: what it is. root: suite of Debian that it runs in, None for this system;
+    wheel: version of `bpy`, None for Debian's package of Blender."""
+
+    def __init__(self, name, sentence, root=None, wheel=None):
+        self.name, self.sentence, self.root, self.wheel = name, sentence, root, wheel
+
+    @property
+    def folder(self):
+        return CACHE / self.root if self.root else None
+
+    @property
+    def environment(self):
+        return CACHE / f"bpy-{self.wheel}" if self.wheel else None
+
+    @property
+    def libraries(self):
+        return CACHE / f"libraries-{self.root}"
+
+    def command(self):
+        """The words that start it; Blender's arguments follow. Needs `prepare`."""
+        words = []
+        if self.root:
+            words += [str(HERE / "in_root.sh"), str(self.folder)]
+            if any(self.libraries.glob("*")):
+                words += ["env", f"LD_LIBRARY_PATH={self.libraries}"]
+        if self.wheel:
+            return words + [str(self.environment / "bin/python"), str(HERE / "blender_module.py")]
+        return words + ["blender"]
+
+    def has_window(self):
+        return not self.wheel
+
+    def prepare(self):
+        """Makes it ready; raises Unavailable."""
+        CACHE.mkdir(parents=True, exist_ok=True)
+        if self.root:
+            self._make_root()
+        elif self.wheel:
+            _install_here(["python3-pip", *MODULE_PACKAGES])
+        if self.wheel:
+            self._make_environment()
+        if self.root:
+            self._borrow()
+
+    def versions(self):
+        """{part: version} of Blender, Python, numpy and the C library, as they are."""
+        script = ("import bpy, json, sys, numpy, platform; print('VERSIONS', json.dumps({'blender': bpy.app.version_string, "
+                  "'python': platform.python_version(), 'numpy': numpy.__version__, 'libc': platform.libc_ver()[1]}))")
+        done = subprocess.run([*self.command(), "-b", "--factory-startup", "--python-expr", script], text=True,
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120)
+        for line in done.stdout.splitlines():
+            if line.startswith("VERSIONS "):
+                return json.loads(line[9:])
+        raise Unavailable(f"Blender {self.name} does not start: {done.stdout.strip()[-400:]}")
+
+    def _make_root(self):
+        if os.geteuid() != 0:
+            raise Unavailable(f"a root of Debian {self.root} is made and entered by root alone")
+        if not (self.folder / ".debootstrapped").exists():
+            _install_here(["debootstrap"])
+            shutil.rmtree(self.folder, ignore_errors=True)
+            _run(["debootstrap", "--variant=minbase", self.root, str(self.folder), _mirror()], f"debootstrap of {self.root}")
+            (self.folder / ".debootstrapped").touch()
+        for file in ("etc/resolv.conf", "etc/ssl/certs/ca-certificates.crt"):  # how the network is reached, and whom it trusts
+            if Path("/", file).exists():
+                (self.folder / file).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(Path("/", file), self.folder / file)
+        wanted = [*TOOL_PACKAGES, *MODULE_PACKAGES, *LIBRARY_PACKAGES, "python3", "python3-pip", "blender"]
+        stamp = self.folder / ".sunder_packages"
+        if stamp.exists() and stamp.read_text().split("\n")[0] == " ".join(wanted):
+            return
+        # A mirror's copy of sid may be older than its lists say that they last.
+        self._inside(["apt-get", "-qq", "-o", "Acquire::Check-Valid-Until=false", "update"])
+        there = [p for p in wanted if self._inside(["apt-cache", "show", p], may_fail=True)]
+        self._inside(["env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-qq", "install", "-y", "--no-install-recommends", *there])
+        stamp.write_text(" ".join(wanted) + "\n")
+
+    def _make_environment(self):
+        if (self.environment / ".ready").exists():
+            return
+        shutil.rmtree(self.environment, ignore_errors=True)
+        python = self.environment / "bin/python"
+        within = self._inside if self.root else (lambda words: _run(words, " ".join(words)))
+        within([PYTHON, "-m", "venv", "--without-pip", str(self.environment)])
+        within([PYTHON, "-m", "pip", "--python", str(python), "install", "-q", "--disable-pip-version-check",
+                f"bpy=={self.wheel}"])
+        (self.environment / ".ready").touch()
+
+    def _borrow(self):
+        """Copies the libraries that the add-on's library misses in the root from this system, until none is missing."""
+        library = os.environ.get("SUNDER_ADDON_ROOT")
+        library = library and next(Path(library).glob("addons/*/sunder/libsunder.so"), None)
+        if not library:
+            return
+        self.libraries.mkdir(exist_ok=True)
+        here = _needed(library)
+        for _ in range(20):
+            told = self._inside(["env", f"LD_LIBRARY_PATH={self.libraries}", "ldd", str(library)])
+            missing = [line.split()[0] for line in told.splitlines() if "not found" in line]
+            missing = [m for m in missing if m in here and not m.startswith(NEVER_BORROWED)]
+            if not missing:
+                return
+            for name in missing:
+                shutil.copy(here[name], self.libraries / name)
+
+    def _inside(self, words, may_fail=False):
+        """Output of a command in the root; "" for one that may fail and did."""
+        command = [str(HERE / "in_root.sh"), str(self.folder), *words]
+        if may_fail:
+            done = subprocess.run(command, text=True, stdin=subprocess.DEVNULL, capture_output=True)
+            return done.stdout if done.returncode == 0 else ""
+        return _run(command, f"{' '.join(words[:4])} in the root of {self.root}")
+
+
+def _needed(library):
+    """{name: path} of all libraries that one needs, as this system has them."""
+    told = subprocess.run(["ldd", str(library)], text=True, capture_output=True).stdout
+    return {line.split()[0]: line.split()[2] for line in told.splitlines() if "=> /" in line}
+
+
+def _run(words, what):
+    done = subprocess.run(words, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    if done.returncode:
+        raise Unavailable(f"{what} failed: {done.stdout.strip()[-400:]}")
+    return done.stdout
+
+
+def _install_here(packages):
+    told = subprocess.run(["dpkg-query", "-W", "-f", "${db:Status-Abbrev} ${Package}\n", *packages], text=True,
+                          capture_output=True).stdout
+    there = {line.split()[1].split(":")[0] for line in told.splitlines() if line[1:2] == "i"}
+    missing = [p for p in packages if p not in there]
+    if missing:
+        _run(["env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-qq", "install", "-y", "--no-install-recommends", *missing],
+             f"apt-get install {' '.join(missing)}")
+
+
+def _mirror():
+    """The mirror that this system's own packages come from."""
+    told = _run(["apt-get", "indextargets", "--format", "$(REPO_URI) $(ORIGIN) $(LABEL)", "Created-By: Packages"], "apt-get")
+    for line in told.splitlines():
+        address, *names = line.split()
+        if names == ["Debian", "Debian"]:
+            return address
+    raise Unavailable("apt knows no mirror of Debian")
+
+
+# The wheels are the last of their series when this list was written.
+HOSTS = {host.name: host for host in [
+    Host("3.4", "Debian 12's own"),
+    Host("4.2", "official build, LTS", wheel="4.2.23"),
+    Host("4.3", "Debian 13's own", root="trixie"),
+    Host("4.5", "official build, LTS", wheel="4.5.15"),
+    Host("5.0", "official build", wheel="5.0.1"),
+    Host("5.2", "official build, LTS, in Debian 13", root="trixie", wheel="5.2.3"),
+    Host("sid", "Debian sid's own", root="sid"),
+]}
+
+
+def main(arguments):
+    if len(arguments) != 2 or arguments[0] != "prepare" or arguments[1] not in HOSTS:
+        sys.exit(f"{__doc__}\nHosts: {', '.join(HOSTS)}")
+    host = HOSTS[arguments[1]]
+    try:
+        host.prepare()
+    except Unavailable as error:
+        sys.exit(f"hosts.py: error: {error}")
+    print(shlex.join(host.command()))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

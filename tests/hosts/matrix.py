@@ -1,0 +1,187 @@
+"""The whole matrix of tests: every Blender, every part; what came of each is written to docs/matrix.md.
+
+    python3 matrix.py --all [PART]...   parts that have not passed on this commit; with names, those alone
+    python3 matrix.py --blender HOST    the add-on's tests in one Blender, without a window
+
+Called by `./sunder test`, which has built everything. Results are kept in build/matrix. A part that cannot run here counts
+as not run, never as passed; a part that fails makes the whole fail.
+"""
+import argparse
+import json
+import os
+import shlex
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree as xml
+from pathlib import Path
+
+import hosts
+
+REPOSITORY = hosts.REPOSITORY
+BUILD = REPOSITORY / "build"
+KEPT = BUILD / "matrix"
+TABLE = REPOSITORY / "docs/matrix.md"
+FAULTS = Path(__file__).with_name("host_faults.json")  # what fails in a host by the host's own fault: {part: {test: why}}
+
+
+def say(text):
+    print(f"sunder: {text}", file=sys.stderr, flush=True)
+
+
+class Part:
+    """name; sentence; run(): Result."""
+
+    def __init__(self, name, sentence, run):
+        self.name, self.sentence, self.run = name, sentence, run
+
+
+class Result:
+    def __init__(self, passed=0, failed=(), versions="", not_run=""):
+        self.passed, self.failed, self.versions, self.not_run = passed, list(failed), versions, not_run
+
+
+def _ctest(arguments, environment, name):
+    """Runs tests by ctest; what it tells of each in its report of JUnit's form."""
+    report = KEPT / f"{name}.xml"
+    report.unlink(missing_ok=True)
+    subprocess.run(["ctest", "--test-dir", str(BUILD), "--output-on-failure", "--no-tests=error", "--timeout", "600", "-j",
+                    str(os.cpu_count()), "--output-junit", str(report), *arguments], env={**os.environ, **environment},
+                   stdin=subprocess.DEVNULL)
+    if not report.exists():
+        return Result(failed=["ctest itself"])
+    passed, failed = 0, []
+    for case in xml.parse(report).getroot().iter("testcase"):
+        if case.get("status") == "run":
+            passed += 1
+        else:  # one that could not run has guarded nothing
+            failed.append(case.get("name"))
+    return Result(passed, failed)
+
+
+def _in_host(host, arguments, name):
+    """Tests by ctest with a Blender of the matrix in the place of this system's."""
+    try:
+        host.prepare()
+        versions = host.versions()
+    except hosts.Unavailable as error:
+        return Result(not_run=str(error))
+    result = _ctest(arguments, {"SUNDER_BLENDER": shlex.join(host.command())}, name)
+    result.versions = f"Blender {versions['blender']}, Python {versions['python']}, numpy {versions['numpy']}, " \
+                      f"glibc {versions['libc']}"
+    return result
+
+
+def parts():
+    made = [Part("suite", "all that `./sunder test` runs on this system",
+                 lambda: _ctest([], {}, "suite"))]
+    for host in hosts.HOSTS.values():
+        name = f"blender-{host.name}"
+        made.append(Part(name, f"the add-on without a window: {host.sentence}",
+                         lambda host=host, name=name: _in_host(host, ["-L", "blender_host"], name)))
+    for host in hosts.HOSTS.values():
+        if host.has_window():
+            name = f"window-{host.name}"
+            made.append(Part(name, f"a session in Blender's window: {host.sentence}",
+                             lambda host=host, name=name: _in_host(host, ["-L", "blender_window"], name)))
+    return {part.name: part for part in made}
+
+
+def _git(*arguments):
+    return subprocess.run(["git", "-C", str(REPOSITORY), *arguments], text=True, capture_output=True).stdout.strip()
+
+
+def _commit():
+    """The commit that is tested; one that was edited since is no commit."""
+    edited = [line for line in _git("status", "--porcelain").splitlines() if not line.endswith("docs/matrix.md")]
+    return _git("rev-parse", "--short=9", "HEAD") + ("+edits" if edited else "")
+
+
+def _kept(name):
+    path = KEPT / f"{name}.json"
+    return json.loads(path.read_text()) if path.exists() else None
+
+
+def _run(part, commit):
+    started = time.monotonic()
+    say(f"{part.name}: {part.sentence}")
+    result = part.run()
+    known = json.loads(FAULTS.read_text()).get(part.name, {}) if FAULTS.exists() else {}
+    explained = {name: known[name] for name in result.failed if name in known}
+    told = {"part": part.name, "sentence": part.sentence, "versions": result.versions, "commit": commit,
+            "date": time.strftime("%Y-%m-%d"), "passed": result.passed,
+            "failed": [name for name in result.failed if name not in explained], "explained": explained,
+            "not_run": result.not_run, "seconds": round(time.monotonic() - started)}
+    if not told["not_run"] and not told["passed"]:
+        told["failed"] = told["failed"] or ["nothing ran"]
+    KEPT.mkdir(parents=True, exist_ok=True)
+    (KEPT / f"{part.name}.json").write_text(json.dumps(told, indent=1))
+    return told
+
+
+def _is_whole(told, commit):
+    return told is not None and told["commit"] == commit and not commit.endswith("+edits") and not told["failed"] \
+        and not told["not_run"] and told["passed"] > 0
+
+
+def write_table(known):
+    lines = ["# What is tested where", "",
+             "Written by `./sunder test --all`. *Not run* is no pass: nothing is known of it.", "",
+             "| part | what | versions | commit | date | passed | failed | host's own faults | not run, and why |",
+             "|---|---|---|---|---|---|---|---|---|"]
+    for part in parts().values():
+        told = known.get(part.name)
+        if told is None:
+            lines.append(f"| {part.name} | {part.sentence} | | | | | | | never run |")
+            continue
+        failed = ", ".join(told["failed"]) or "0"
+        explained = "; ".join(f"{name}: {why}" for name, why in told["explained"].items())
+        lines.append(f"| {part.name} | {part.sentence} | {told['versions']} | {told['commit']} | {told['date']} | {told['passed']} | "
+                     f"{failed} | {explained} | {told['not_run']} |")
+    TABLE.write_text("\n".join(lines) + "\n")
+
+
+def run_all(names):
+    there, commit = parts(), _commit()
+    unknown = [n for n in names if n not in there]
+    if unknown:
+        sys.exit(f"sunder: error: no part is called {', '.join(unknown)}; parts: {', '.join(there)}")
+    for name in names or there:
+        if not names and _is_whole(_kept(name), commit):
+            say(f"{name}: passed on {commit} before")
+            continue
+        _run(there[name], commit)
+        write_table({n: _kept(n) for n in there if _kept(n)})
+    told = [_kept(name) for name in names or there]
+    for part in told:
+        if part["not_run"]:
+            say(f"WARNING: {part['part']} was NOT RUN: {part['not_run']}")
+        for name in part["failed"]:
+            say(f"{part['part']}: failed: {name}")
+    passed, failed = (sum(counts) for counts in ([p["passed"] for p in told], [len(p["failed"]) for p in told]))
+    print(f"{passed} passed, {failed} failed")
+    return 1 if failed or not passed else 0
+
+
+def run_blender(name):
+    if name not in hosts.HOSTS:
+        sys.exit(f"sunder: error: no Blender is called {name}; there are {', '.join(hosts.HOSTS)}")
+    told = _run(parts()[f"blender-{name}"], _commit())
+    if told["not_run"]:
+        say(f"WARNING: Blender {name} was NOT RUN: {told['not_run']}")
+    print(f"{told['passed']} passed, {len(told['failed'])} failed")
+    return 1 if told["failed"] or told["not_run"] else 0
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="./sunder test")
+    parser.add_argument("--all", nargs="*", metavar="PART")
+    parser.add_argument("--blender", metavar="HOST")
+    given = parser.parse_args()
+    os.environ.setdefault("SUNDER_ADDON_ROOT", str(BUILD / "blender"))
+    KEPT.mkdir(parents=True, exist_ok=True)
+    return run_blender(given.blender) if given.blender else run_all(given.all or [])
+
+
+if __name__ == "__main__":
+    sys.exit(main())
