@@ -104,7 +104,7 @@ def _layers(rows, domains):
 class MeshFrame:
     """positions (v, 3) f32, vertex_fragment (v,), velocities (v, 3) f32 or None, rest (v, 3) f32, in the mesh that was cut,
     or None; triangles (t, 3), corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None, material and fragment (t,), hidden (t,)
-    bool; interface (t,), rim (3t,) f32 and colors (3t, 4) f32 or None; whole numbers are int32. layers: what else the artist's mesh has, [Layer]."""
+    bool; interface (t,), rim (3t,) f32 and colors (3t, 4) f32 or None; whole numbers are int32. mesh_layers: what else the artist's mesh has, [Layer]."""
 
 
 def read_mesh_frame(path):
@@ -129,7 +129,7 @@ def read_mesh_frame(path):
         mesh.rim = np.ascontiguousarray(face["rim"], np.float32).ravel() if "rim" in there else None
         has_colors = "corner_colors" in there
         mesh.colors = np.ascontiguousarray(face["corner_colors"], np.float32).reshape(-1, 4) if has_colors else None
-        mesh.layers = _layers(vertex, ("point",)) + _layers(face, ("corner", "face"))
+        mesh.mesh_layers = _layers(vertex, ("point",)) + _layers(face, ("corner", "face"))
     except (KeyError, ValueError) as error:
         raise BakeError(f"{path}: not a mesh frame ({error})") from error
     if mesh.triangles.size and (mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.positions)):

@@ -77,8 +77,8 @@ def check_surface(points, triangles, is_break, values, domains):
 
 def of_file(path):
     frame = read_mesh_frame(path)
-    attributes = {l.name: l.values[:, 0] if l.values.shape[1] == 1 else l.values for l in frame.layers}
-    return frame, attributes, {l.name: l.domain for l in frame.layers}
+    attributes = {l.name: l.values[:, 0] if l.values.shape[1] == 1 else l.values for l in frame.mesh_layers}
+    return frame, attributes, {l.name: l.domain for l in frame.mesh_layers}
 
 
 @pytest.mark.parametrize("topology", ["compact", "constant"])
@@ -166,6 +166,13 @@ def test_usd_has_them_as_primvars_and_glb_the_uv_maps(sunder, scene, tmp_path):
                 uvs = glb.array(primitive["attributes"]["TEXCOORD_1"])[glb.array(primitive["indices"])]
                 seen |= {tuple(uv) for uv in np.stack([uvs[:, 0], 1 - uvs[:, 1]], 1).round(5).tolist()}
     assert {tuple(uv) for uv in attributes[WALL].round(5).tolist()} <= seen
+
+
+def test_info_lists_them(sunder, tmp_path):
+    (tmp_path / "cube.ply").write_text(cube(), encoding="utf-8")
+    told = sunder("info", "cube.ply").out.splitlines()
+    assert [line.split(None, 1)[1] for line in told if line.startswith("layer ")] == [
+        "point_float:heat", "point_weight:top half", "point_color:tint", f"corner_uv:{WALL}", "face_int:side", "face_bool:is top"]
 
 
 def test_what_is_damaged_is_told(sunder, tmp_path):

@@ -14,10 +14,10 @@ class Compiled:
     """description: what a graph file holds. files: {path seen from the bake folder: bytes}.
     rest_matrices: {graph name of a rigid body: 4x4 rows of its object at the first frame}.
     rest_coordinates: {graph name of a deformer whose body is cut from one object: what is noted of that}.
-    layers: {graph name of a deformer: how artists find the layers of its mesh}, where it has any."""
+    mesh_layers: {graph name of a deformer: how artists find the layers of its mesh}, where it has any."""
 
     def __init__(self):
-        self.description, self.files, self.rest_matrices, self.rest_coordinates, self.layers = {}, {}, {}, {}, {}
+        self.description, self.files, self.rest_matrices, self.rest_coordinates, self.mesh_layers = {}, {}, {}, {}, {}
 
 
 class _Channel:
@@ -184,8 +184,8 @@ class _Compiler:
             self.result.rest_coordinates[node.graph_name] = rest_coordinates.describe(thing, own)
         source = wiring.upstream(node, "mesh_file")
         geometry = self.geometries.get(source.graph_name) if source is not None else None
-        if geometry is not None and geometry.layers:
-            self.result.layers[node.graph_name] = geometry.order
+        if geometry is not None and geometry.mesh_layers:
+            self.result.mesh_layers[node.graph_name] = geometry.order
 
     def _add_rigid_body(self, node, depsgraph):
         for name, thing, center in self._shapes(node, depsgraph):

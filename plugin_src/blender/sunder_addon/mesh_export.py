@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 
-from . import blender_versions, core, layers
+from . import blender_versions, core, mesh_layers
 
 _MOST_SQUEEZED = 1e6  # largest scale over smallest: matrices have seven digits
 _VERTEX = np.dtype([(n, "<f8") for n in "xyz"] + [(n, "<f4") for n in ("nx", "ny", "nz")])
@@ -14,12 +14,12 @@ _VERTEX = np.dtype([(n, "<f8") for n in "xyz"] + [(n, "<f4") for n in ("nx", "ny
 class Geometry:
     """positions (v, 3) f64, corners (t, 3) int32, corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None,
     colors (3t, 4) f32, linear, or None; material (t,) int32; groups {name: [vertex, ...]}; maps {name: (v,) f32};
-    layers: what else it carries, a row each vertex, corner (3t) or triangle; order: of layers.order, {} without layers."""
+    layers: what else it carries, a row each vertex, corner (3t) or triangle; order: of mesh_layers.order, {} without layers."""
 
     def __init__(self, positions, corners, corner_normals, uvs, colors, material, groups, maps, layers=(), order=None):
         self.positions, self.corners, self.corner_normals = positions, corners, corner_normals
         self.uvs, self.colors, self.material, self.groups, self.maps = uvs, colors, material, groups, maps
-        self.layers, self.order = list(layers), order or {}
+        self.mesh_layers, self.order = list(layers), order or {}
 
 
 def _read(sequence, attribute, width, dtype):
@@ -110,13 +110,13 @@ def geometry(thing, depsgraph, matrix, use_modifiers, group_names=(), map_names=
         for name, values in maps.items():
             if values is None:
                 raise core.Refused(f"object '{thing.name}' has neither a vertex group nor a vertex attribute '{name}'")
-        carried = layers.read(thing, mesh, uv_map, colors, use_modifiers) if with_layers else []
+        carried = mesh_layers.read(thing, mesh, uv_map, colors, use_modifiers) if with_layers else []
         rows = {"corner": flat, "face": _read(mesh.loop_triangles, "polygon_index", 1, np.int32)}
         for layer in carried:
             layer.values = layer.values[rows.get(layer.domain, slice(None))]
         return Geometry(positions, corners.astype(np.int32), (normals / length)[flat].astype(np.float32),
                         layer_uvs(uv_map)[flat] if uv_map else None, layer_colors(colors)[painted] if colors else None,
-                        material, groups, maps, carried, layers.order(thing, mesh, uv_map, colors))
+                        material, groups, maps, carried, mesh_layers.order(thing, mesh, uv_map, colors))
     finally:
         source.to_mesh_clear()
 
@@ -133,7 +133,7 @@ def _joined_corners(parts, field, missing):
 def _maps_of_other_names(g, order):
     """What renders show of a part, as layers where that is not called as in the whole."""
     shown = ("render_uv_map", "uv", g.uvs), ("render_color", "color", g.colors)
-    return [layers.Layer(g.order[field], "corner", kind, values) for field, kind, values in shown
+    return [mesh_layers.Layer(g.order[field], "corner", kind, values) for field, kind, values in shown
             if values is not None and g.order[field] != order[field]]
 
 
@@ -142,7 +142,7 @@ def joined(parts):
     if len(parts) == 1:
         return parts[0]
     offset = np.cumsum([0] + [len(g.positions) for g in parts[:-1]])
-    order = layers.joined_order([g.order for g in parts])
+    order = mesh_layers.joined_order([g.order for g in parts])
     groups = {}
     for g, first in zip(parts, offset):
         for name, members in g.groups.items():
@@ -156,7 +156,7 @@ def joined(parts):
         np.concatenate([g.material for g in parts]),
         groups,
         {name: np.concatenate([g.maps[name] for g in parts]) for name in parts[0].maps},
-        layers.joined([g.layers + _maps_of_other_names(g, order) for g in parts],
+        mesh_layers.joined([g.mesh_layers + _maps_of_other_names(g, order) for g in parts],
                       [{"point": len(g.positions), "corner": 3 * len(g.corners), "face": len(g.corners)} for g in parts],
                       {order["render_uv_map"], order["render_color"]}),
         order,
@@ -167,7 +167,7 @@ class _Column:
     """A layer in a file of `t` triangles; rows: (vertices or triangles, numbers)."""
 
     def __init__(self, layer, t):
-        self.name = layers.property_name(layer)
+        self.name = mesh_layers.property_name(layer)
         self.rows = layer.values.reshape(t, -1) if layer.domain == "corner" else layer.values
         kind, self.width = "int" if self.rows.dtype == np.int32 else "float", self.rows.shape[1]
         entry = "<i4" if kind == "int" else "<f4"
@@ -187,7 +187,7 @@ def ply_bytes(g):
     flat = g.corners.ravel()
     maps = {map_property(name): values for name, values in g.maps.items()}
     channels = () if g.colors is None else ("red", "green", "blue", "alpha")
-    of_vertices, of_faces = ([_Column(l, t) for l in g.layers if (l.domain == "point") == is_of_vertices]
+    of_vertices, of_faces = ([_Column(l, t) for l in g.mesh_layers if (l.domain == "point") == is_of_vertices]
                              for is_of_vertices in (True, False))
     vertex = np.zeros(n + 3 * t, np.dtype(_VERTEX.descr + [(name, "<f4") for name in (*channels, *maps)]
                                           + [f for column in of_vertices for f in column.fields]))

@@ -45,7 +45,7 @@ def face_stamp(frame, *names):
     for values in (frame.triangles, frame.material, frame.fragment, frame.hidden, frame.uvs, frame.interface, frame.rim,
                    frame.colors, frame.rest):
         digest.update(b"none" if values is None else np.ascontiguousarray(values))
-    for layer in frame.layers:
+    for layer in frame.mesh_layers:
         digest.update(repr((layer.name, layer.domain, layer.kind, layer.values.shape)).encode())
         digest.update(np.ascontiguousarray(layer.values))
     return digest.hexdigest()
@@ -98,7 +98,7 @@ def write_materials(mesh, material, interior, interior_slot):
 
 
 def write_attribute(mesh, name, kind, domain, values):
-    """kind: of Blender's types those that layers.py writes, among them INT, FLOAT, BOOLEAN, FLOAT_VECTOR and FLOAT_COLOR;
+    """kind: of Blender's types those that mesh_layers.py writes, among them INT, FLOAT, BOOLEAN, FLOAT_VECTOR and FLOAT_COLOR;
     domain: POINT, FACE or CORNER."""
     attribute = mesh.attributes.get(name)
     if attribute is not None and (attribute.data_type != kind or attribute.domain != domain):

@@ -8,7 +8,7 @@ import json
 import bpy
 import numpy as np
 
-from . import animation, core, descriptions, layers, mesh_export, parameters, pickers, runtime, scene_input, wiring
+from . import animation, core, descriptions, mesh_export, mesh_layers, parameters, pickers, runtime, scene_input, wiring
 
 
 def _mesh_hash(thing, use_modifiers, with_layers=False):
@@ -37,8 +37,8 @@ def _mesh_hash(thing, use_modifiers, with_layers=False):
     if colors:
         digest.update(mesh_export.layer_colors(colors).tobytes())
     if with_layers:
-        for layer in layers.read(thing, mesh, uv_map, colors, use_modifiers):
-            digest.update(layers.property_name(layer).encode() + layer.values.tobytes())
+        for layer in mesh_layers.read(thing, mesh, uv_map, colors, use_modifiers):
+            digest.update(mesh_layers.property_name(layer).encode() + layer.values.tobytes())
     source.to_mesh_clear()
     if deforms:
         for m in thing.modifiers:

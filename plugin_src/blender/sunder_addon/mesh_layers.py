@@ -7,6 +7,7 @@ import urllib.parse
 import bpy
 import numpy as np
 
+from . import blender_versions
 from .bake_reader import Layer
 
 # Blender's type: (kind, numbers a row, field that holds them)
@@ -22,8 +23,6 @@ _WRITTEN = {
     ("float", 4): ("QUATERNION", "FLOAT_COLOR"), ("color", 4): ("FLOAT_COLOR",), ("int", 1): ("INT",),
     ("int", 2): ("INT32_2D",), ("bool", 1): ("BOOLEAN",),
 }
-# Of the geometry itself, which the result has its own of; creases and bevels are for modifiers, which are applied.
-_BUILT_IN = {"position", "material_index", "sharp_face", "custom_normal", "crease_vert", "bevel_weight_vert", "freestyle_face"}
 # What results have of their own (docs/blender.md).
 OF_RESULTS = {"fragment", "interior", "hidden", "interface", "rim", "strain", "toughness_left", "plastic_strain",
               "rest_position", "velocity"}
@@ -75,10 +74,10 @@ def _weights(thing, mesh, use_modifiers):
 def read(thing, mesh, uv_map, colors, use_modifiers):
     """Of `mesh`, which is made of object `thing`; all but those two layers of it (None: there is none)."""
     maps = [Layer(m.name, "corner", "uv", _rows(m, "uv", 2, "uv")) for m in mesh.uv_layers if m != uv_map]
-    taken = {m.name for m in mesh.uv_layers} | ({colors.name} if colors else set()) | _BUILT_IN | OF_RESULTS
+    taken = {m.name for m in mesh.uv_layers} | ({colors.name} if colors else set()) | OF_RESULTS
     attributes = [Layer(a.name, a.domain.lower(), _TYPES[a.data_type][0], _rows(a, *_TYPES[a.data_type]))
                   for a in mesh.attributes if a.domain in ("POINT", "CORNER", "FACE") and a.data_type in _TYPES
-                  and a.name not in taken and not a.name.startswith(".")]
+                  and a.name not in taken and not blender_versions.is_of_geometry(a.name)]
     return maps + attributes + _weights(thing, mesh, use_modifiers)
 
 

@@ -134,7 +134,7 @@ class Layers(ObjectCase):
         result, = self.results(tree)
         self.bake(tree)
         self.scene.frame_set(1)
-        layers, written = addon("layers"), []
+        layers, written = addon("mesh_layers"), []
         plain = {name: getattr(layers, name) for name in ("write_uv_maps", "write_attributes", "write_groups")}
         for name, function in plain.items():
             setattr(layers, name, lambda *a, name=name, function=function: (written.append(name), function(*a)))
@@ -152,7 +152,7 @@ class Layers(ObjectCase):
         before = stamp(frame)
         for change in (lambda l: l.values.__iadd__(1), lambda l: setattr(l, "name", l.name + "x")):
             changed = addon("bake_reader").read_mesh_frame(str(self.cached(tree) / "mesh/deformer.0001.ply"))
-            change(changed.layers[-1])
+            change(changed.mesh_layers[-1])
             self.assertNotEqual(stamp(changed), before)
 
     def test_bones_that_have_moved_the_mesh_leave_their_groups_behind(self):
@@ -162,7 +162,7 @@ class Layers(ObjectCase):
         rig.data.bones[0].name = "Spine"
         thing.modifiers.new("rig", "ARMATURE").object = rig
         tree, nodes = self.tree(thing)
-        names = lambda: {l.name for l in self.geometry(tree).layers if l.kind == "weight"}
+        names = lambda: {l.name for l in self.geometry(tree).mesh_layers if l.kind == "weight"}
         self.assertEqual(names(), {"Leg.L", "Nobody"})
         nodes["mesh_file"].use_modifiers = False
         self.assertEqual(names(), {"Leg.L", "Nobody", "Spine"})
@@ -239,12 +239,12 @@ class Layers(ObjectCase):
     def test_a_mesh_without_layers_makes_the_files_of_before(self):
         tree, _ = self.tree()
         compiled = self.compiled(tree)
-        self.assertEqual(compiled.layers, {})
+        self.assertEqual(compiled.mesh_layers, {})
         for data in compiled.files.values():
             header = data.split(b"end_header\n")[0].decode()
             self.assertNotIn(":", header)
         self.bake(tree)
-        self.assertNotIn("layers", addon("cache").note(str(self.cached(tree))))
+        self.assertNotIn("mesh_layers", addon("cache").note(str(self.cached(tree))))
 
 
 if __name__ == "__main__":
