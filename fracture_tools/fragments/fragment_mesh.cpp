@@ -219,8 +219,8 @@ struct PieceBuilder {
             std::vector<float>& to = mesh.layers[k].values;
             const bool is_of_face = from.domain == LayerDomain::face;
             for (size_t i = 0; i < (is_of_face ? 1 : 3); ++i) {
-                const LayerRow row = is_outer ? row_of(from, is_of_face ? corner[0] / 3 : corner[i])
-                                              : row_inside(set, from, corner[i]);
+                const LayerRow row =
+                    is_outer ? row_of(from, is_of_face ? corner[0] / 3 : corner[i]) : row_inside(set, from, corner[i]);
                 to.insert(to.end(), row.begin(), row.begin() + from.width);
             }
         }

@@ -98,7 +98,8 @@ void blend_corners(const CellComplex& complex, const std::vector<uint32_t>& oute
         const uint32_t t = complex.faces[f].source_triangle;
         for (const Vec3& w : complex.source_weights[f]) {
             if (!source.corner_uvs.empty()) io_set.outer_corner_uvs.push_back(blended(source.corner_uvs, t, w));
-            if (!source.corner_colors.empty()) io_set.outer_corner_colors.push_back(blended(source.corner_colors, t, w));
+            if (!source.corner_colors.empty())
+                io_set.outer_corner_colors.push_back(blended(source.corner_colors, t, w));
             for (size_t k = 0; k < source.layers.size(); ++k)
                 if (source.layers[k].domain != LayerDomain::face)
                     append_at(source, source.layers[k], t, w, io_set.outer_layers[k].values);

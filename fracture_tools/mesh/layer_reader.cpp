@@ -13,7 +13,8 @@ namespace {
 float stored(const LayerId& layer, double value) {
     if (!std::isfinite(value)) return 0;
     if (layer.kind == LayerKind::boolean) return std::bit_cast<float>(int32_t{value != 0});
-    if (layer.kind == LayerKind::integer) return std::bit_cast<float>(static_cast<int32_t>(static_cast<int64_t>(value)));
+    if (layer.kind == LayerKind::integer)
+        return std::bit_cast<float>(static_cast<int32_t>(static_cast<int64_t>(value)));
     const float number = static_cast<float>(value);
     return std::isfinite(number) ? number : 0;
 }

@@ -16,10 +16,10 @@ public:
     /// Of a corner at `p` of a face with centroid `middle`, which belongs to source triangle `home`.
     struct Place {
         uint32_t home = 0;
-        SurfacePoint near;                            // from the corner a little into its own face
-        std::optional<Vec3> at_corner, at_middle;     // weights of the corners of `home`, which may be beyond it; none of
-                                                      // a triangle without area
-        Vec3 held = Vec3::UnitX();                    // the same of the point of `home` that is nearest to `p`
+        SurfacePoint near;                         // from the corner a little into its own face
+        std::optional<Vec3> at_corner, at_middle;  // weights of the corners of `home`, which may be beyond it; none of
+                                                   // a triangle without area
+        Vec3 held = Vec3::UnitX();                 // the same of the point of `home` that is nearest to `p`
     };
     Place place(const Vec3& p, const Vec3& middle, uint32_t home) const;
 
@@ -35,7 +35,8 @@ public:
     }
 
 private:
-    bool is_beyond_seam(const Place& place, const float* corners, size_t n, float* out_exact, float* out_extended) const;
+    bool is_beyond_seam(const Place& place, const float* corners, size_t n, float* out_exact,
+                        float* out_extended) const;
 
     const TriMesh& source_;
     SurfaceLookup lookup_;

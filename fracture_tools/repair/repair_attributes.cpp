@@ -179,8 +179,8 @@ void carry_cut_attributes(const TriMesh& source, TriMesh& io_mesh) {
 void resample_attributes(const TriMesh& source, TriMesh& io_mesh) {
     const SurfaceLookup lookup(source);
     const SourceCorners corners(source);
-    const bool has_layers = std::ranges::any_of(
-        source.layers, [](const MeshLayer& l) { return l.domain == LayerDomain::corner; });
+    const bool has_layers =
+        std::ranges::any_of(source.layers, [](const MeshLayer& l) { return l.domain == LayerDomain::corner; });
     io_mesh.layers = empty_layers(source.layers);
     for (const auto& [a, b, c] : io_mesh.triangles) {
         const Vec3 middle = (io_mesh.positions[a] + io_mesh.positions[b] + io_mesh.positions[c]) / 3;

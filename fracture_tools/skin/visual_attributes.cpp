@@ -50,7 +50,8 @@ void put_layer(const FragmentSet& set, const MeshLayer& layer, const FragmentFac
     const bool is_of_face = layer.domain == LayerDomain::face;
     for (int c = 0; c < (is_of_face ? 1 : 3); ++c, out += layer.width) {
         const uint32_t corner = faces.source_corner(face, c);
-        LayerRow row = faces.is_outer(face) ? row_of(layer, is_of_face ? face : corner) : row_inside(set, layer, corner);
+        LayerRow row =
+            faces.is_outer(face) ? row_of(layer, is_of_face ? face : corner) : row_inside(set, layer, corner);
         if (layer.kind == LayerKind::uv && faces.is_side_b(face)) row[0] = -row[0];  // as corner_uvs
         std::copy_n(row.begin(), layer.width, out);
     }

@@ -16,8 +16,8 @@ class VisualAttributes {
 public:
     explicit VisualAttributes(std::shared_ptr<const FragmentSet> set);
 
-    /// Fills triangle_* (but for triangle_hidden), corner_uvs, corner_colors, corner_rim and the layers of `io_mesh` that
-    /// are not by point.
+    /// Fills triangle_* (but for triangle_hidden), corner_uvs, corner_colors, corner_rim and the layers of `io_mesh`
+    /// that are not by point.
     void list(const SplitTopology& topology, const RangeRunner& run, VisualMesh& io_mesh);
 
     /// Fills the layers by point, after the others. `io_mesh` has its skin.

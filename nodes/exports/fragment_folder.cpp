@@ -124,7 +124,8 @@ ByteBuffer encode_piece(const TriMesh& piece) {
     ByteBuffer bytes;
     const auto put = [&](const void* data, size_t n) { bytes.append(data, n); };
     bytes.reserve(4096 + piece.positions.size() * 24 + piece.triangles.size() * (has_uvs ? 42 : 17));
-    write_ply_header(bytes, {{std::string(kPieceMagic.substr(8)), "written by sunder " SUNDER_VERSION}, {vertex, face}});
+    write_ply_header(bytes,
+                     {{std::string(kPieceMagic.substr(8)), "written by sunder " SUNDER_VERSION}, {vertex, face}});
     for (size_t v = 0; v < piece.positions.size(); ++v) {
         bytes.append(piece.positions[v].data(), sizeof(double) * 3);
         of_vertices.write_row(v, put);

@@ -116,12 +116,12 @@ size_t add_mesh(Glb& glb, const VisualMesh& first, const RigidFragment& f, const
                 const Color color =
                     surface.takes_vertex_colors ? clamped(first.corner_colors[3 * t + c]) : Color{1, 1, 1, 1};
                 const uint32_t v = first.triangles[t][c];
-                Key key = {{v, std::bit_cast<uint32_t>(n.x()), std::bit_cast<uint32_t>(n.y()),
-                            std::bit_cast<uint32_t>(n.z()), std::bit_cast<uint32_t>(uv.x()),
-                            std::bit_cast<uint32_t>(uv.y()), std::bit_cast<uint32_t>(color[0]),
-                            std::bit_cast<uint32_t>(color[1]), std::bit_cast<uint32_t>(color[2]),
-                            std::bit_cast<uint32_t>(color[3])},
-                           {}};
+                Key key = {
+                    {v, std::bit_cast<uint32_t>(n.x()), std::bit_cast<uint32_t>(n.y()), std::bit_cast<uint32_t>(n.z()),
+                     std::bit_cast<uint32_t>(uv.x()), std::bit_cast<uint32_t>(uv.y()),
+                     std::bit_cast<uint32_t>(color[0]), std::bit_cast<uint32_t>(color[1]),
+                     std::bit_cast<uint32_t>(color[2]), std::bit_cast<uint32_t>(color[3])},
+                    {}};
                 for (const VisualLayer* layer : more_uvs)
                     for (size_t k = 0; k < 2; ++k)
                         key.second.push_back(std::bit_cast<uint32_t>(layer->row(3 * t + c)[k]));

@@ -82,7 +82,9 @@ std::string type_of(const LayerId& layer) {
 }
 
 const char* interpolation_of(const LayerId& layer) {
-    return layer.domain == LayerDomain::point ? "vertex" : layer.domain == LayerDomain::corner ? "faceVarying" : "uniform";
+    return layer.domain == LayerDomain::point    ? "vertex"
+           : layer.domain == LayerDomain::corner ? "faceVarying"
+                                                 : "uniform";
 }
 
 void put_layer(std::string& out, const VisualLayer& layer) {

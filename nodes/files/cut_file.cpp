@@ -16,10 +16,9 @@ constexpr std::string_view kEnding = ".cut";
 
 /// Arrays of these are written as they lie in memory: numbers side by side, without gaps.
 template <class T>
-constexpr bool is_plain =
-    std::is_same_v<T, Vec3> || std::is_same_v<T, Vec3f> || std::is_same_v<T, Vec2f> || std::is_same_v<T, Triangle> ||
-    std::is_same_v<T, Color> || std::is_same_v<T, FragmentId> || std::is_same_v<T, LayerDomain> ||
-    std::is_same_v<T, LayerKind> || std::is_arithmetic_v<T>;
+constexpr bool is_plain = std::is_same_v<T, Vec3> || std::is_same_v<T, Vec3f> || std::is_same_v<T, Vec2f> ||
+                          std::is_same_v<T, Triangle> || std::is_same_v<T, Color> || std::is_same_v<T, FragmentId> ||
+                          std::is_same_v<T, LayerDomain> || std::is_same_v<T, LayerKind> || std::is_arithmetic_v<T>;
 
 class Writer {
 public:

@@ -10,8 +10,8 @@
 
 namespace sunder {
 
-/// The layers of a mesh that vertices, or faces, have: their properties, bytes and rows. Numbers are 32 bits wide, those
-/// of a row or of three corners a list where they are several.
+/// The layers of a mesh that vertices, or faces, have: their properties, bytes and rows. Numbers are 32 bits wide,
+/// those of a row or of three corners a list where they are several.
 template <std::derived_from<LayerId> Layer>
 class LayerColumns {
 public:

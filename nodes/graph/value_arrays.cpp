@@ -307,8 +307,10 @@ template <class Layer>
 void add_layers(Table& table, const std::vector<Layer>& layers) {
     for (const Layer& layer : layers)
         table.emplace_back(layer_prefix(layer) + layer.name, [&layer] {
-            ArrayView view{layer.is_blended() ? ArrayType::float32 : ArrayType::int32, {layer.n_rows()},
-                           layer.values.data(), nullptr};
+            ArrayView view{layer.is_blended() ? ArrayType::float32 : ArrayType::int32,
+                           {layer.n_rows()},
+                           layer.values.data(),
+                           nullptr};
             if (layer.width > 1) view.shape.push_back(layer.width);
             return view;
         });

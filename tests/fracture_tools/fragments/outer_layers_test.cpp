@@ -1,4 +1,5 @@
-// What an artist's mesh carries by name, from the mesh through repair and both cutters to the pieces and the visual mesh.
+// What an artist's mesh carries by name, from the mesh through repair and both cutters to the pieces and the visual
+// mesh.
 #include "fracture_tools/fragments/outer_layers.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +27,8 @@ double field(const Vec3& p) { return 2 * p.x() - 3 * p.y() + p.z() + 0.5; }
 float whole(int32_t number) { return std::bit_cast<float>(number); }
 int32_t number(float stored) { return std::bit_cast<int32_t>(stored); }
 
-/// A linear field and a group on points, seams at all edges and a second UV map on corners, numbers of triangles, colours.
+/// A linear field and a group on points, seams at all edges and a second UV map on corners, numbers of triangles,
+/// colours.
 TriMesh with_layers(TriMesh mesh) {
     MeshLayer heat({"heat", LayerDomain::point, LayerKind::number, 2});
     MeshLayer group({"gr\u00fcn .001", LayerDomain::point, LayerKind::weight, 1});
@@ -131,7 +133,8 @@ TEST(OuterLayers, finer_break_surfaces_leave_the_outer_surface_what_it_has) {
 
 TEST(OuterLayers, no_layers_change_nothing_and_none_are_made) {
     for (const Way way : kWays) {
-        const FragmentSet plain = cut(make_torus(), settings_of(way)), set = cut(with_layers(make_torus()), settings_of(way));
+        const FragmentSet plain = cut(make_torus(), settings_of(way)),
+                          set = cut(with_layers(make_torus()), settings_of(way));
         EXPECT_TRUE(plain.outer_layers.empty());
         EXPECT_EQ(plain.vertices, set.vertices);
         EXPECT_EQ(plain.outer_triangles, set.outer_triangles);
@@ -215,7 +218,9 @@ TEST(OuterLayers, the_visual_mesh_carries_them_before_and_after_it_breaks) {
 TEST(OuterLayers, frames_in_which_nothing_broke_share_their_memory) {
     VoronoiBody body(with_layers(make_box(Vec3(1, 0.7, 0.4))), 12);
     VisualMeshBuilder builder(body.set, body.rest, {}, VisualTopology::compact);
-    const auto frame = [&] { return builder.build({body.position, body.orientation, body.plastic, body.intact}).take(); };
+    const auto frame = [&] {
+        return builder.build({body.position, body.orientation, body.plastic, body.intact}).take();
+    };
     const VisualMesh first = frame();
     body.position[0] += Vec3(0, 0, 0.1);
     const VisualMesh second = frame();

@@ -12,7 +12,8 @@ namespace sunder {
 namespace {
 
 TEST(LayerProperty, any_name_comes_back_exactly) {
-    for (const std::string name : {"Wall .001", "gr\u00fcn", "\u7126\u3052", " 100% a:b ", "a\nb\t\"c\"", "%20", "-._~", ""}) {
+    for (const std::string name :
+         {"Wall .001", "gr\u00fcn", "\u7126\u3052", " 100% a:b ", "a\nb\t\"c\"", "%20", "-._~", ""}) {
         const LayerId layer{name, LayerDomain::corner, LayerKind::uv, 2};
         const std::string property = layer_property(layer);
         for (const char c : property) EXPECT_TRUE(c > ' ' && c < 0x7f) << property;
@@ -84,8 +85,8 @@ TEST(LayerReader, rows_follow_vertices_corners_and_faces_through_welding_and_tri
         EXPECT_EQ(std::bit_cast<int32_t>(*top.row(t)), face == 0 || face == 4);
         for (uint32_t c = 0; c < 3; ++c) {
             EXPECT_EQ(wall.row(3 * t + c)[0], float(face));
-            EXPECT_EQ(wall.row(3 * t + c)[1], mesh->triangles[t][c] == 4 && face % 2 == 0 ? 5.0f
-                                                                                          : float(mesh->triangles[t][c]));
+            EXPECT_EQ(wall.row(3 * t + c)[1],
+                      mesh->triangles[t][c] == 4 && face % 2 == 0 ? 5.0f : float(mesh->triangles[t][c]));
         }
     }
 }
@@ -100,7 +101,8 @@ TEST(LayerReader, rows_of_another_length_are_refused_by_name) {
     };
     EXPECT_NE(refusal("1 0 0 7 0.5 2 2 -2", "1 0 0 7 0.5 3 2 -2 8").find("vertex 1 has 3 numbers of 'point_int:pair'"),
               std::string::npos);
-    EXPECT_NE(refusal("6 1 0 1 1 1 4", "4 1 0 1 1").find("face 1 has 4 numbers of 'corner_uv:Wall'"), std::string::npos);
+    EXPECT_NE(refusal("6 1 0 1 1 1 4", "4 1 0 1 1").find("face 1 has 4 numbers of 'corner_uv:Wall'"),
+              std::string::npos);
     EXPECT_NE(refusal("8 0 0 0 3 0 2 0 1", "4 0 0 0 3").find("face 0 has 4 numbers of 'corner_uv:Wall'"),
               std::string::npos);
 }
