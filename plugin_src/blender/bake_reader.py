@@ -104,7 +104,8 @@ def _layers(rows, domains):
 class MeshFrame:
     """positions (v, 3) f32, vertex_fragment (v,), velocities (v, 3) f32 or None, rest (v, 3) f32, in the mesh that was cut,
     or None; triangles (t, 3), corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None, material and fragment (t,), hidden (t,)
-    bool; interface (t,), rim (3t,) f32 and colors (3t, 4) f32 or None; whole numbers are int32. mesh_layers: what else the artist's mesh has, [Layer]."""
+    bool; interface (t,), rim (3t,) f32 and colors (3t, 4) f32 or None; whole numbers are int32. mesh_layers: what else the
+    artist's mesh has, [Layer]."""
 
 
 def read_mesh_frame(path):

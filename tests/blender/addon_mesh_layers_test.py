@@ -179,12 +179,15 @@ class Layers(ObjectCase):
             parts.objects.link(thing)
         a, b = (thing.data for thing in things)
         b.uv_layers[0].name = "Wall"  # renders show it as the first one's
-        for mesh, name, kind, domain in ((a, "number", "INT", "FACE"), (b, "heat", "FLOAT", "POINT"), (a, "mixed", "FLOAT", "POINT"),
-                                         (b, "mixed", "FLOAT", "FACE"), (b, "tint", "FLOAT_COLOR", "FACE")):
+        for mesh, name, kind, domain, value in (
+            (a, "number", "INT", "FACE", np.int32(7)), (b, "heat", "FLOAT", "POINT", np.float32(0.25)),
+            (a, "mixed", "FLOAT", "POINT", np.float32(0.25)), (b, "mixed", "FLOAT", "FACE", np.float32(0.5)),
+            (b, "tint", "FLOAT_COLOR", "FACE", np.float32(0.25)),
+        ):
             mesh.attributes.new(name, kind, domain)
             field, width = ("color", 4) if kind == "FLOAT_COLOR" else ("value", 1)
             data = mesh.attributes[name].data
-            data.foreach_set(field, np.full(len(data) * width, 0.25 if kind != "INT" else 7, np.float32 if kind != "INT" else np.int32))
+            data.foreach_set(field, np.full(len(data) * width, value))
         things[1].vertex_groups.new(name="number").add(range(8), 0.75, "REPLACE")
         tree, nodes = self.tree(things[0])
         nodes["mesh_file"].source, nodes["mesh_file"].collection = "COLLECTION", parts

@@ -14,7 +14,8 @@ _VERTEX = np.dtype([(n, "<f8") for n in "xyz"] + [(n, "<f4") for n in ("nx", "ny
 class Geometry:
     """positions (v, 3) f64, corners (t, 3) int32, corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None,
     colors (3t, 4) f32, linear, or None; material (t,) int32; groups {name: [vertex, ...]}; maps {name: (v,) f32};
-    layers: what else it carries, a row each vertex, corner (3t) or triangle; order: of mesh_layers.order, {} without layers."""
+    mesh_layers: what else it carries, a row each vertex, corner (3t) or triangle; order: how artists find it
+    (mesh_layers.order)."""
 
     def __init__(self, positions, corners, corner_normals, uvs, colors, material, groups, maps, layers=(), order=None):
         self.positions, self.corners, self.corner_normals = positions, corners, corner_normals

@@ -1,4 +1,4 @@
-"""What a mesh carries besides the UV map and the colour attribute that renders show: further ones, attributes, vertex groups.
+"""What a mesh carries besides the UV map and the colours that renders show: further ones, attributes, vertex groups.
 
 Read from artists' meshes, written into results. Files call them as docs/files.md tells (layers).
 """
@@ -82,8 +82,8 @@ def read(thing, mesh, uv_map, colors, use_modifiers):
 
 
 def order(thing, mesh, uv_map, colors):
-    """How artists find them: {"uv_maps", "colors", "groups": names in their order; "uv_map", "color", "group": the active one's;
-    "render_uv_map", "render_color": the ones that are not among the layers}. JSON."""
+    """How artists find them: {"uv_maps", "colors", "groups": names in their order; "uv_map", "color", "group": the active
+    one's; "render_uv_map", "render_color": the ones that are not among the layers}. JSON."""
     active, group = mesh.color_attributes.active_color, thing.vertex_groups.active
     return {
         "uv_maps": [m.name for m in mesh.uv_layers], "uv_map": mesh.uv_layers.active.name if mesh.uv_layers.active else "",

@@ -115,8 +115,8 @@ class Mesh(Value):
 
     @property
     def attributes(self):
-        """{name: (n,) or (n, width) array} by vertex, corner (3t) or face: float32, int32 or bool; further UV maps and colours
-        among them."""
+        """{name: (n,) or (n, width) array} by vertex, corner (3t) or face: float32, int32 or bool; further UV maps and
+        colours among them."""
         return {name: getattr(self, array).astype(bool) if kind == "bool" else getattr(self, array)
                 for _, kind, name, array in self._layers() if kind != "weight"}
 
