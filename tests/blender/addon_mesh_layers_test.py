@@ -206,8 +206,8 @@ class Layers(ObjectCase):
         np.testing.assert_array_equal(attribute(result, "heat"), np.where(of_b, np.float32(0.25), 0))
         self.assertEqual(mesh.attributes["mixed"].domain, "POINT")  # the first's; another domain is another attribute
         np.testing.assert_array_equal(attribute(result, "mixed"), np.where(of_b, 0, np.float32(0.25)))
-        np.testing.assert_array_equal(values_of(mesh.attributes["tint"].data, "color", 4),
-                                      np.where(face_of_b[:, None], np.float32(0.25), 1))
+        tint = values_of(mesh.attributes["tint"].data, "color", 4)
+        np.testing.assert_array_equal(tint, np.where(face_of_b, np.float32(0.25), 1)[:, None].repeat(4, 1))
         np.testing.assert_array_equal(weights(result, "number")[0], np.where(of_b, 0.75, 0))
 
     def test_a_map_that_became_the_one_of_renders_after_the_result_was_made_keeps_its_name(self):
