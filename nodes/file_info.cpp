@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <set>
 
+#include "fracture_tools/mesh/layer_property.h"
 #include "fracture_tools/mesh/mesh_checks.h"
 #include "fracture_tools/mesh/mesh_io.h"
 #include "fracture_tools/suggest_pieces.h"
@@ -44,6 +45,7 @@ Result<Lines> describe_mesh(const std::string& path) {
     for (const std::string& name : mesh->material_names) lines.push_back("material       " + name);
     lines.push_back(std::string("UVs, normals   ") + (mesh->corner_uvs.empty() ? "no" : "yes") + ", " +
                     (mesh->corner_normals.empty() ? "no" : "yes"));
+    for (const MeshLayer& layer : mesh->layers) lines.push_back("layer          " + layer_prefix(layer) + layer.name);
     if (r.is_solid())
         lines.push_back(format("pieces         about %d, %d or %d to deform within 10, 5 or 2 %% of the continuum",
                                suggest_pieces(*mesh, 0.1), suggest_pieces(*mesh, 0.05), suggest_pieces(*mesh, 0.02)));

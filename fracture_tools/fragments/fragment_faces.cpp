@@ -22,6 +22,10 @@ Status check_attributes(const FragmentSet& set) {
         return broken_set("outer colours are not three a triangle");
     if (!is_empty_or(set.interface_corner_rim.size(), 3 * cut))
         return broken_set("the rim's marks are not three a triangle");
+    for (const MeshLayer& layer : set.outer_layers)
+        if (layer.values.size() != layer.width * (layer.domain == LayerDomain::face ? outer : 3 * outer))
+            return broken_set("layer '" + layer.name + "' has not a row for each " +
+                              (layer.domain == LayerDomain::face ? "outer triangle" : "corner of an outer triangle"));
     for (size_t v = 0; v < set.vertices.size(); ++v)
         if (!set.vertices[v].allFinite()) return broken_set("vertex " + std::to_string(v) + " is not finite");
     return {};

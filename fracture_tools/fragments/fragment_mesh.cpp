@@ -6,10 +6,12 @@
 #include <tuple>
 
 #include "fracture_tools/fragments/fragment_faces.h"
+#include "fracture_tools/fragments/outer_layers.h"
 #include "fracture_tools/fragments/prefracture.h"
 #include "fracture_tools/mesh/corner_normals.h"
 #include "fracture_tools/mesh/counting_sort.h"
 #include "fracture_tools/mesh/mesh_checks.h"
+#include "fracture_tools/mesh/mesh_rows.h"
 #include "fracture_tools/mesh/parallel_chunks.h"
 #include "solver/data/disjoint_sets.h"
 
@@ -138,19 +140,23 @@ void part_pinches(TriMesh& io_mesh) {
         added[a] = vertex;
         io_mesh.triangles[t][b] = vertex;
         io_mesh.triangles.push_back(added);
-        io_mesh.triangle_material.push_back(io_mesh.triangle_material[t]);
-        auto split_corners = [&](auto& io_values) {
+        for_triangle_lists(io_mesh, [&](auto& io_values, size_t n) { append_row(io_values, n, t); });
+        auto split_corners = [&](auto& io_values, size_t n, bool is_blended) {
             if (io_values.empty()) return;
-            const auto half = between(io_values[3 * t + a], io_values[3 * t + b]);
-            for (uint32_t c = 0; c < 3; ++c) {
-                const auto value = io_values[3 * t + c];
-                io_values.push_back(c == a ? half : value);
+            const size_t first = io_values.size();
+            for (uint32_t c = 0; c < 3; ++c) append_row(io_values, n, 3 * t + c);
+            for (size_t k = 0; k < n; ++k) {
+                auto half = io_values[(3 * t + a) * n + k];
+                if (is_blended) half = between(half, io_values[(3 * t + b) * n + k]);
+                io_values[first + a * n + k] = half;
+                io_values[(3 * t + b) * n + k] = half;
             }
-            io_values[3 * t + b] = half;
         };
-        split_corners(io_mesh.corner_uvs);
-        split_corners(io_mesh.corner_normals);
-        split_corners(io_mesh.corner_colors);
+        split_corners(io_mesh.corner_uvs, 1, true);
+        split_corners(io_mesh.corner_normals, 1, true);
+        split_corners(io_mesh.corner_colors, 1, true);
+        for (MeshLayer& layer : io_mesh.layers)
+            if (layer.domain == LayerDomain::corner) split_corners(layer.values, layer.width, layer.is_blended());
         return static_cast<uint32_t>(io_mesh.triangles.size() - 1);
     };
     for (size_t i = 0, j; i < middle.size(); i = j) {
@@ -188,6 +194,9 @@ struct PieceBuilder {
           has_uvs(!s.outer_corner_uvs.empty() || !s.interface_corner_uvs.empty()),
           has_normals(!s.outer_corner_normals.empty()) {
         mesh.material_names = s.material_names;
+        mesh.layers = empty_layers(s.outer_layers);
+        for (MeshLayer& layer : mesh.layers)  // by corner until the vertices are known
+            if (layer.domain == LayerDomain::point) layer.domain = LayerDomain::corner;
         if (mesh.material_names.size() == size_t(s.interior_material)) mesh.material_names.push_back("interior");
     }
 
@@ -204,6 +213,16 @@ struct PieceBuilder {
             if (has_normals) mesh.corner_normals.push_back(is_outer ? set.outer_corner_normals[c] : own);
             if (!set.outer_corner_colors.empty())
                 mesh.corner_colors.push_back(is_outer ? set.outer_corner_colors[c] : Color{1, 1, 1, 1});
+        }
+        for (size_t k = 0; k < mesh.layers.size(); ++k) {
+            const MeshLayer& from = set.outer_layers[k];
+            std::vector<float>& to = mesh.layers[k].values;
+            const bool is_of_face = from.domain == LayerDomain::face;
+            for (size_t i = 0; i < (is_of_face ? 1 : 3); ++i) {
+                const LayerRow row =
+                    is_outer ? row_of(from, is_of_face ? corner[0] / 3 : corner[i]) : row_inside(set, from, corner[i]);
+                to.insert(to.end(), row.begin(), row.begin() + from.width);
+            }
         }
     }
     void add_outer(uint32_t t) {
@@ -225,8 +244,22 @@ struct PieceBuilder {
         std::copy(normals.begin(), normals.end(), mesh.corner_normals.begin() + 3 * std::ptrdiff_t{first});
     }
 
+    /// A vertex has what the first outer triangle with it has there.
+    void gather_points(MeshLayer& io_layer) const {
+        io_layer.domain = LayerDomain::point;
+        const MeshLayer of_corners = std::move(io_layer);
+        io_layer = MeshLayer(static_cast<const LayerId&>(of_corners));
+        io_layer.values.assign(mesh.positions.size() * io_layer.width, io_layer.inside());
+        for (size_t c = 3 * mesh.triangles.size(); c-- > 0;)
+            if (mesh.triangle_material[c / 3] != set.interior_material)
+                std::copy_n(of_corners.row(c), io_layer.width,
+                            io_layer.values.data() + mesh.triangles[c / 3][c % 3] * io_layer.width);
+    }
+
     TriMesh finish() {
         take_vertices(set, mesh);
+        for (size_t k = 0; k < mesh.layers.size(); ++k)
+            if (set.outer_layers[k].domain == LayerDomain::point) gather_points(mesh.layers[k]);
         return std::move(mesh);
     }
 };

@@ -8,6 +8,7 @@
 #include "fracture_tools/fragments/prefracture.h"
 #include "fracture_tools/mesh/corner_normals.h"
 #include "fracture_tools/mesh/mesh_checks.h"
+#include "fracture_tools/mesh/mesh_rows.h"
 #include "fracture_tools/mesh/surface_lookup.h"
 #include "fracture_tools/mesh/surface_uvs.h"
 
@@ -96,12 +97,12 @@ void blend_corners(const CellComplex& complex, const std::vector<uint32_t>& oute
     for (uint32_t f : outer_face) {
         const uint32_t t = complex.faces[f].source_triangle;
         for (const Vec3& w : complex.source_weights[f]) {
-            if (!source.corner_uvs.empty()) {
-                Eigen::Vector2d uv = Eigen::Vector2d::Zero();
-                for (int m = 0; m < 3; ++m) uv += w[m] * source.corner_uvs[3 * t + m].cast<double>();
-                io_set.outer_corner_uvs.push_back(uv.cast<float>());
-            }
-            if (!source.corner_colors.empty()) io_set.outer_corner_colors.push_back(blended_color(source, t, w));
+            if (!source.corner_uvs.empty()) io_set.outer_corner_uvs.push_back(blended(source.corner_uvs, t, w));
+            if (!source.corner_colors.empty())
+                io_set.outer_corner_colors.push_back(blended(source.corner_colors, t, w));
+            for (size_t k = 0; k < source.layers.size(); ++k)
+                if (source.layers[k].domain != LayerDomain::face)
+                    append_at(source, source.layers[k], t, w, io_set.outer_layers[k].values);
             Vec3 n = Vec3::Zero();
             for (int m = 0; m < 3; ++m) n += w[m] * normals[3 * t + m].cast<double>();
             const bool at_corner = w.maxCoeff() == 1;  // as the artist has it, to the last bit
@@ -110,15 +111,35 @@ void blend_corners(const CellComplex& complex, const std::vector<uint32_t>& oute
     }
 }
 
-/// On a surface that was meshed anew: colours of the nearest points.
-void take_nearest_colors(const CellComplex& complex, const std::vector<uint32_t>& outer_face, const TriMesh& source,
-                         FragmentSet& io_set) {
+/// On a surface that was meshed anew: colours of the nearest points, and layers by point.
+void take_nearest(const CellComplex& complex, const std::vector<uint32_t>& outer_face, const TriMesh& source,
+                  FragmentSet& io_set) {
     const SurfaceLookup lookup(source);
     for (uint32_t f : outer_face)
         for (uint32_t v : complex.faces[f].vertices) {
             const SurfacePoint near = lookup.nearest(complex.vertices[v]);
-            io_set.outer_corner_colors.push_back(blended_color(source, near.triangle, near.barycentric));
+            if (!source.corner_colors.empty())
+                io_set.outer_corner_colors.push_back(blended(source.corner_colors, near.triangle, near.barycentric));
+            for (size_t k = 0; k < source.layers.size(); ++k)
+                if (source.layers[k].domain == LayerDomain::point)
+                    append_at(source, source.layers[k], near.triangle, near.barycentric, io_set.outer_layers[k].values);
         }
+}
+
+/// On such a surface: UVs, and layers by corner.
+void take_corners(const CellComplex& complex, const std::vector<uint32_t>& outer_face, const TriMesh& source,
+                  FragmentSet& io_set) {
+    const SourceCorners corners(source);
+    for (uint32_t f : outer_face) {
+        const auto& [a, b, c] = complex.faces[f].vertices;
+        const Vec3 middle = (complex.vertices[a] + complex.vertices[b] + complex.vertices[c]) / 3;
+        for (uint32_t v : {a, b, c}) {
+            const SourceCorners::Place at =
+                corners.place(complex.vertices[v], middle, complex.faces[f].source_triangle);
+            if (!source.corner_uvs.empty()) io_set.outer_corner_uvs.push_back(corners.uvs(at));
+            corners.append_all(at, io_set.outer_layers);
+        }
+    }
 }
 
 void carry_attributes(const CellComplex& complex, const std::vector<uint32_t>& outer_face, const TriMesh& source,
@@ -130,16 +151,20 @@ void carry_attributes(const CellComplex& complex, const std::vector<uint32_t>& o
     io_set.interior_material = std::max<int32_t>(1, static_cast<int32_t>(source.material_names.size()));
     for (int32_t m : source.triangle_material) io_set.interior_material = std::max(io_set.interior_material, m + 1);
 
+    io_set.outer_layers = empty_layers(source.layers);
+    for (size_t k = 0; k < source.layers.size(); ++k)
+        for (uint32_t f : outer_face)
+            if (source.layers[k].domain == LayerDomain::face)
+                append_at(source, source.layers[k], complex.faces[f].source_triangle, Vec3::UnitX(),
+                          io_set.outer_layers[k].values);
+    const auto has_layers = [&](LayerDomain domain) {
+        return std::ranges::any_of(source.layers, [&](const MeshLayer& l) { return l.domain == domain; });
+    };
     if (!complex.source_weights.empty()) return blend_corners(complex, outer_face, source, io_set);
-    if (!source.corner_colors.empty()) take_nearest_colors(complex, outer_face, source, io_set);
-    if (source.corner_uvs.empty()) return;
-    const SourceUvs uvs(source);
-    for (uint32_t f : outer_face) {
-        const auto& [a, b, c] = complex.faces[f].vertices;
-        const Vec3 middle = (complex.vertices[a] + complex.vertices[b] + complex.vertices[c]) / 3;
-        for (uint32_t v : {a, b, c})
-            io_set.outer_corner_uvs.push_back(uvs.at(complex.vertices[v], middle, complex.faces[f].source_triangle));
-    }
+    if (!source.corner_colors.empty() || has_layers(LayerDomain::point))
+        take_nearest(complex, outer_face, source, io_set);
+    if (!source.corner_uvs.empty() || has_layers(LayerDomain::corner))
+        take_corners(complex, outer_face, source, io_set);
 }
 
 /// A group of the source's vertices becomes the fragments that have the surface nearest to them.

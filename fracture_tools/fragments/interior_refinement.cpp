@@ -5,6 +5,7 @@
 #include <unordered_set>
 
 #include "fracture_tools/fragments/interior.h"
+#include "fracture_tools/mesh/mesh_rows.h"
 
 namespace sunder {
 namespace {
@@ -85,6 +86,33 @@ Part whole_triangle(const Triangle& t) {
     return {PartCorner{t[0], Vec3::UnitX()}, PartCorner{t[1], Vec3::UnitY()}, PartCorner{t[2], Vec3::UnitZ()}};
 }
 
+/// Numbers between those of the three corners of a triangle, row after row.
+void mix(const float* rows, size_t n, const Eigen::Vector3f& w, float* out) {
+    for (size_t k = 0; k < n; ++k) out[k] = w[0] * rows[k] + w[1] * rows[n + k] + w[2] * rows[2 * n + k];
+}
+
+template <class T>
+T mixed(const T* corners, const Eigen::Vector3f& w) {
+    T out;
+    mix(corners->data(), sizeof(T) / sizeof(float), w, out.data());
+    return out;
+}
+
+/// What a part of triangle t has of a layer.
+void append_part(const MeshLayer& layer, uint32_t t, const Part& part, MeshLayer& io_layer) {
+    std::array<float, LayerId::kWidest> row;
+    const size_t n = layer.width;
+    for (size_t c = 0; c < (layer.domain == LayerDomain::face ? 1 : 3); ++c) {
+        if (layer.domain == LayerDomain::face)
+            std::copy_n(layer.row(t), n, row.begin());
+        else if (layer.is_blended())
+            mix(layer.row(3 * t), n, part[c].weight.cast<float>(), row.data());
+        else
+            std::copy_n(layer.row(3 * t + nearest_corner(part[c].weight)), n, row.begin());
+        io_layer.values.insert(io_layer.values.end(), row.begin(), row.begin() + n);
+    }
+}
+
 /// The outer surface with vertices where interfaces have them, and all that its corners have.
 void cut_outer(const Middles& middles, FragmentSet& io_set) {
     const std::vector<Triangle> triangles = std::move(io_set.outer_triangles);
@@ -92,8 +120,10 @@ void cut_outer(const Middles& middles, FragmentSet& io_set) {
     const std::vector<Vec2f> uvs = std::move(io_set.outer_corner_uvs);
     const std::vector<Vec3f> normals = std::move(io_set.outer_corner_normals);
     const std::vector<Color> colors = std::move(io_set.outer_corner_colors);
+    const std::vector<MeshLayer> layers = std::move(io_set.outer_layers);
     io_set.outer_triangles.clear(), io_set.outer_material.clear(), io_set.outer_corner_uvs.clear();
     io_set.outer_corner_normals.clear(), io_set.outer_corner_colors.clear();
+    io_set.outer_layers = empty_layers(layers);
 
     std::vector<Part> parts;
     for (Fragment& f : io_set.fragments) {
@@ -105,20 +135,16 @@ void cut_outer(const Middles& middles, FragmentSet& io_set) {
             for (const Part& p : parts) {
                 io_set.outer_triangles.push_back({p[0].vertex, p[1].vertex, p[2].vertex});
                 io_set.outer_material.push_back(material[t]);
+                for (size_t k = 0; k < layers.size(); ++k) append_part(layers[k], t, p, io_set.outer_layers[k]);
                 for (const PartCorner& corner : p) {
                     const Eigen::Vector3f w = corner.weight.cast<float>();
                     const uint32_t c = 3 * t;
-                    if (!uvs.empty())
-                        io_set.outer_corner_uvs.push_back(w[0] * uvs[c] + w[1] * uvs[c + 1] + w[2] * uvs[c + 2]);
+                    if (!uvs.empty()) io_set.outer_corner_uvs.push_back(mixed(&uvs[c], w));
                     if (!normals.empty()) {
                         const Vec3f n = w[0] * normals[c] + w[1] * normals[c + 1] + w[2] * normals[c + 2];
                         io_set.outer_corner_normals.push_back(w.maxCoeff() == 1 ? n : n.normalized());
                     }
-                    if (colors.empty()) continue;
-                    Color color;
-                    for (size_t k = 0; k < color.size(); ++k)
-                        color[k] = w[0] * colors[c][k] + w[1] * colors[c + 1][k] + w[2] * colors[c + 2][k];
-                    io_set.outer_corner_colors.push_back(color);
+                    if (!colors.empty()) io_set.outer_corner_colors.push_back(mixed(&colors[c], w));
                 }
             }
         }

@@ -69,6 +69,7 @@ void MeshAssembler::add_triangle(const FileCorner& a, const FileCorner& b, const
     const auto& p = mesh_.positions;
     const Vec3 own = (p[b.vertex] - p[a.vertex]).cross(p[c.vertex] - p[a.vertex]);
     for (const FileCorner* corner : {&a, &b, &c}) {
+        if (keeps_numbers_) corner_number_.push_back(corner->number);
         if (has_uvs_) mesh_.corner_uvs.push_back(corner->uv.allFinite() ? corner->uv : Vec2f::Zero());
         if (has_normals_) {
             const bool has_own = !corner->normal.allFinite() || corner->normal.norm() == 0;

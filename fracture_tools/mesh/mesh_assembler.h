@@ -16,6 +16,7 @@ struct FileCorner {
     Vec2f uv = Vec2f::Zero();
     Vec3 normal = Vec3::Zero();  // any length; 0: none, the triangle's own is taken
     Color color = {1, 1, 1, 1};
+    uint32_t number = 0;  // of the corner in the file, for keep_corner_numbers()
 };
 
 /// Vertices at one position (bit for bit; -0 is 0) become one. Triangles with two corners at one position are dropped.
@@ -24,6 +25,10 @@ public:
     /// Which attributes corners shall have.
     MeshAssembler(bool has_uvs, bool has_normals, bool has_colors)
         : has_uvs_(has_uvs), has_normals_(has_normals), has_colors_(has_colors) {}
+
+    /// From now on the mesh's corners are told by the numbers of those in the file.
+    void keep_corner_numbers() { keeps_numbers_ = true; }
+    const std::vector<uint32_t>& corner_numbers() const { return corner_number_; }  // (3 n_triangles)
 
     uint32_t weld(const Vec3& position);
 
@@ -41,7 +46,8 @@ private:
     };
     void add_triangle(const FileCorner& a, const FileCorner& b, const FileCorner& c, int32_t material);
 
-    bool has_uvs_, has_normals_, has_colors_;
+    bool has_uvs_, has_normals_, has_colors_, keeps_numbers_ = false;
+    std::vector<uint32_t> corner_number_;
     std::unordered_map<std::array<double, 3>, uint32_t, Hash> vertex_;  // looked up only: its order has no effect
     TriMesh mesh_;
 };

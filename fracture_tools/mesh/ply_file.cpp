@@ -5,6 +5,8 @@
 #include <cstring>
 #include <optional>
 
+#include "fracture_tools/mesh/layer_property.h"
+#include "fracture_tools/mesh/layer_reader.h"
 #include "fracture_tools/mesh/mesh_assembler.h"
 #include "fracture_tools/mesh/polygon_files.h"
 #include "fracture_tools/mesh/text_scanner.h"
@@ -202,6 +204,7 @@ public:
             a.value.resize(mesh.positions.size());
             mesh.vertex_attributes[a.name] = std::move(a.value);
         }
+        mesh.layers = layers_.finish(mesh.positions.size(), assembler_.corner_numbers());
         return mesh;
     }
 
@@ -223,13 +226,21 @@ private:
         return v && v->find({"red"}) >= 0 && v->find({"green"}) >= 0 && v->find({"blue"}) >= 0;
     }
 
-    /// Properties that we give no meaning to are the artist's own attributes.
+    /// Properties that are layers by their names.
+    void find_layers(const Element& e) {
+        for (size_t k = 0; k < e.properties.size(); ++k)
+            layers_.add(e.properties[k].name, k, e.name == "face", !e.properties[k].type.is_float);
+        if (layers_.has_face_layers()) assembler_.keep_corner_numbers();
+    }
+
+    /// Single numbers that we give no meaning to are the artist's own maps.
     void find_attributes(const Element& e) {
         constexpr std::array<std::string_view, 17> kKnown = {"x",   "y",     "z",    "nx",    "ny",        "nz",
                                                              "u",   "v",     "s",    "t",     "texture_u", "texture_v",
                                                              "red", "green", "blue", "alpha", "fragment"};
         for (size_t k = 0; k < e.properties.size(); ++k)
             if (!e.properties[k].count_type &&
+                !layer_of_property(e.properties[k].name, false, !e.properties[k].type.is_float) &&
                 std::find(kKnown.begin(), kKnown.end(), e.properties[k].name) == kKnown.end())
                 attributes_.push_back({to_utf8(e.properties[k].name), static_cast<int>(k), {}});
     }
@@ -251,6 +262,7 @@ private:
             uv_ = {uv_property(e, 0), uv_property(e, 1)};
             color_ = {e.find({"red"}), e.find({"green"}), e.find({"blue"}), e.find({"alpha"})};
             find_attributes(e);
+            find_layers(e);
             if (*std::min_element(place_.begin(), place_.end()) < 0)
                 return bad_input(where_, "the vertices have no x, y and z");
         }
@@ -269,7 +281,7 @@ private:
                 return bad_input(
                     where_, "attribute '" + a.name + "' of vertex " + std::to_string(index) + " is no finite number");
         }
-        return {};
+        return layers_.add_vertex(item_, vertices_.back().vertex, where_, index);
     }
 
     Status add_face(const Element& e, uint64_t index) {
@@ -279,13 +291,17 @@ private:
             texcoord_ = e.find({"texcoord"});
             material_ = e.find({"material", "material_index"});
             if (corners_ < 0) return bad_input(where_, "the faces have no vertex_indices");
+            find_layers(e);
         }
         const std::vector<double>& vertex = item_[corners_];
+        const Result<uint32_t> first = layers_.add_face(item_, vertex.size(), where_, index);
+        if (!first) return first.error();
         polygon_.clear();
         for (size_t c = 0; c < vertex.size(); ++c) {
             if (!(vertex[c] >= 0 && vertex[c] < double(vertices_.size())))
                 return bad_input(where_, name + " names a vertex that is not there");
             polygon_.push_back(vertices_[static_cast<size_t>(vertex[c])]);
+            polygon_.back().number = *first + static_cast<uint32_t>(c);
             if (texcoord_ >= 0 && item_[texcoord_].size() == 2 * vertex.size())
                 polygon_.back().uv = Vec2f(float(item_[texcoord_][2 * c]), float(item_[texcoord_][2 * c + 1]));
         }
@@ -301,6 +317,7 @@ private:
     std::string where_;
     double scale_;
     MeshAssembler assembler_;
+    LayerReader layers_;
     std::vector<FileCorner> vertices_, polygon_;
     std::vector<std::vector<double>> item_;
     std::array<int, 3> place_{-1, -1, -1}, normal_{-1, -1, -1};

@@ -1,27 +1,42 @@
-// UVs and colours of a mesh at points of another surface near it.
+// UVs, colours and layers of a mesh at points of another surface near it.
 #pragma once
+
+#include <optional>
 
 #include "fracture_tools/mesh/surface_lookup.h"
 #include "solver/data/tri_mesh.h"
 
 namespace sunder {
 
-/// Colour of a point of a triangle, by the weights of its corners. In doubles, so that weights which sum to 1 leave a
-/// triangle of one colour its colour.
-Color blended_color(const TriMesh& mesh, uint32_t triangle, const Vec3& weights);
-
-/// Looks UVs up on `source`, which has some and must outlive it.
-class SourceUvs {
+/// Looks up on `source`, which must outlive it, what corners of a new surface have.
+class SourceCorners {
 public:
-    explicit SourceUvs(const TriMesh& source) : source_(source), lookup_(source) {}
+    explicit SourceCorners(const TriMesh& source) : source_(source), lookup_(source) {}
 
-    /// Of a corner at `p` of a face with centroid `middle`, which belongs to source triangle `home`. The nearest
-    /// point's UVs, unless they lie beyond a seam: then those that `home` would have if it went on.
-    Vec2f at(const Vec3& p, const Vec3& middle, uint32_t home) const;
+    /// Of a corner at `p` of a face with centroid `middle`, which belongs to source triangle `home`.
+    struct Place {
+        uint32_t home = 0;
+        SurfacePoint near;                         // from the corner a little into its own face
+        std::optional<Vec3> at_corner, at_middle;  // weights of the corners of `home`, which may be beyond it; none of
+                                                   // a triangle without area
+        Vec3 held = Vec3::UnitX();                 // the same of the point of `home` that is nearest to `p`
+    };
+    Place place(const Vec3& p, const Vec3& middle, uint32_t home) const;
+
+    /// The nearest point's UVs, unless they lie beyond a seam: then those that `home` would have if it went on.
+    Vec2f uvs(const Place& place) const;
+    /// Of a layer by corner. UVs as above. Others beyond a seam have what `home` has nearest to the corner: colours and
+    /// weights that went on would leave their range.
+    void append(const Place& place, const MeshLayer& layer, std::vector<float>& io_values) const;
+    /// All layers by corner of the source; `io_layers` has them in the same order.
+    void append_all(const Place& place, std::vector<MeshLayer>& io_layers) const {
+        for (size_t k = 0; k < source_.layers.size(); ++k)
+            if (source_.layers[k].domain == LayerDomain::corner) append(place, source_.layers[k], io_layers[k].values);
+    }
 
 private:
-    Vec2f blend(uint32_t t, const Vec3& weights) const;
-    Vec2f in_plane_of(uint32_t t, const Vec3& p) const;
+    bool is_beyond_seam(const Place& place, const float* corners, size_t n, float* out_exact,
+                        float* out_extended) const;
 
     const TriMesh& source_;
     SurfaceLookup lookup_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "fracture_tools/mesh/mesh_rows.h"
 #include "fracture_tools/mesh/surface_lookup.h"
 #include "fracture_tools/mesh/surface_uvs.h"
 
@@ -68,9 +69,25 @@ void carry_groups(const TriMesh& source, TriMesh& io_mesh) {
     }
 }
 
+/// What triangles have that come from triangle `from` of the source.
+void append_to_triangle(const TriMesh& source, uint32_t from, TriMesh& io_mesh) {
+    if (!source.triangle_material.empty()) io_mesh.triangle_material.push_back(source.triangle_material[from]);
+    for (size_t k = 0; k < source.layers.size(); ++k)
+        if (source.layers[k].domain == LayerDomain::face)
+            append_at(source, source.layers[k], from, Vec3::UnitX(), io_mesh.layers[k].values);
+}
+
+/// Layers by corner at a point of a triangle of the source.
+void append_to_corner(const TriMesh& source, uint32_t triangle, const Vec3& weights, TriMesh& io_mesh) {
+    for (size_t k = 0; k < source.layers.size(); ++k)
+        if (source.layers[k].domain == LayerDomain::corner)
+            append_at(source, source.layers[k], triangle, weights, io_mesh.layers[k].values);
+}
+
 /// Numbers of vertices: the source's own where it has a vertex in the place, else those of the nearest point.
 void carry_vertex_attributes(const TriMesh& source, TriMesh& io_mesh) {
-    if (source.vertex_attributes.empty()) return;
+    const auto is_of_points = [](const MeshLayer& l) { return l.domain == LayerDomain::point; };
+    if (source.vertex_attributes.empty() && std::ranges::none_of(source.layers, is_of_points)) return;
     std::map<Key, uint32_t> at;
     for (uint32_t v = 0; v < source.positions.size(); ++v) at.emplace(key(source.positions[v]), v);
     const SurfaceLookup lookup(source);
@@ -86,6 +103,15 @@ void carry_vertex_attributes(const TriMesh& source, TriMesh& io_mesh) {
                     value += near.barycentric[c] * double(values[source.triangles[near.triangle][c]]);
             io_mesh.vertex_attributes[name].push_back(float(value));
         }
+        for (size_t k = 0; k < source.layers.size(); ++k) {
+            const MeshLayer& from = source.layers[k];
+            std::vector<float>& to = io_mesh.layers[k].values;
+            if (!is_of_points(from)) continue;
+            if (own != at.end())
+                to.insert(to.end(), from.row(own->second), from.row(own->second) + from.width);
+            else
+                append_at(source, from, near.triangle, near.barycentric, to);
+        }
     }
 }
 
@@ -93,15 +119,16 @@ void carry_vertex_attributes(const TriMesh& source, TriMesh& io_mesh) {
 
 std::vector<Origin> carry_attributes(const TriMesh& source, TriMesh& io_mesh) {
     const TriangleFinder finder(source);
+    io_mesh.layers = empty_layers(source.layers);
     std::vector<Origin> origin;
     for (uint32_t t = 0; t < io_mesh.triangles.size(); ++t) {
         std::array<uint32_t, 3> from{};
         const bool found = finder.find(corner_keys(io_mesh, t), from);
         const bool same = (from[1] - from[0] + 3) % 3 == 1;  // its corners follow one another as the source's do
         origin.push_back({from[0] / 3, !found ? Sense::none : same ? Sense::same : Sense::reversed});
-        if (!source.triangle_material.empty())
-            io_mesh.triangle_material.push_back(source.triangle_material[from[0] / 3]);
+        append_to_triangle(source, from[0] / 3, io_mesh);
         for (uint32_t corner : from) {
+            append_to_corner(source, corner / 3, Vec3::Unit(corner % 3), io_mesh);
             if (!source.corner_uvs.empty()) io_mesh.corner_uvs.push_back(source.corner_uvs[corner]);
             if (!source.corner_colors.empty()) io_mesh.corner_colors.push_back(source.corner_colors[corner]);
             if (!source.corner_normals.empty())
@@ -117,6 +144,7 @@ std::vector<Origin> carry_attributes(const TriMesh& source, TriMesh& io_mesh) {
 void carry_cut_attributes(const TriMesh& source, TriMesh& io_mesh) {
     const TriangleFinder finder(source);
     const SurfaceLookup lookup(source);
+    io_mesh.layers = empty_layers(source.layers);
     for (uint32_t t = 0; t < io_mesh.triangles.size(); ++t) {
         std::array<Vec3, 3> at, weights;
         for (int c = 0; c < 3; ++c) at[c] = io_mesh.positions[io_mesh.triangles[t][c]];
@@ -129,8 +157,9 @@ void carry_cut_attributes(const TriMesh& source, TriMesh& io_mesh) {
                              ? Vec3(Vec3::Unit(from[c] % 3))
                              : nearest_on_triangle(at[c], source.positions[a], source.positions[b], source.positions[d])
                                    .barycentric;
-        if (!source.triangle_material.empty()) io_mesh.triangle_material.push_back(source.triangle_material[home]);
+        append_to_triangle(source, home, io_mesh);
         for (const Vec3& w : weights) {
+            append_to_corner(source, home, w, io_mesh);
             Vec2f uv = Vec2f::Zero();
             Vec3f n = Vec3f::Zero();
             for (uint32_t k = 0; k < 3; ++k) {
@@ -138,7 +167,7 @@ void carry_cut_attributes(const TriMesh& source, TriMesh& io_mesh) {
                 if (!source.corner_normals.empty()) n += float(w[k]) * source.corner_normals[3 * home + k];
             }
             if (!source.corner_uvs.empty()) io_mesh.corner_uvs.push_back(uv);
-            if (!source.corner_colors.empty()) io_mesh.corner_colors.push_back(blended_color(source, home, w));
+            if (!source.corner_colors.empty()) io_mesh.corner_colors.push_back(blended(source.corner_colors, home, w));
             if (!source.corner_normals.empty()) io_mesh.corner_normals.push_back(is_whole ? n : Vec3f(n.normalized()));
         }
     }
@@ -149,17 +178,24 @@ void carry_cut_attributes(const TriMesh& source, TriMesh& io_mesh) {
 
 void resample_attributes(const TriMesh& source, TriMesh& io_mesh) {
     const SurfaceLookup lookup(source);
-    const SourceUvs uvs(source);
+    const SourceCorners corners(source);
+    const bool has_layers =
+        std::ranges::any_of(source.layers, [](const MeshLayer& l) { return l.domain == LayerDomain::corner; });
+    io_mesh.layers = empty_layers(source.layers);
     for (const auto& [a, b, c] : io_mesh.triangles) {
         const Vec3 middle = (io_mesh.positions[a] + io_mesh.positions[b] + io_mesh.positions[c]) / 3;
         const uint32_t home = lookup.nearest(middle).triangle;
-        if (!source.triangle_material.empty()) io_mesh.triangle_material.push_back(source.triangle_material[home]);
-        if (!source.corner_uvs.empty())
-            for (uint32_t v : {a, b, c}) io_mesh.corner_uvs.push_back(uvs.at(io_mesh.positions[v], middle, home));
+        append_to_triangle(source, home, io_mesh);
+        if (!source.corner_uvs.empty() || has_layers)
+            for (uint32_t v : {a, b, c}) {
+                const SourceCorners::Place at = corners.place(io_mesh.positions[v], middle, home);
+                if (!source.corner_uvs.empty()) io_mesh.corner_uvs.push_back(corners.uvs(at));
+                corners.append_all(at, io_mesh.layers);
+            }
         if (!source.corner_colors.empty())
             for (uint32_t v : {a, b, c}) {
                 const SurfacePoint near = lookup.nearest(io_mesh.positions[v]);
-                io_mesh.corner_colors.push_back(blended_color(source, near.triangle, near.barycentric));
+                io_mesh.corner_colors.push_back(blended(source.corner_colors, near.triangle, near.barycentric));
             }
     }
     io_mesh.material_names = source.material_names;
@@ -179,7 +215,7 @@ void resample_attributes(const TriMesh& source, TriMesh& io_mesh) {
 }
 
 uint32_t append_vertex(TriMesh& io_mesh, const Vec3& position, uint32_t like) {
-    for (auto& [name, values] : io_mesh.vertex_attributes) values.push_back(float{values[like]});
+    for_vertex_lists(io_mesh, [&](auto& values, size_t n) { append_row(values, n, like); });
     io_mesh.positions.push_back(position);
     return static_cast<uint32_t>(io_mesh.positions.size() - 1);
 }
@@ -187,13 +223,12 @@ uint32_t append_vertex(TriMesh& io_mesh, const Vec3& position, uint32_t like) {
 void append_triangle(TriMesh& io_mesh, const Triangle& corners, std::span<const uint32_t, 3> like,
                      std::span<const Vec3f, 3> normals) {
     io_mesh.triangles.push_back(corners);
-    if (!io_mesh.triangle_material.empty())
-        io_mesh.triangle_material.push_back(int32_t{io_mesh.triangle_material[like[0] / 3]});
-    for (int c = 0; c < 3; ++c) {
-        if (!io_mesh.corner_uvs.empty()) io_mesh.corner_uvs.push_back(Vec2f(io_mesh.corner_uvs[like[c]]));
-        if (!io_mesh.corner_colors.empty()) io_mesh.corner_colors.push_back(Color(io_mesh.corner_colors[like[c]]));
-        if (!io_mesh.corner_normals.empty()) io_mesh.corner_normals.push_back(normals[c]);
-    }
+    for_triangle_lists(io_mesh, [&](auto& values, size_t n) { append_row(values, n, like[0] / 3); });
+    for_corner_lists(io_mesh, [&](auto& values, size_t n) {
+        for (const uint32_t corner : like) append_row(values, n, corner);
+    });
+    if (!io_mesh.corner_normals.empty())
+        io_mesh.corner_normals.insert(io_mesh.corner_normals.end(), normals.begin(), normals.end());
 }
 
 void replace_triangle(TriMesh& io_mesh, uint32_t triangle, std::span<const std::array<WeightedCorner, 3>> parts) {
@@ -231,8 +266,7 @@ void replace_triangle(TriMesh& io_mesh, uint32_t triangle, std::span<const std::
 void turn_triangle(TriMesh& io_mesh, uint32_t triangle) {
     std::swap(io_mesh.triangles[triangle][1], io_mesh.triangles[triangle][2]);
     const size_t first = 3 * size_t(triangle);
-    if (!io_mesh.corner_uvs.empty()) std::swap(io_mesh.corner_uvs[first + 1], io_mesh.corner_uvs[first + 2]);
-    if (!io_mesh.corner_colors.empty()) std::swap(io_mesh.corner_colors[first + 1], io_mesh.corner_colors[first + 2]);
+    for_corner_lists(io_mesh, [&](auto& values, size_t n) { swap_rows(values, n, first + 1, first + 2); });
     if (io_mesh.corner_normals.empty()) return;
     std::swap(io_mesh.corner_normals[first + 1], io_mesh.corner_normals[first + 2]);
     for (size_t c = first; c < first + 3; ++c) io_mesh.corner_normals[c] = -io_mesh.corner_normals[c];
@@ -246,29 +280,26 @@ void keep_marked(TriMesh& io_mesh, std::span<const uint8_t> mark) {
         if (!mark[t]) continue;
         io_mesh.triangles[n] = io_mesh.triangles[t];
         for (uint32_t v : io_mesh.triangles[n]) number[v] = 0;
-        if (!io_mesh.triangle_material.empty()) io_mesh.triangle_material[n] = io_mesh.triangle_material[t];
-        for (uint32_t c = 0; c < 3; ++c) {
-            if (!io_mesh.corner_uvs.empty()) io_mesh.corner_uvs[3 * n + c] = io_mesh.corner_uvs[3 * t + c];
-            if (!io_mesh.corner_colors.empty()) io_mesh.corner_colors[3 * n + c] = io_mesh.corner_colors[3 * t + c];
-            if (!io_mesh.corner_normals.empty()) io_mesh.corner_normals[3 * n + c] = io_mesh.corner_normals[3 * t + c];
-        }
+        for_triangle_lists(io_mesh, [&](auto& values, size_t width) { copy_row(values, width, t, n); });
+        const auto move_corners = [&](auto& values, size_t width) { copy_row(values, 3 * width, t, n); };
+        for_corner_lists(io_mesh, move_corners);
+        if (!io_mesh.corner_normals.empty()) move_corners(io_mesh.corner_normals, 1);
         ++n;
     }
     io_mesh.triangles.resize(n);
-    if (!io_mesh.triangle_material.empty()) io_mesh.triangle_material.resize(n);
-    if (!io_mesh.corner_uvs.empty()) io_mesh.corner_uvs.resize(3 * size_t(n));
-    if (!io_mesh.corner_colors.empty()) io_mesh.corner_colors.resize(3 * size_t(n));
+    for_triangle_lists(io_mesh, [&](auto& values, size_t width) { values.resize(n * width); });
+    for_corner_lists(io_mesh, [&](auto& values, size_t width) { values.resize(3 * size_t(n) * width); });
     if (!io_mesh.corner_normals.empty()) io_mesh.corner_normals.resize(3 * size_t(n));
 
     uint32_t kept = 0;
     for (uint32_t v = 0; v < number.size(); ++v)
         if (number[v] != kUnused) {
             io_mesh.positions[kept] = io_mesh.positions[v];
-            for (auto& [name, values] : io_mesh.vertex_attributes) values[kept] = values[v];
+            for_vertex_lists(io_mesh, [&](auto& values, size_t width) { copy_row(values, width, v, kept); });
             number[v] = kept++;
         }
     io_mesh.positions.resize(kept);
-    for (auto& [name, values] : io_mesh.vertex_attributes) values.resize(kept);
+    for_vertex_lists(io_mesh, [&](auto& values, size_t width) { values.resize(kept * width); });
     for (Triangle& t : io_mesh.triangles)
         for (uint32_t& v : t) v = number[v];
     for (auto& [name, vertices] : io_mesh.vertex_groups) {

@@ -14,18 +14,26 @@ namespace sunder {
 /// written once into each array.
 class VisualAttributes {
 public:
-    explicit VisualAttributes(std::shared_ptr<const FragmentSet> set) : set_(std::move(set)) {}
+    explicit VisualAttributes(std::shared_ptr<const FragmentSet> set);
 
-    /// Fills triangle_* (but for triangle_hidden), corner_uvs, corner_colors and corner_rim of `io_mesh`.
+    /// Fills triangle_* (but for triangle_hidden), corner_uvs, corner_colors, corner_rim and the layers of `io_mesh`
+    /// that are not by point.
     void list(const SplitTopology& topology, const RangeRunner& run, VisualMesh& io_mesh);
 
+    /// Fills the layers by point, after the others. `io_mesh` has its skin.
+    void list_points(VisualMesh& io_mesh);
+
 private:
+    static constexpr uint32_t kNone = 0xffffffffu;
+
     std::shared_ptr<const FragmentSet> set_;
     ArrayRecycler<int32_t> material_, interface_;
     ArrayRecycler<uint32_t> fragment_;
     ArrayRecycler<Vec2f> uvs_;
     ArrayRecycler<Color> colors_;
     ArrayRecycler<float> rim_;
+    std::vector<ArrayRecycler<float>> layers_;  // of each of the set's
+    std::vector<uint32_t> outer_corner_;  // of a pool vertex, the first; kNone within; empty if no layer is by point
 };
 
 }  // namespace sunder

@@ -210,6 +210,7 @@ struct VisualMeshBuilder::Impl {
         if (split) normals->bind(*topology, run), attributes->list(*topology, run, mesh);
         list_triangles(split, run);
         mesh.skin = is_constant ? instances(*skin->binding()) : skin->binding();
+        if (split) attributes->list_points(mesh);
         list_nearest(run);
         bound_edges.assign(edge_intact.begin(), edge_intact.end());
         bound = true;

@@ -16,6 +16,14 @@ namespace sunder {
 
 struct SkinBinding;
 
+/// A layer of a frame, as MeshLayer. Where a break surface meets the outer one its vertices have what that has.
+struct VisualLayer : LayerId {
+    SharedArray<float> values;  // a row each vertex, corner or triangle
+
+    size_t n_rows() const { return values.size() / width; }
+    const float* row(size_t i) const { return values.data() + i * width; }
+};
+
 /// Which faces and vertices a visual mesh has.
 enum class VisualTopology {
     compact,   // what can be seen: grows as the body tears (Choi 2014, section 4.1)
@@ -38,6 +46,7 @@ struct VisualMesh {
     SharedArray<Vec2f> corner_uvs;            // (3 n_triangles x 2), or empty
     SharedArray<Color> corner_colors;         // (3 n_triangles), or empty; white on break surfaces
     SharedArray<float> corner_rim;            // (3 n_triangles), or empty: FragmentSet::interface_corner_rim, 0 outside
+    std::vector<VisualLayer> layers;          // what else the artist's mesh has: FragmentSet::outer_layers
     SharedArray<int32_t> triangle_interface;  // (n_triangles), into FragmentSet::interfaces; -1 on the outer surface
     SharedArray<int32_t> triangle_material;   // (n_triangles); FragmentSet::interior_material on break surfaces
     SharedArray<uint32_t> triangle_fragment;  // (n_triangles), whose surface it is

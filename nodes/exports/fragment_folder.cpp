@@ -7,6 +7,7 @@
 #include "fracture_tools/fragments/prefracture.h"
 #include "fracture_tools/mesh/mesh_checks.h"
 #include "nodes/files/file_io.h"
+#include "nodes/files/layer_columns.h"
 #include "nodes/files/ply_file.h"
 
 namespace sunder {
@@ -117,11 +118,18 @@ ByteBuffer encode_piece(const TriMesh& piece) {
     const bool has_normals = !piece.corner_normals.empty(), has_colors = !piece.corner_colors.empty();
     if (has_normals) face.properties.push_back({"corner_normals", PlyType::float32, PlyType::uint8});
     if (has_colors) face.properties.push_back({"corner_colors", PlyType::float32, PlyType::uint8});
+    PlyElement vertex{"vertex", piece.positions.size(), ply_scalars("x y z", PlyType::float64)};
+    const LayerColumns of_vertices(piece.layers, false), of_faces(piece.layers, true);
+    of_vertices.add_properties(vertex), of_faces.add_properties(face);
     ByteBuffer bytes;
+    const auto put = [&](const void* data, size_t n) { bytes.append(data, n); };
     bytes.reserve(4096 + piece.positions.size() * 24 + piece.triangles.size() * (has_uvs ? 42 : 17));
-    write_ply_header(bytes, {{std::string(kPieceMagic.substr(8)), "written by sunder " SUNDER_VERSION},
-                             {{"vertex", piece.positions.size(), ply_scalars("x y z", PlyType::float64)}, face}});
-    for (const Vec3& p : piece.positions) bytes.append(p.data(), sizeof(double) * 3);
+    write_ply_header(bytes,
+                     {{std::string(kPieceMagic.substr(8)), "written by sunder " SUNDER_VERSION}, {vertex, face}});
+    for (size_t v = 0; v < piece.positions.size(); ++v) {
+        bytes.append(piece.positions[v].data(), sizeof(double) * 3);
+        of_vertices.write_row(v, put);
+    }
     for (size_t t = 0; t < piece.triangles.size(); ++t) {
         bytes.number(uint8_t{3});
         bytes.append(piece.triangles[t].data(), sizeof(uint32_t) * 3);
@@ -134,9 +142,11 @@ ByteBuffer encode_piece(const TriMesh& piece) {
             bytes.number(uint8_t{9});
             for (size_t c = 0; c < 3; ++c) bytes.append(piece.corner_normals[3 * t + c].data(), sizeof(float) * 3);
         }
-        if (!has_colors) continue;
-        bytes.number(uint8_t{12});
-        for (size_t c = 0; c < 3; ++c) bytes.append(piece.corner_colors[3 * t + c].data(), sizeof(float) * 4);
+        if (has_colors) {
+            bytes.number(uint8_t{12});
+            for (size_t c = 0; c < 3; ++c) bytes.append(piece.corner_colors[3 * t + c].data(), sizeof(float) * 4);
+        }
+        of_faces.write_row(t, put);
     }
     return bytes;
 }

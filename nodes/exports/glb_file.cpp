@@ -95,14 +95,19 @@ size_t add_mesh(Glb& glb, const VisualMesh& first, const RigidFragment& f, const
     for (size_t k = 0; k < f.vertices.size(); ++k) local[f.vertices[k]] = f.local[k];
     std::map<int32_t, std::vector<uint32_t>> by_material;
     for (uint32_t t : f.triangles) by_material[first.triangle_material[t]].push_back(t);
+    std::vector<const VisualLayer*> more_uvs;
+    for (const VisualLayer& layer : first.layers)
+        if (layer.kind == LayerKind::uv) more_uvs.push_back(&layer);
     Json primitives = Json::array();
     for (const auto& [material, triangles] : by_material) {
         const Surface& surface = surfaces[static_cast<size_t>(material)];
-        using Key = std::array<uint32_t, 10>;  // vertex, bits of normal, UV and colour
+        // Vertex, bits of normal, UV and colour; of further UVs.
+        using Key = std::pair<std::array<uint32_t, 10>, std::vector<uint32_t>>;
         std::map<Key, uint32_t> known;
         std::vector<uint32_t> indices;
         std::vector<Vec3f> positions, normals;
         std::vector<Vec2f> uvs;
+        std::vector<std::vector<Vec2f>> further(more_uvs.size());
         std::vector<Color> colors;
         for (uint32_t t : triangles)
             for (uint32_t c = 0; c < 3; ++c) {
@@ -111,27 +116,33 @@ size_t add_mesh(Glb& glb, const VisualMesh& first, const RigidFragment& f, const
                 const Color color =
                     surface.takes_vertex_colors ? clamped(first.corner_colors[3 * t + c]) : Color{1, 1, 1, 1};
                 const uint32_t v = first.triangles[t][c];
-                const Key key = {v,
-                                 std::bit_cast<uint32_t>(n.x()),
-                                 std::bit_cast<uint32_t>(n.y()),
-                                 std::bit_cast<uint32_t>(n.z()),
-                                 std::bit_cast<uint32_t>(uv.x()),
-                                 std::bit_cast<uint32_t>(uv.y()),
-                                 std::bit_cast<uint32_t>(color[0]),
-                                 std::bit_cast<uint32_t>(color[1]),
-                                 std::bit_cast<uint32_t>(color[2]),
-                                 std::bit_cast<uint32_t>(color[3])};
+                Key key = {
+                    {v, std::bit_cast<uint32_t>(n.x()), std::bit_cast<uint32_t>(n.y()), std::bit_cast<uint32_t>(n.z()),
+                     std::bit_cast<uint32_t>(uv.x()), std::bit_cast<uint32_t>(uv.y()),
+                     std::bit_cast<uint32_t>(color[0]), std::bit_cast<uint32_t>(color[1]),
+                     std::bit_cast<uint32_t>(color[2]), std::bit_cast<uint32_t>(color[3])},
+                    {}};
+                for (const VisualLayer* layer : more_uvs)
+                    for (size_t k = 0; k < 2; ++k)
+                        key.second.push_back(std::bit_cast<uint32_t>(layer->row(3 * t + c)[k]));
                 const auto [at, is_new] = known.try_emplace(key, static_cast<uint32_t>(positions.size()));
                 indices.push_back(at->second);
                 if (!is_new) continue;
                 positions.push_back(y_up(local[v])), normals.push_back(y_up(n.cast<double>()));
                 uvs.push_back({uv.x(), 1 - uv.y()});  // v runs down there
+                for (size_t m = 0; m < more_uvs.size(); ++m) {
+                    const float* row = more_uvs[m]->row(3 * t + c);
+                    further[m].push_back({row[0], 1 - row[1]});
+                }
                 colors.push_back(color);
             }
         Json attributes = {{"POSITION", glb.accessor(positions, "VEC3", kFloat, kArrayBuffer, true)},
                            {"NORMAL", glb.accessor(normals, "VEC3", kFloat, kArrayBuffer, false)}};
         if (!first.corner_uvs.empty())
             attributes["TEXCOORD_0"] = glb.accessor(uvs, "VEC2", kFloat, kArrayBuffer, false);
+        for (size_t m = 0; m < more_uvs.size(); ++m)
+            attributes["TEXCOORD_" + std::to_string(m + (first.corner_uvs.empty() ? 0 : 1))] =
+                glb.accessor(further[m], "VEC2", kFloat, kArrayBuffer, false);
         if (surface.takes_vertex_colors)
             attributes["COLOR_0"] = glb.accessor(colors, "VEC4", kFloat, kArrayBuffer, false);
         primitives.push_back({{"attributes", attributes},

@@ -4,6 +4,7 @@
 // Attributes stand one after the other, each with all its frames, so frames are read once for each attribute; a shot
 // need not fit into memory. What does not change from frame to frame is written once.
 #include <algorithm>
+#include <bit>
 #include <map>
 
 #include "nodes/exports/shot_export.h"
@@ -23,6 +24,7 @@ struct Survey {
     std::vector<size_t> rest_change;           // empty if the shot tells no rest positions
     std::vector<size_t> hidden_change;
     std::vector<Surface> surfaces;  // by material
+    std::vector<LayerId> layers;
     bool has_uvs = false, has_velocities = false, has_hidden = false;
     bool has_colors = false, has_alpha = false, has_rim = false, has_interfaces = false;
 };
@@ -47,6 +49,7 @@ Result<Survey> survey(const Shot& shot, const ShotMesh& source, const Progress& 
             found.has_uvs = !m.corner_uvs.empty(), found.has_velocities = !m.velocities.empty();
             found.has_hidden = !m.triangle_hidden.empty(), found.has_interfaces = !m.triangle_interface.empty();
             found.has_colors = !m.corner_colors.empty(), found.has_rim = !m.corner_rim.empty();
+            found.layers.assign(m.layers.begin(), m.layers.end());
         }
         found.has_alpha |= std::ranges::any_of(m.corner_colors, [](const Color& c) { return c[3] != 1; });
         if (i == 0 || !same_faces(before, m)) found.faces_change.push_back(i);
@@ -62,6 +65,40 @@ Result<Survey> survey(const Shot& shot, const ShotMesh& source, const Progress& 
         before = std::move(m);
     }
     return found;
+}
+
+// Type of a layer's primvar without its brackets.
+std::string type_of(const LayerId& layer) {
+    switch (layer.kind) {
+        case LayerKind::uv:
+            return "texCoord2f";
+        case LayerKind::color:
+            return "color4f";
+        case LayerKind::boolean:
+            return "bool";
+        default:
+            return (layer.is_blended() ? "float" : "int") + (layer.width > 1 ? std::to_string(layer.width) : "");
+    }
+}
+
+const char* interpolation_of(const LayerId& layer) {
+    return layer.domain == LayerDomain::point    ? "vertex"
+           : layer.domain == LayerDomain::corner ? "faceVarying"
+                                                 : "uniform";
+}
+
+void put_layer(std::string& out, const VisualLayer& layer) {
+    put_array(out, layer.n_rows(), [&](size_t i) {
+        const bool is_tuple = layer.width > 1;
+        for (size_t k = 0; k < layer.width; ++k) {
+            out += k ? ", " : is_tuple ? "(" : "";
+            if (layer.is_blended())
+                put(out, layer.row(i)[k]);
+            else
+                put_integer(out, std::bit_cast<int32_t>(layer.row(i)[k]));
+        }
+        if (is_tuple) out += ')';
+    });
 }
 
 class UsdaWriter {
@@ -206,11 +243,11 @@ private:
         std::string& out = text_;
         struct Attribute {
             bool is_there;
-            const char *declaration, *metadata;
+            std::string declaration, metadata;
             const std::vector<size_t>& frames;
             std::function<void(const VisualMesh&, size_t)> put;
         };
-        const std::vector<Attribute> attributes = {
+        std::vector<Attribute> attributes = {
             {true, "float3[] extent", "", found.points_change,
              [&](const VisualMesh&, size_t i) {
                  put_array(out, 2, [&](size_t k) { put_tuple(out, found.extent[i][k]); });
@@ -258,10 +295,22 @@ private:
                  put_array(out, m.triangles.size(), [&](size_t t) { put_integer(out, m.triangle_hidden[t]); });
              }},
         };
+        PrimNames primvars({"st", "displayColor", "displayOpacity", "Pref", "rim", "interface", "fragment", "hidden"});
+        for (const LayerId& layer : found.layers) {
+            const std::string primvar = primvars.make(layer.name);
+            attributes.push_back(
+                {true, type_of(layer) + "[] primvars:" + primvar,
+                 std::string("interpolation = \"") + interpolation_of(layer) + "\"" +
+                     (primvar == layer.name ? "" : "\n            displayName = " + quoted(layer.name)),
+                 found.faces_change, [&](const VisualMesh& m, size_t) {
+                     const auto of_frame = std::ranges::find_if(m.layers, [&](const LayerId& l) { return l == layer; });
+                     put_layer(out, of_frame == m.layers.end() ? VisualLayer{layer, {}} : *of_frame);
+                 }});
+        }
         const double n = double(attributes.size() + found.surfaces.size());
         for (size_t a = 0; a < attributes.size(); ++a)
             if (const Attribute& it = attributes[a]; it.is_there)
-                if (Status s = attribute(source, it.declaration, it.metadata, it.frames,
+                if (Status s = attribute(source, it.declaration, it.metadata.c_str(), it.frames,
                                          progress.part(double(a) / n, double(a + 1) / n), it.put);
                     !s)
                     return s;

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace sunder {
@@ -63,6 +64,8 @@ inline std::string quoted(const std::string& text) {
 /// Prim names: letters, digits, _; not a digit first; each once.
 class PrimNames {
 public:
+    PrimNames(std::set<std::string> taken = {}) : taken_(std::move(taken)) {}
+
     std::string make(std::string name) {
         for (char& c : name)
             if (!std::isalnum(static_cast<unsigned char>(c)) || static_cast<unsigned char>(c) >= 128) c = '_';

@@ -16,9 +16,9 @@ constexpr std::string_view kEnding = ".cut";
 
 /// Arrays of these are written as they lie in memory: numbers side by side, without gaps.
 template <class T>
-constexpr bool is_plain =
-    std::is_same_v<T, Vec3> || std::is_same_v<T, Vec3f> || std::is_same_v<T, Vec2f> || std::is_same_v<T, Triangle> ||
-    std::is_same_v<T, Color> || std::is_same_v<T, FragmentId> || std::is_arithmetic_v<T>;
+constexpr bool is_plain = std::is_same_v<T, Vec3> || std::is_same_v<T, Vec3f> || std::is_same_v<T, Vec2f> ||
+                          std::is_same_v<T, Triangle> || std::is_same_v<T, Color> || std::is_same_v<T, FragmentId> ||
+                          std::is_same_v<T, LayerDomain> || std::is_same_v<T, LayerKind> || std::is_arithmetic_v<T>;
 
 class Writer {
 public:
@@ -104,6 +104,10 @@ void groups(Stream& stream, Groups& values) {
     }
 }
 
+/// Of a set without layers nothing is written.
+bool has_layers(const Writer&, const FragmentSet& set) { return !set.outer_layers.empty(); }
+bool has_layers(const Reader& reader, const FragmentSet&) { return !reader.is_at_end(); }
+
 template <class Stream, class Set>
 void walk(Stream& stream, Set& set) {
     array(stream, set.vertices);
@@ -129,6 +133,12 @@ void walk(Stream& stream, Set& set) {
     number(stream, set.source_volume), number(stream, set.source_area);
     array(stream, set.source_path);
     texts(stream, set.warnings);
+    if (has_layers(stream, set))
+        list(stream, set.outer_layers, 2 * sizeof(uint64_t), [&](auto& layer) {
+            array(stream, layer.name);
+            number(stream, layer.domain), number(stream, layer.kind), number(stream, layer.width);
+            array(stream, layer.values);
+        });
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "fracture_tools/skin/skinning.h"
+#include "nodes/files/layer_columns.h"
 #include "nodes/files/ply_file.h"
 
 namespace sunder {
@@ -21,6 +22,10 @@ struct RowWriter {
     void put(const T& value) {
         std::memcpy(at, &value, sizeof(T));
         at += sizeof(T);
+    }
+    void put_bytes(const void* data, size_t n) {
+        std::memcpy(at, data, n);
+        at += n;
     }
     template <class T>
     void put_list(const T* entry, uint8_t length) {
@@ -139,10 +144,13 @@ ByteBuffer encode_mesh_ply(const VisualMesh& mesh, const FragmentSet& fragments)
     if (has_interfaces) face.properties.push_back({"interface", PlyType::int32, {}});
     if (has_colors) face.properties.push_back({"corner_colors", PlyType::float32, PlyType::uint8});
     if (has_rim) face.properties.push_back({"rim", PlyType::float32, PlyType::uint8});
+    const LayerColumns of_vertices(mesh.layers, false), of_faces(mesh.layers, true);
+    of_vertices.add_properties(vertex), of_faces.add_properties(face);
 
-    const size_t vertex_bytes = 16 + (has_rest ? 12 : 0) + (has_velocities ? 12 : 0);
+    const size_t vertex_bytes = 16 + (has_rest ? 12 : 0) + (has_velocities ? 12 : 0) + of_vertices.row_bytes();
     const size_t face_bytes = 1 + 12 + 8 + (has_hidden ? 1 : 0) + (has_uvs ? 1 + 24 : 0) + 1 + 36 +
-                              (has_interfaces ? 4 : 0) + (has_colors ? 1 + 48 : 0) + (has_rim ? 1 + 12 : 0);
+                              (has_interfaces ? 4 : 0) + (has_colors ? 1 + 48 : 0) + (has_rim ? 1 + 12 : 0) +
+                              of_faces.row_bytes();
     ByteBuffer bytes;
     bytes.reserve(8192 + mesh.positions.size() * vertex_bytes + mesh.triangles.size() * face_bytes);
     std::vector<std::string> comments = {std::string(kMeshFileMagic), "written by sunder " SUNDER_VERSION};
@@ -151,10 +159,12 @@ ByteBuffer encode_mesh_ply(const VisualMesh& mesh, const FragmentSet& fragments)
                            one_line(material_label(fragments, m)));
     write_ply_header(bytes, {comments, {vertex, face}});
     RowWriter rows{bytes.grow(mesh.positions.size() * vertex_bytes + mesh.triangles.size() * face_bytes)};
+    const auto put = [&](const void* data, size_t n) { rows.put_bytes(data, n); };
     for (size_t v = 0; v < mesh.positions.size(); ++v) {
         rows.put(mesh.positions[v]), rows.put(mesh.vertex_fragment[v]);
         if (has_rest) rows.put(rest[v]);
         if (has_velocities) rows.put(mesh.velocities[v]);
+        of_vertices.write_row(v, put);
     }
     for (size_t t = 0; t < mesh.triangles.size(); ++t) {
         rows.put_list(mesh.triangles.data() + t, uint8_t{3});
@@ -165,6 +175,7 @@ ByteBuffer encode_mesh_ply(const VisualMesh& mesh, const FragmentSet& fragments)
         if (has_interfaces) rows.put(mesh.triangle_interface[t]);
         if (has_colors) rows.put_list(corners(mesh.corner_colors, t), uint8_t{12});
         if (has_rim) rows.put_list(corners(mesh.corner_rim, t), uint8_t{3});
+        of_faces.write_row(t, put);
     }
     return bytes;
 }

@@ -6,6 +6,7 @@
 //              corner_normals (list of 9 floats: x y z a corner),
 //              interface (int, -1 outside), corner_colors (list of 12 floats; only with colours), rim (list of 3
 //              floats)
+//      layers  of either, by their own names (layer_property.h)
 //      comment "material 0 NAME" for each material, the last being break surfaces
 // OBJ  v, vt, vn, usemtl where the material changes; a value that occurs again is written once.
 #pragma once

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "fracture_tools/mesh/layer_property.h"
 #include "fracture_tools/mesh/utf8_text.h"
 #include "nodes/files/mesh_frame_file.h"
 #include "nodes/files/ply_file.h"
@@ -31,6 +32,7 @@ public:
                 table.stride_ += 1;
             }
             table.columns_[p.name] = {table.stride_, p.type, n};
+            table.order_.push_back(p.name);
             table.stride_ += n * ply_size(p.type);
         }
         // Rows were counted by the file's parser; once all lists fit, every row is where this says.
@@ -52,6 +54,23 @@ public:
         return true;
     }
 
+    /// Layers among the columns, as LayerColumns writes them; of a table without rows none: their widths are not told.
+    void read_layers(bool is_face, std::vector<VisualLayer>& out) const {
+        if (n_rows == 0) return;
+        for (const std::string& name : order_) {
+            const Column& column = columns_.at(name);
+            if (column.type != PlyType::float32 && column.type != PlyType::int32) continue;
+            const auto id = layer_of_property(name, is_face, column.type == PlyType::int32);
+            const size_t n_corners = id && id->domain == LayerDomain::corner ? 3 : 1;
+            const size_t width = column.count / n_corners;
+            if (!id || column.count % n_corners != 0 || !is_layer_width(*id, width)) continue;
+            std::vector<float> values(n_rows * column.count);
+            for (size_t row = 0; row < n_rows; ++row)
+                std::memcpy(values.data() + row * column.count, at(row) + column.offset, sizeof(float) * column.count);
+            out.push_back({{id->name, id->domain, id->kind, static_cast<uint32_t>(width)}, std::move(values)});
+        }
+    }
+
     size_t n_rows = 0;
 
 private:
@@ -65,6 +84,7 @@ private:
     const char* first_ = nullptr;
     size_t stride_ = 0;
     std::map<std::string, Column> columns_;
+    std::vector<std::string> order_;  // their names as the file has them
 };
 
 // File: how the numbers are stored, where that is not as they are kept.
@@ -149,6 +169,7 @@ Result<MeshFrame> decode_mesh_ply(std::string bytes, const std::string& where) {
     read(*face, "interface", PlyType::int32, m.triangle_interface);
     read_corners<4>(*face, "corner_colors", m.corner_colors);
     read_corners<1>(*face, "rim", m.corner_rim);
+    vertex->read_layers(false, m.layers), face->read_layers(true, m.layers);
     for (size_t t = 0; t < m.triangles.size(); ++t) {
         if (std::ranges::max(m.triangles[t]) >= m.positions.size())
             return bad_input(where, "face " + std::to_string(t) + " names a vertex that is not there");

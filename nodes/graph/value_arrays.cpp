@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "fracture_tools/fragments/prefracture.h"
+#include "fracture_tools/mesh/layer_property.h"
 #include "fracture_tools/skin/particle_transforms.h"
 #include "fracture_tools/skin/skinning.h"
 #include "nodes/graph/nearest_name.h"
@@ -301,6 +302,20 @@ void add(Table& table, const T& object) {
         table.emplace_back(e.name, [get = e.get, &object] { return get(object); });
 }
 
+// Layers by what they are and their names: "corner_uv:Wall .001".
+template <class Layer>
+void add_layers(Table& table, const std::vector<Layer>& layers) {
+    for (const Layer& layer : layers)
+        table.emplace_back(layer_prefix(layer) + layer.name, [&layer] {
+            ArrayView view{layer.is_blended() ? ArrayType::float32 : ArrayType::int32,
+                           {layer.n_rows()},
+                           layer.values.data(),
+                           nullptr};
+            if (layer.width > 1) view.shape.push_back(layer.width);
+            return view;
+        });
+}
+
 // What can be read of a value. The getters hold as long as the value.
 Table table_of(const Value& value) {
     Table table;
@@ -315,6 +330,8 @@ Table table_of(const Value& value) {
                 add(table, *v);
             else if constexpr (std::is_same_v<T, PinValue>)
                 table.emplace_back("particles", [&v] { return as_is<uint32_t>(*v->particles); });
+            if constexpr (std::is_same_v<T, TriMesh>) add_layers(table, v->layers);
+            if constexpr (std::is_same_v<T, BodyMesh>) add_layers(table, v->mesh.layers);
         },
         value);
     return table;

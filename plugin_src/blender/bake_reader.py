@@ -3,6 +3,7 @@ frames need the system's libzstd besides."""
 import ctypes
 import json
 import os
+import urllib.parse
 
 import numpy as np
 
@@ -79,10 +80,32 @@ def read_ply(path):
     return result
 
 
+class Layer:
+    """name; domain: point, corner or face; kind: float, uv, color, weight (of a vertex group), int or bool; values: (n, width)
+    of float32 or int32, a row each vertex, corner or face."""
+
+    def __init__(self, name, domain, kind, values):
+        self.name, self.domain, self.kind, self.values = name, domain, kind, values
+
+
+def _layers(rows, domains):
+    found = []
+    for field in rows.dtype.names:
+        prefix, colon, name = field.partition(":")
+        domain, _, kind = prefix.partition("_")
+        if not colon or domain not in domains or field.endswith(" count"):
+            continue
+        n = len(rows) * (3 if domain == "corner" else 1)
+        values = np.ascontiguousarray(rows[field]).reshape(n, -1) if n else np.zeros((0, 1), np.float32)
+        found.append(Layer(urllib.parse.unquote(name, errors="replace"), domain, kind, values))
+    return found
+
+
 class MeshFrame:
     """positions (v, 3) f32, vertex_fragment (v,), velocities (v, 3) f32 or None, rest (v, 3) f32, in the mesh that was cut,
     or None; triangles (t, 3), corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None, material and fragment (t,), hidden (t,)
-    bool; interface (t,), rim (3t,) f32 and colors (3t, 4) f32 or None; whole numbers are int32."""
+    bool; interface (t,), rim (3t,) f32 and colors (3t, 4) f32 or None; whole numbers are int32. mesh_layers: what else the
+    artist's mesh has, [Layer]."""
 
 
 def read_mesh_frame(path):
@@ -107,6 +130,7 @@ def read_mesh_frame(path):
         mesh.rim = np.ascontiguousarray(face["rim"], np.float32).ravel() if "rim" in there else None
         has_colors = "corner_colors" in there
         mesh.colors = np.ascontiguousarray(face["corner_colors"], np.float32).reshape(-1, 4) if has_colors else None
+        mesh.mesh_layers = _layers(vertex, ("point",)) + _layers(face, ("corner", "face"))
     except (KeyError, ValueError) as error:
         raise BakeError(f"{path}: not a mesh frame ({error})") from error
     if mesh.triangles.size and (mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.positions)):

@@ -60,6 +60,14 @@ def clear_corner_normals(mesh):
         mesh.normals_split_custom_set([(0.0, 0.0, 0.0)] * len(mesh.loops))
 
 
+def is_of_geometry(name):
+    """Whether an attribute of that name says what a mesh's geometry is: from 3.5 on more and more of it stands among the
+    artist's. Names that begin with a dot are Blender's own; creases and bevel weights are for modifiers."""
+    return name.startswith(".") or name in {
+        "position", "material_index", "sharp_face", "crease_vert", "bevel_weight_vert", "freestyle_face",
+    } or HAS_QUICK_NORMALS and name == "custom_normal"
+
+
 def write_triangle_corners(mesh):
     """Polygon i has corners 3i to 3i + 2. Their number is written until 3.5; later it follows from where they start."""
     n = len(mesh.polygons)

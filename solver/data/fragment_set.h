@@ -48,6 +48,7 @@ struct FragmentSet {
     std::vector<Vec2f> outer_corner_uvs;      // (3 n_outer x 2), or empty
     std::vector<Vec3f> outer_corner_normals;  // (3 n_outer x 3), the artist's, or empty
     std::vector<Color> outer_corner_colors;   // (3 n_outer), or empty
+    std::vector<MeshLayer> outer_layers;  // a row each outer triangle (face), or each of its corners (corner, point)
 
     std::vector<Triangle> interface_triangles;  // interface after interface, outward from Interface::a
     std::vector<Vec2f> interface_corner_uvs;    // (3 n_interface_triangles x 2), in metres on the cut

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "solver/data/math.h"
+#include "solver/data/mesh_layer.h"
 
 namespace sunder {
 
@@ -24,6 +25,7 @@ struct TriMesh {
     std::vector<std::string> material_names;  // may be empty
     std::map<std::string, std::vector<uint32_t>> vertex_groups;   // name -> vertices, ascending
     std::map<std::string, std::vector<float>> vertex_attributes;  // name -> a number each vertex (n_vertices)
+    std::vector<MeshLayer> layers;  // what else comes along; a row each vertex, corner or triangle
 };
 
 /// What geometry functions read of a mesh.

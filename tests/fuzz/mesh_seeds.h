@@ -48,6 +48,12 @@ inline std::vector<std::string> mesh_seeds() {
         "float s\nproperty float t\nelement face 2\nproperty list uchar uint vertex_index\nelement edge 1\nproperty "
         "int vertex1\nproperty int vertex2\nend_header\n0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 1\n0.5 0.4 0 0 1\n0 1 0.5 0 "
         "1\n5 0 1 2 3 4\n3 0 2 4\n0 1\n",
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty float "
+        "point_float:heat%20map\nproperty list uchar int point_int:pair\nelement face 2\nproperty list uchar int "
+        "vertex_indices\nproperty list uchar float corner_uv:Wall\nproperty int face_bool:top\nend_header\n0 0 0 0.5 2 "
+        "1 "
+        "-1\n1 0 0 1 2 2 -2\n1 1 0 nan 2 3 -3\n0 1 1 1e9 2 4 -4\n4 0 1 2 3 8 0 0 0 1 1 0 1 1 1\n3 0 1 2 6 0 0 0 1 1 1 "
+        "0\n",
         "OFF\n# a box's corner\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n",
         "COFF 5 2 0\n0 0 0 255 0 0 255\n2 0 0\n2 2 0\n1 0.5 0\n0 2 1e-3\n5 0 1 2 3 4 0.1 0.2 0.3\n\n3 0 2 4\n",
         "NOFF\n3 1 0\n0 0 0 0 0 1\n+1 0 0 0 0 1\n0 1 0 0 0 1\n3 0 1 2\n"};

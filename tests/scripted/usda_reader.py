@@ -13,7 +13,7 @@ import numpy as np
 
 _TOKEN = re.compile(r"""\s+|(?P<text>"(?:[^"\\\n]|\\.)*")|(?P<path><[^>\n]*>)|(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)
     |(?P<word>[A-Za-z_][A-Za-z0-9_:.]*)|(?P<mark>[\[\](){},;:=])""", re.VERBOSE)
-_WIDTH = {"int": 1, "token": 1, "string": 1, "float": 1, "float3": 3, "double3": 3, "quatf": 4, "color3f": 3, "point3f": 3, "vector3f": 3, "normal3f": 3, "texCoord2f": 2}
+_WIDTH = {"int": 1, "bool": 1, "color4f": 4, "token": 1, "string": 1, "float": 1, "float3": 3, "double3": 3, "quatf": 4, "color3f": 3, "point3f": 3, "vector3f": 3, "normal3f": 3, "texCoord2f": 2}
 
 
 class Attribute:
@@ -108,7 +108,7 @@ class _Reader:
             return tuple(value) if isinstance(value, list) else value
         if base == "token":
             return value
-        array = np.array(value, np.int64 if base == "int" else np.float64)
+        array = np.array(value, np.int64 if base in ("int", "bool") else np.float64)
         if _WIDTH[base] > 1:
             array = array.reshape(-1, _WIDTH[base])
         elif array.ndim != 1:

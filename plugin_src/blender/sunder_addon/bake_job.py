@@ -72,7 +72,7 @@ class BakeJob:
             note = {
                 "blend": cache.blend_name(), "tree": tree.name, "signature": signature.signature(tree, scene),
                 "rest_matrices": compiled.rest_matrices, "rest_coordinates": compiled.rest_coordinates,
-                "taken_over": taken_over,
+                "taken_over": taken_over, **({"mesh_layers": compiled.mesh_layers} if compiled.mesh_layers else {}),
             }
         except OSError as error:
             raise core.Refused(f"{error.filename or folder}: {error.strerror}") from error

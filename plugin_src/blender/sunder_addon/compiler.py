@@ -13,10 +13,11 @@ _PATH_OF = {"deformer": ("bake_mesh", "mesh", "mesh/{}.####.ply"), "solver": ("b
 class Compiled:
     """description: what a graph file holds. files: {path seen from the bake folder: bytes}.
     rest_matrices: {graph name of a rigid body: 4x4 rows of its object at the first frame}.
-    rest_coordinates: {graph name of a deformer whose body is cut from one object: what is noted of that}."""
+    rest_coordinates: {graph name of a deformer whose body is cut from one object: what is noted of that}.
+    mesh_layers: {graph name of a deformer: how artists find the layers of its mesh}, where it has any."""
 
     def __init__(self):
-        self.description, self.files, self.rest_matrices, self.rest_coordinates = {}, {}, {}, {}
+        self.description, self.files, self.rest_matrices, self.rest_coordinates, self.mesh_layers = {}, {}, {}, {}, {}
 
 
 class _Channel:
@@ -181,6 +182,10 @@ class _Compiler:
         if thing is not None:
             own = scene_input.placement(thing.matrix_world)[2]
             self.result.rest_coordinates[node.graph_name] = rest_coordinates.describe(thing, own)
+        source = wiring.upstream(node, "mesh_file")
+        geometry = self.geometries.get(source.graph_name) if source is not None else None
+        if geometry is not None and geometry.mesh_layers:
+            self.result.mesh_layers[node.graph_name] = geometry.order
 
     def _add_rigid_body(self, node, depsgraph):
         for name, thing, center in self._shapes(node, depsgraph):

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 
-from . import blender_versions, core
+from . import blender_versions, core, mesh_layers
 
 _MOST_SQUEEZED = 1e6  # largest scale over smallest: matrices have seven digits
 _VERTEX = np.dtype([(n, "<f8") for n in "xyz"] + [(n, "<f4") for n in ("nx", "ny", "nz")])
@@ -13,11 +13,14 @@ _VERTEX = np.dtype([(n, "<f8") for n in "xyz"] + [(n, "<f4") for n in ("nx", "ny
 
 class Geometry:
     """positions (v, 3) f64, corners (t, 3) int32, corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None,
-    colors (3t, 4) f32, linear, or None; material (t,) int32; groups {name: [vertex, ...]}; maps {name: (v,) f32}."""
+    colors (3t, 4) f32, linear, or None; material (t,) int32; groups {name: [vertex, ...]}; maps {name: (v,) f32};
+    mesh_layers: what else it carries, a row each vertex, corner (3t) or triangle; order: how artists find it
+    (mesh_layers.order)."""
 
-    def __init__(self, positions, corners, corner_normals, uvs, colors, material, groups, maps):
+    def __init__(self, positions, corners, corner_normals, uvs, colors, material, groups, maps, layers=(), order=None):
         self.positions, self.corners, self.corner_normals = positions, corners, corner_normals
         self.uvs, self.colors, self.material, self.groups, self.maps = uvs, colors, material, groups, maps
+        self.mesh_layers, self.order = list(layers), order or {}
 
 
 def _read(sequence, attribute, width, dtype):
@@ -76,7 +79,7 @@ def map_property(name):
     return "map_" + clean + ("" if clean == name else "_" + content_hash(name.encode())[:6])
 
 
-def geometry(thing, depsgraph, matrix, use_modifiers, group_names=(), map_names=()):
+def geometry(thing, depsgraph, matrix, use_modifiers, group_names=(), map_names=(), with_layers=False):
     """An object's mesh, its vertices taken through `matrix`. Refuses maps that it has not, and what is squeezed flat."""
     check_scale(thing, matrix)
     source = thing.evaluated_get(depsgraph) if use_modifiers else thing
@@ -108,9 +111,13 @@ def geometry(thing, depsgraph, matrix, use_modifiers, group_names=(), map_names=
         for name, values in maps.items():
             if values is None:
                 raise core.Refused(f"object '{thing.name}' has neither a vertex group nor a vertex attribute '{name}'")
+        carried = mesh_layers.read(thing, mesh, uv_map, colors, use_modifiers) if with_layers else []
+        rows = {"corner": flat, "face": _read(mesh.loop_triangles, "polygon_index", 1, np.int32)}
+        for layer in carried:
+            layer.values = layer.values[rows.get(layer.domain, slice(None))]
         return Geometry(positions, corners.astype(np.int32), (normals / length)[flat].astype(np.float32),
                         layer_uvs(uv_map)[flat] if uv_map else None, layer_colors(colors)[painted] if colors else None,
-                        material, groups, maps)
+                        material, groups, maps, carried, mesh_layers.order(thing, mesh, uv_map, colors))
     finally:
         source.to_mesh_clear()
 
@@ -124,11 +131,19 @@ def _joined_corners(parts, field, missing):
                            for g, values in zip(parts, found)])
 
 
+def _maps_of_other_names(g, order):
+    """What renders show of a part, as layers where that is not called as in the whole."""
+    shown = ("render_uv_map", "uv", g.uvs), ("render_color", "color", g.colors)
+    return [mesh_layers.Layer(g.order[field], "corner", kind, values) for field, kind, values in shown
+            if values is not None and g.order[field] != order[field]]
+
+
 def joined(parts):
     """Several geometries as one; materials keep their slot numbers, offset so that parts do not share them."""
     if len(parts) == 1:
         return parts[0]
     offset = np.cumsum([0] + [len(g.positions) for g in parts[:-1]])
+    order = mesh_layers.joined_order([g.order for g in parts])
     groups = {}
     for g, first in zip(parts, offset):
         for name, members in g.groups.items():
@@ -142,7 +157,29 @@ def joined(parts):
         np.concatenate([g.material for g in parts]),
         groups,
         {name: np.concatenate([g.maps[name] for g in parts]) for name in parts[0].maps},
+        mesh_layers.joined([g.mesh_layers + _maps_of_other_names(g, order) for g in parts],
+                      [{"point": len(g.positions), "corner": 3 * len(g.corners), "face": len(g.corners)} for g in parts],
+                      {order["render_uv_map"], order["render_color"]}),
+        order,
     )
+
+
+class _Column:
+    """A layer in a file of `t` triangles; rows: (vertices or triangles, numbers)."""
+
+    def __init__(self, layer, t):
+        self.name = mesh_layers.property_name(layer)
+        self.rows = layer.values.reshape(t, -1) if layer.domain == "corner" else layer.values
+        kind, self.width = "int" if self.rows.dtype == np.int32 else "float", self.rows.shape[1]
+        entry = "<i4" if kind == "int" else "<f4"
+        self.fields = [(self.name, entry)] if self.width == 1 else [
+            (self.name + " count", "u1"), (self.name, entry, self.width)]
+        self.line = f"{'' if self.width == 1 else 'list uchar '}{kind} {self.name}"
+
+    def fill(self, table, rows):
+        if self.width > 1:
+            table[self.name + " count"] = self.width
+        table[self.name] = rows if self.width > 1 else rows[:, 0]
 
 
 def ply_bytes(g):
@@ -151,7 +188,10 @@ def ply_bytes(g):
     flat = g.corners.ravel()
     maps = {map_property(name): values for name, values in g.maps.items()}
     channels = () if g.colors is None else ("red", "green", "blue", "alpha")
-    vertex = np.zeros(n + 3 * t, np.dtype(_VERTEX.descr + [(name, "<f4") for name in (*channels, *maps)]))
+    of_vertices, of_faces = ([_Column(l, t) for l in g.mesh_layers if (l.domain == "point") == is_of_vertices]
+                             for is_of_vertices in (True, False))
+    vertex = np.zeros(n + 3 * t, np.dtype(_VERTEX.descr + [(name, "<f4") for name in (*channels, *maps)]
+                                          + [f for column in of_vertices for f in column.fields]))
     for axis, name in enumerate("xyz"):
         vertex[name] = np.concatenate([g.positions[:, axis], g.positions[flat, axis]])
         vertex["n" + name][n:] = g.corner_normals[:, axis]
@@ -159,18 +199,24 @@ def ply_bytes(g):
         vertex[name][n:] = g.colors[:, k]
     for name, values in maps.items():
         vertex[name] = np.concatenate([values, values[flat]])
+    for column in of_vertices:
+        column.fill(vertex, np.concatenate([column.rows, column.rows[flat]]))
     fields = [("count", "u1"), ("vertex_indices", "<i4", 3), ("material", "<i4")]
     lines = ["list uchar int vertex_indices", "int material"]
     if g.uvs is not None:
         fields += [("texcoords", "u1"), ("texcoord", "<f4", 6)]
         lines.append("list uchar float texcoord")
-    face = np.zeros(t, np.dtype(fields))
+    face = np.zeros(t, np.dtype(fields + [f for column in of_faces for f in column.fields]))
     face["count"], face["material"] = 3, g.material
     face["vertex_indices"] = np.arange(n, n + 3 * t, dtype=np.int32).reshape(-1, 3)
     if g.uvs is not None:
         face["texcoords"], face["texcoord"] = 6, g.uvs.reshape(-1, 6)
+    for column in of_faces:
+        column.fill(face, column.rows)
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertex)}"]
     header += [f"property double {n}" for n in "xyz"] + [f"property float {n}" for n in ("nx", "ny", "nz", *channels, *maps)]
+    header += [f"property {column.line}" for column in of_vertices]
+    lines += [column.line for column in of_faces]
     header += [f"element face {t}", *(f"property {line}" for line in lines), "end_header\n"]
     return "\n".join(header).encode() + vertex.tobytes() + face.tobytes()
 

@@ -6,7 +6,7 @@ import numpy as np
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from mathutils import Matrix, Quaternion, Vector
 
-from . import bake_reader, cache, preview_source, rest_coordinates, result_mesh, runtime, tearing, tree as trees
+from . import bake_reader, cache, mesh_layers, preview_source, rest_coordinates, result_mesh, runtime, tearing, tree as trees
 
 SHOWN = "sunder_shown"  # on the mesh, so that undo and files carry it along
 PLAYED_FACES = 20_000  # from so many on, exact normals wait until playing stops: they take several times as long as the rest
@@ -141,9 +141,11 @@ def _show_mesh(thing, folder, manifest, shown, is_playing, after):
         frame.positions = frame.positions + np.float32(after) * attributes["velocity"][1]
     result_mesh.set_property(mesh, SHOWN, "")  # until all is written
     rest = cache.note(folder).get("rest_coordinates", {}).get(node, {})
-    stamp = result_mesh.face_stamp(frame, thing.sunder.uv_map, thing.sunder.color_attribute, interior, thing.sunder.interior_slot, rest)
+    order = cache.note(folder).get("mesh_layers", {}).get(node, {})
+    names = thing.sunder.uv_map, thing.sunder.color_attribute, *([order] if order else [])
+    stamp = result_mesh.face_stamp(frame, *names, interior, thing.sunder.interior_slot, rest)
     if result_mesh.write_geometry(mesh, frame, stamp if is_whole else ""):
-        _write_faces(thing, mesh, frame, interior)
+        _write_faces(thing, mesh, frame, interior, order)
         rest_coordinates.write(mesh, frame.rest, rest)
         result_mesh.set_property(mesh, result_mesh.FACES, stamp)
     for name, (kind, values) in attributes.items():
@@ -155,18 +157,21 @@ def _show_mesh(thing, folder, manifest, shown, is_playing, after):
     return False
 
 
-def _write_faces(thing, mesh, frame, interior):
-    """What faces and corners have besides normals."""
-    result_mesh.write_uvs(mesh, frame.uvs, thing.sunder.uv_map)
+def _write_faces(thing, mesh, frame, interior, order):
+    """What faces and corners have besides normals, and all that the source's mesh carries."""
+    uv_map, color = mesh_layers.render_names(frame.mesh_layers, order, thing.sunder.uv_map, thing.sunder.color_attribute)
+    mesh_layers.write_uv_maps(result_mesh.write_uvs, mesh, frame.uvs, uv_map, frame.mesh_layers, order)
     result_mesh.write_materials(mesh, frame.material, interior, thing.sunder.interior_slot)
     for name, kind, domain, values in (
         ("fragment", "INT", "FACE", frame.fragment), ("interior", "BOOLEAN", "FACE", frame.material >= interior),
         ("hidden", "BOOLEAN", "FACE", frame.hidden), ("interface", "INT", "FACE", frame.interface),
         ("rim", "FLOAT", "CORNER", frame.rim),
-        (thing.sunder.color_attribute, "FLOAT_COLOR", "CORNER", frame.colors),
+        (color, "FLOAT_COLOR", "CORNER", frame.colors),
     ):
         if values is not None:
             result_mesh.write_attribute(mesh, name, kind, domain, values)
+    mesh_layers.write_attributes(result_mesh.write_attribute, mesh, color, frame.mesh_layers, order)
+    mesh_layers.write_groups(thing, frame.mesh_layers, order)
 
 
 def _attributes(folder, manifest, shown, node, frame):

@@ -45,6 +45,9 @@ def face_stamp(frame, *names):
     for values in (frame.triangles, frame.material, frame.fragment, frame.hidden, frame.uvs, frame.interface, frame.rim,
                    frame.colors, frame.rest):
         digest.update(b"none" if values is None else np.ascontiguousarray(values))
+    for layer in frame.mesh_layers:
+        digest.update(repr((layer.name, layer.domain, layer.kind, layer.values.shape)).encode())
+        digest.update(np.ascontiguousarray(layer.values))
     return digest.hexdigest()
 
 
@@ -95,13 +98,16 @@ def write_materials(mesh, material, interior, interior_slot):
 
 
 def write_attribute(mesh, name, kind, domain, values):
-    """kind: INT, FLOAT, BOOLEAN, FLOAT_VECTOR or FLOAT_COLOR; domain: POINT, FACE or CORNER."""
+    """kind: of Blender's types those that mesh_layers.py writes, among them INT, FLOAT, BOOLEAN, FLOAT_VECTOR and FLOAT_COLOR;
+    domain: POINT, FACE or CORNER."""
     attribute = mesh.attributes.get(name)
     if attribute is not None and (attribute.data_type != kind or attribute.domain != domain):
         mesh.attributes.remove(attribute)
         attribute = None
     attribute = attribute or mesh.attributes.new(name, kind, domain)
-    _foreach(attribute.data, {"FLOAT_VECTOR": "vector", "FLOAT_COLOR": "color"}.get(kind, "value"), values)
+    if attribute is None:  # a name that Blender keeps for itself
+        return
+    _foreach(attribute.data, {"FLOAT2": "vector", "FLOAT_VECTOR": "vector", "FLOAT_COLOR": "color"}.get(kind, "value"), values)
 
 
 def state_attributes(rows, body, frame, toughness=None, factor=1.0):

@@ -209,7 +209,7 @@ def mesh(node, depsgraph):
     for thing in found:
         own = placement(thing.matrix_world)[2] if node.source == pickers.OBJECT else thing.matrix_world
         try:
-            part = mesh_export.geometry(thing, depsgraph, own, node.use_modifiers, groups, maps)
+            part = mesh_export.geometry(thing, depsgraph, own, node.use_modifiers, groups, maps, with_layers=True)
             mesh_export.check(part, f"object '{thing.name}'")
         except core.Refused as error:
             raise core.Refused(str(error), node.graph_name) from error

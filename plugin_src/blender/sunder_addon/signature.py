@@ -8,15 +8,14 @@ import json
 import bpy
 import numpy as np
 
-from . import animation, core, descriptions, mesh_export, parameters, pickers, runtime, scene_input, wiring
+from . import animation, core, descriptions, mesh_export, mesh_layers, parameters, pickers, runtime, scene_input, wiring
 
 
-def _mesh_hash(thing, use_modifiers):
+def _mesh_hash(thing, use_modifiers, with_layers=False):
     """Of an object's geometry; of its sources where it deforms from frame to frame."""
-    key = (thing.name, use_modifiers)
-    known = runtime.mesh_hashes.get(key)
-    if known:
-        return known
+    hashes = runtime.mesh_hashes.setdefault((thing.name, use_modifiers), {})
+    if with_layers in hashes:
+        return hashes[with_layers]
     deforms = use_modifiers and animation.is_deforming(thing)
     evaluate = use_modifiers and not deforms
     source = thing.evaluated_get(bpy.context.evaluated_depsgraph_get()) if evaluate else thing
@@ -37,14 +36,17 @@ def _mesh_hash(thing, use_modifiers):
         digest.update(mesh_export.layer_uvs(uv_map).tobytes())
     if colors:
         digest.update(mesh_export.layer_colors(colors).tobytes())
+    if with_layers:
+        for layer in mesh_layers.read(thing, mesh, uv_map, colors, use_modifiers):
+            digest.update(mesh_layers.property_name(layer).encode() + layer.values.tobytes())
     source.to_mesh_clear()
     if deforms:
         for m in thing.modifiers:
             plain = [m.type] + [repr(getattr(m, p.identifier)) for p in m.bl_rna.properties if p.type != "POINTER"]
             digest.update(repr(plain).encode())
         digest.update(repr([animation.describe(thing), animation.describe(thing.data)]).encode())
-    runtime.mesh_hashes[key] = digest.hexdigest()
-    return runtime.mesh_hashes[key]
+    hashes[with_layers] = digest.hexdigest()
+    return hashes[with_layers]
 
 
 def _groups(node):
@@ -86,7 +88,7 @@ def _objects(node):
         if node.sunder_type == "force":
             described.append([thing.field.type, round(thing.field.strength, 6)] if thing.field else [])
         elif node.sunder_type == "mesh_file":
-            described.append(_mesh_hash(thing, node.use_modifiers))
+            described.append(_mesh_hash(thing, node.use_modifiers, with_layers=True))
         elif thing.type in pickers.SURFACES:
             described.append(_mesh_hash(thing, True))
         else:

@@ -1,6 +1,7 @@
 """Results of evaluation: numpy views into the library's memory, by name."""
 import ctypes
 import json
+import re
 
 import numpy as np
 
@@ -103,7 +104,31 @@ class Mesh(Value):
     and the particles that each vertex follows, those of vertex i being influence_particle[o[i]:o[i + 1]] with weights
     influence_weight[o[i]:o[i + 1]], o = influence_offset (v + 1,). A vertex is the weighted sum of its rest position taken
     through a State's particle_transform; all of this stays the same until an edge breaks.
+
+    What else the artist's mesh carries is in attributes and vertex_weights, as far as its file has it (docs/files.md).
     """
+
+    _KINDS = re.compile("(point|corner|face)_(float|uv|color|int|bool|weight):(.*)", re.DOTALL)
+
+    def _layers(self):
+        return [(*self._KINDS.fullmatch(name).groups(), name) for name in self._arrays if ":" in name]
+
+    @property
+    def attributes(self):
+        """{name: (n,) or (n, width) array} by vertex, corner (3t) or face: float32, int32 or bool; further UV maps and
+        colours among them."""
+        return {name: getattr(self, array).astype(bool) if kind == "bool" else getattr(self, array)
+                for _, kind, name, array in self._layers() if kind != "weight"}
+
+    @property
+    def attribute_domains(self):
+        """{name: "point", "corner" or "face"} of attributes."""
+        return {name: domain for domain, kind, name, _ in self._layers() if kind != "weight"}
+
+    @property
+    def vertex_weights(self):
+        """{name of a vertex group: (v,) weights, 0 of what is not in it}."""
+        return {name: getattr(self, array) for _, kind, name, array in self._layers() if kind == "weight"}
 
 
 class Interfaces:

@@ -73,6 +73,27 @@ TEST(CutFile, holds_every_field_bit_for_bit) {
     EXPECT_EQ(bytes_of(*read), bytes_of(written));
 }
 
+TEST(CutFile, layers_are_held_and_a_set_without_any_is_written_as_ever) {
+    FragmentSet written = example();
+    const std::string plain = bytes_of(written);
+    written.outer_layers = {{{"heat map", LayerDomain::point, LayerKind::number, 1}, {1, 2, 3}},
+                            {{"Wall", LayerDomain::corner, LayerKind::uv, 2}, {1, 2, 3, 4, 5, 6}},
+                            {{"id", LayerDomain::face, LayerKind::integer, 1}, {7}}};
+    const std::string bytes = bytes_of(written);
+    const auto read = decode_cut(bytes, 42);
+    ASSERT_TRUE(read);
+    ASSERT_EQ(read->outer_layers.size(), 3u);
+    for (size_t k = 0; k < 3; ++k) {
+        EXPECT_EQ(static_cast<const LayerId&>(read->outer_layers[k]), written.outer_layers[k]);
+        EXPECT_EQ(read->outer_layers[k].values, written.outer_layers[k].values);
+    }
+    EXPECT_EQ(bytes_of(*read), bytes);
+    // The fields of before, then the layers, then the checksum.
+    EXPECT_EQ(bytes.substr(0, plain.size() - 8), plain.substr(0, plain.size() - 8));
+    EXPECT_TRUE(decode_cut(plain, 42)->outer_layers.empty());
+    for (size_t n = 0; n < bytes.size(); ++n) EXPECT_FALSE(decode_cut(std::string_view(bytes).substr(0, n), 42)) << n;
+}
+
 TEST(CutFile, another_key_a_cut_off_file_and_a_changed_byte_are_no_cut) {
     const std::string whole = bytes_of(example());
     EXPECT_FALSE(decode_cut(whole, 43));

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <cstring>
 #include <limits>
 #include <sstream>
 
@@ -109,6 +111,39 @@ TEST(MeshFrameFile, rest_positions_are_those_of_the_mesh_that_was_cut) {
     EXPECT_EQ(frame->mesh.positions, m.positions);
     EXPECT_EQ(frame->mesh.vertex_fragment, m.vertex_fragment);
     EXPECT_EQ(encode_mesh_ply(frame->mesh, fragments()).view(), encode_mesh_ply(m, set).view());
+}
+
+TEST(MeshFrameFile, layers_read_back_to_the_same_bits_under_the_same_names) {
+    VisualMesh m = example();
+    m.velocities = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}};
+    const auto add = [&](LayerId id, size_t n_rows) {
+        std::vector<float> values;
+        for (uint32_t k = 0; k < n_rows * id.width; ++k) {
+            const uint32_t number = 0x7fc00001u - 3 * k;  // as floats some of these are none
+            values.push_back(id.is_blended() ? 0.1f * float(k) : std::bit_cast<float>(number));
+        }
+        m.layers.push_back({std::move(id), std::move(values)});
+    };
+    add({"heat map", LayerDomain::point, LayerKind::number, 1}, 4);
+    add({"gr\u00fcn", LayerDomain::point, LayerKind::weight, 1}, 4);
+    add({"pair", LayerDomain::point, LayerKind::integer, 2}, 4);
+    add({"Wall.001", LayerDomain::corner, LayerKind::uv, 2}, 6);
+    add({"number", LayerDomain::corner, LayerKind::integer, 1}, 6);
+    add({"tint", LayerDomain::face, LayerKind::color, 4}, 2);
+    add({"flag", LayerDomain::face, LayerKind::boolean, 1}, 2);
+    const std::string bytes(encode_mesh_ply(m, fragments()).view());
+    const auto frame = decode_mesh_ply(bytes, "a.ply");
+    ASSERT_TRUE(frame) << frame.error().text();
+    ASSERT_EQ(frame->mesh.layers.size(), m.layers.size());
+    for (size_t k = 0; k < m.layers.size(); ++k) {
+        const VisualLayer &read = frame->mesh.layers[k], &written = m.layers[k];
+        EXPECT_EQ(static_cast<const LayerId&>(read), static_cast<const LayerId&>(written));
+        ASSERT_EQ(read.values.size(), written.values.size());
+        EXPECT_EQ(std::memcmp(read.values.data(), written.values.data(), 4 * read.values.size()), 0) << read.name;
+    }
+    EXPECT_EQ(std::string(encode_mesh_ply(frame->mesh, fragments()).view()), bytes);
+    EXPECT_EQ(frame->mesh.velocities, m.velocities);
+    for (size_t n = 0; n < bytes.size(); ++n) ASSERT_FALSE(decode_mesh_ply(bytes.substr(0, n), "a.ply")) << n;
 }
 
 // Libraries of materials make headers of any length.
