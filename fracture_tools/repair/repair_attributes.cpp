@@ -251,6 +251,16 @@ void replace_triangle(TriMesh& io_mesh, uint32_t triangle, std::span<const std::
     blend(io_mesh.corner_uvs, [&](const Vec3& w) { return sum(io_mesh.corner_uvs, w); });
     blend(io_mesh.corner_colors, [&](const Vec3& w) { return blended_color(io_mesh, triangle, w); });
     blend(io_mesh.corner_normals, [&](const Vec3& w) { return Vec3f(sum(io_mesh.corner_normals, w).normalized()); });
+    for (MeshLayer& layer : io_mesh.layers) {
+        if (layer.domain == LayerDomain::point) continue;
+        std::vector<float> made;
+        for (const auto& part : parts)
+            for (size_t c = 0; c < (layer.domain == LayerDomain::face ? 1u : 3u); ++c)
+                append_at(io_mesh, layer, triangle, part[c].weights, made);
+        const size_t width = made.size() / parts.size();  // of a triangle
+        std::copy_n(made.begin(), width, layer.values.begin() + width * triangle);
+        layer.values.insert(layer.values.end(), made.begin() + width, made.end());
+    }
     if (!io_mesh.triangle_material.empty())
         io_mesh.triangle_material.insert(io_mesh.triangle_material.end(), parts.size() - 1,
                                          int32_t{io_mesh.triangle_material[triangle]});
