@@ -5,11 +5,14 @@
 #include <numbers>
 #include <numeric>
 
+#include "solver/data/math_functions.h"
+
 namespace sunder {
 
 Vec3 RandomShares::direction() {
     const double z = 2 * share() - 1, angle = 2 * std::numbers::pi * share(), r = std::sqrt(std::max(0.0, 1 - z * z));
-    return {r * std::cos(angle), r * std::sin(angle), z};
+    const auto [sine, cosine] = math::sincos(angle);
+    return {r * cosine, r * sine, z};
 }
 
 InteriorSampler::InteriorSampler(MeshView mesh) : mesh_(mesh) {
