@@ -10,6 +10,7 @@
 #include "fracture_tools/mesh/mesh_distance.h"
 #include "fracture_tools/mesh/shells.h"
 #include "fracture_tools/repair/mesh_repair.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -112,7 +113,7 @@ double winding_number(const MeshView& mesh, const Vec3& x) {
     for (const Triangle& t : mesh.triangles) {
         const Vec3 a = mesh.positions[t[0]] - x, b = mesh.positions[t[1]] - x, c = mesh.positions[t[2]] - x;
         const double la = a.norm(), lb = b.norm(), lc = c.norm();
-        angle += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+        angle += math::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
     }
     return angle / (2 * std::numbers::pi);
 }
@@ -156,7 +157,7 @@ double bytes_of(const Nodes& nodes) { return double(nodes[0]) * nodes[1] * nodes
 /// The next voxel size of two figures that keeps the grid below the limit, m.
 double fitting_voxel_size(const Vec3& side, double voxel_size) {
     while (bytes_of(nodes_for(side, voxel_size)) > double(kMostLevelSetBytes)) voxel_size *= 1.02;
-    const double unit = std::pow(10, std::floor(std::log10(voxel_size)) - 1);
+    const double unit = math::pow(10, std::floor(math::log10(voxel_size)) - 1);
     return std::ceil(voxel_size / unit) * unit;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "fracture_tools/mesh/mesh_checks.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -26,8 +27,9 @@ double thinnest_extent(const TriMesh& solid) {
 }
 
 int suggest_pieces(const TriMesh& solid, double error) {
-    const double across = std::pow(kErrorOfOneAcross / error, 1 / kOrder), spacing = thinnest_extent(solid) / across;
-    return static_cast<int>(std::clamp(std::ceil(mesh_volume(solid) / std::pow(spacing, 3)), 1.0, kMostPieces));
+    const double across = math::pow(kErrorOfOneAcross / error, 1 / kOrder), spacing = thinnest_extent(solid) / across;
+    const double volume = spacing * spacing * spacing;
+    return static_cast<int>(std::clamp(std::ceil(mesh_volume(solid) / volume), 1.0, kMostPieces));
 }
 
 }  // namespace sunder

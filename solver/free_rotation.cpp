@@ -13,7 +13,7 @@ constexpr double kMostInnerSteps = 256;  // beyond it only the energy's accuracy
 
 // Turns the frame about its own axis and, with it, the body's view of L.
 void turn_about(int axis, double angle, Quat& io_frame, Vec3& io_L_body) {
-    const Quat turn(Eigen::AngleAxisd(angle, Vec3::Unit(axis)));
+    const Quat turn = rotation_of(angle * Vec3::Unit(axis));
     io_frame = io_frame * turn;
     io_L_body = turn.conjugate() * io_L_body;
 }

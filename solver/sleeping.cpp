@@ -6,6 +6,7 @@
 #include "solver/collision/contact.h"
 #include "solver/collision/shape_distance.h"
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/math_functions.h"
 #include "solver/scene/rest_conditions.h"
 
 namespace sunder {
@@ -203,9 +204,9 @@ double hard_speed(double size, double acceleration) { return kHard * std::sqrt(a
 
 double size_of(const Scene& scene, uint32_t movable) {
     const size_t n = scene.rest.n_particles();
-    if (movable < n) return std::cbrt(scene.rest.volume[movable]);
+    if (movable < n) return math::cbrt(scene.rest.volume[movable]);
     const Shape& shape = scene.rigid_bodies[movable - n].shape;
-    return 2 * (shape.kind == ShapeKind::box ? std::cbrt(shape.half_extents.prod()) : 0.8 * shape.radius);
+    return 2 * (shape.kind == ShapeKind::box ? math::cbrt(shape.half_extents.prod()) : 0.8 * shape.radius);
 }
 
 double acceleration_of(const FrameInput& input) { return pull_of(input).norm(); }

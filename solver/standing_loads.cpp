@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "solver/data/math_functions.h"
 #include "solver/piece_motion.h"
 #include "solver/step.h"
 
@@ -41,7 +42,7 @@ double standing_speed(const StepContext& context, double least, uint32_t island,
     double volume = std::numeric_limits<double>::max();
     for (const uint32_t i : w.islands.movables_of(island))
         if (i < context.scene.rest.n_particles()) volume = std::min(volume, context.scene.rest.volume[i]);
-    return std::max(least, std::sqrt(context.input.gravity.norm() * std::cbrt(volume)));
+    return std::max(least, std::sqrt(context.input.gravity.norm() * math::cbrt(volume)));
 }
 
 Vec3 motion_of_ground(const ActiveContact& c, uint32_t ground, const Workspace& w) {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "solver/data/math_functions.h"
 #include "solver/matching/gauss_seidel.h"
 #include "solver/piece_motion.h"
 #include "solver/substep.h"
@@ -22,7 +23,7 @@ double steady_relaxation(const SolverSettings& settings) {
     const int n = settings.iterations;
     if (n == 1) return std::min(settings.over_relaxation, 1.0);
     if (n % 2 == 0) return settings.over_relaxation;
-    return std::min(settings.over_relaxation, 1 + std::pow(kFarthestBeyond, 1.0 / n));
+    return std::min(settings.over_relaxation, 1 + math::pow(kFarthestBeyond, 1.0 / n));
 }
 
 }  // namespace

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cmath>
 
+#include "solver/data/math_functions.h"
 #include "solver/matching/groups_by_size.h"
 #include "solver/material/group_stretch.h"
 #include "solver/material/plasticity.h"
@@ -28,7 +28,7 @@ Substep::Found Substep::flow_and_measure(double seconds) {
         // |log lambda| <= limit wherever |S - I| is below this: no need for the eigenvalues.
         std::array<bool, 4> is_strained;
         for (uint32_t i = 0; i < 4; ++i)
-            is_strained[i] = !(stretches.deviation[i] < -std::expm1(-strain_limit(groups[i])));
+            is_strained[i] = !(stretches.deviation[i] < -math::expm1(-strain_limit(groups[i])));
         for (uint32_t i = 0; i < n; ++i) {
             const auto& q = stretches.rotation;
             work.goals[groups[i]].rotation = Quat(q[3][i], q[0][i], q[1][i], q[2][i]);

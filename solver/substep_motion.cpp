@@ -1,7 +1,7 @@
 // How things move between contacts and shape matching: prediction, velocities, momentum.
-#include <cmath>
 #include <limits>
 
+#include "solver/data/math_functions.h"
 #include "solver/scene/motion.h"
 #include "solver/substep.h"
 
@@ -140,7 +140,7 @@ Status Substep::store() {
     FirstOf unsound;
     if (stage == Stage::first) begin_middle();
     // What is smooth came to the end of its pair undamped.
-    const double keep_once = std::exp(-context.settings.damping * h);
+    const double keep_once = math::exp(-context.settings.damping * h);
     const auto keep = [&](size_t i) {
         return stage == Stage::second && work.pair.smooth[i] ? keep_once * keep_once : keep_once;
     };

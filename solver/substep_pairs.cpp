@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "solver/data/math_functions.h"
 #include "solver/momentum.h"
 #include "solver/piece_motion.h"
 #include "solver/scene/motion.h"
@@ -25,15 +26,16 @@ double gamma_for(double damping_time, double h) {
 }  // namespace
 
 double phase_error(double damping_time, double h) {
-    const double gamma = gamma_for(damping_time, h);
-    return 4.0 / 3 * (std::pow(1 - 2 * gamma, 3) + 2 * std::pow(gamma, 3));
+    const double gamma = gamma_for(damping_time, h), rest = 1 - 2 * gamma;
+    return 4.0 / 3 * (rest * rest * rest + 2 * gamma * gamma * gamma);
 }
 
 bool resolves_waves(const Workspace& work, std::span<const uint32_t> particles, double h) {
     if (particles.size() == 1) return true;
     double stiffest = 0;
     for (uint32_t j : particles) stiffest = std::max(stiffest, work.live.count(j) * work.stiffness[j].k);
-    return h * std::sqrt(kWavePerWeight * stiffest) <= kFarthestWave * std::cbrt(static_cast<double>(particles.size()));
+    const double size = math::cbrt(static_cast<double>(particles.size()));
+    return h * std::sqrt(kWavePerWeight * stiffest) <= kFarthestWave * size;
 }
 
 SubstepPair SubstepPair::renumbered(std::span<const uint32_t> former, const WorkerPool& workers) const {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <numeric>
 #include <optional>
 #include <tuple>
@@ -10,6 +9,7 @@
 #include "fracture_tools/cells/kmeans.h"
 #include "fracture_tools/mesh/surface_lookup.h"
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -176,7 +176,7 @@ void leave_out_weak_interfaces(double least_share, FragmentSet& io_set) {
     std::vector<uint32_t> joined = disjoint_sets(io_set.fragments.size());
     std::vector<Interface*> weak;
     for (Interface& i : io_set.interfaces) {
-        const double section = std::cbrt(io_set.fragments[i.a.index()].volume * io_set.fragments[i.b.index()].volume);
+        const double section = math::cbrt(io_set.fragments[i.a.index()].volume * io_set.fragments[i.b.index()].volume);
         i.joins = !(i.area < least_share * section);
         if (i.joins)
             unite(joined, i.a.value, i.b.value);

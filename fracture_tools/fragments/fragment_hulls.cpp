@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "fracture_tools/fragments/fragment_triangles.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -15,7 +16,8 @@ constexpr int kDirections = 128;
 Vec3 direction(int k) {
     const double z = 1 - (2.0 * k + 1) / kDirections, radius = std::sqrt(1 - z * z);
     const double angle = k * std::numbers::pi * (3 - std::sqrt(5.0));
-    return {radius * std::cos(angle), radius * std::sin(angle), z};
+    const auto [sine, cosine] = math::sincos(angle);
+    return {radius * cosine, radius * sine, z};
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "fracture_tools/mesh/mesh_rows.h"
 #include "fracture_tools/mesh/parallel_chunks.h"
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -68,7 +69,7 @@ void pair_around_edge(const std::vector<Vec3>& positions, const std::vector<Tria
     };
     const Vec3 u = (to_third(sides[0]) - along * along.dot(to_third(sides[0]))).normalized(), v = along.cross(u);
     std::vector<std::pair<double, const Side*>> around;
-    for (const Side& s : sides) around.emplace_back(std::atan2(to_third(s).dot(v), to_third(s).dot(u)), &s);
+    for (const Side& s : sides) around.emplace_back(math::atan2(to_third(s).dot(v), to_third(s).dot(u)), &s);
     std::stable_sort(around.begin(), around.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
     std::vector<const Side*> open;
     for (size_t round = 0; round < 2; ++round)  // what opens before the start of the circle closes in the second round

@@ -8,6 +8,7 @@
 #include "fracture_tools/fragments/interfaces.h"
 #include "fracture_tools/fragments/prefracture.h"
 #include "fracture_tools/mesh/surface_lookup.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -86,7 +87,7 @@ Status shape_interior(const InteriorSettings& settings, int threads, const Progr
     io_set.interior_smooth_angle = settings.smooth_angle;
     double volume = 0;
     for (const Fragment& f : io_set.fragments) volume += f.volume;
-    const double size = std::cbrt(volume / double(io_set.fragments.size()));
+    const double size = math::cbrt(volume / double(io_set.fragments.size()));
     double longest = settings.detail > 0 ? settings.detail * size : HUGE_VAL;
     if (settings.noise > 0) longest = std::min(longest, settings.noise_scale / kEdgesPerBump * size);
     if (longest < HUGE_VAL) {

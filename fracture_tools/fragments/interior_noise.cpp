@@ -8,6 +8,7 @@
 #include "fracture_tools/mesh/parallel_chunks.h"
 #include "fracture_tools/mesh/self_intersections.h"
 #include "fracture_tools/mesh/surface_lookup.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -142,7 +143,7 @@ Status displace_interfaces(double amplitude, double scale, uint32_t seed, int th
     displacement.choose(amplitude, scale, seed);
     for (int round = 0;; ++round) {
         displacement.place();
-        if (!displacement.look(threads, progress.part(1 - std::exp2(-round), 1 - std::exp2(-round - 1))))
+        if (!displacement.look(threads, progress.part(1 - math::exp2(-round), 1 - math::exp2(-round - 1))))
             return cancelled();
         if (!displacement.retreat(round >= kCarefulRounds)) return {};
     }

@@ -19,6 +19,7 @@
 #include "fracture_tools/mesh/sharp_edges.h"
 #include "fracture_tools/voronoi/cell_parts.h"
 #include "fracture_tools/voronoi/voronoi_cutter.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -93,7 +94,7 @@ Result<TetMesh> fill(const TriMesh& mesh, const PrefractureSettings& settings, c
     const MeshReport report = check_mesh(mesh);
     const double wanted = settings.pieces * settings.cells_per_piece;
     TetrahedralizeSettings cells;
-    cells.cell_size = std::cbrt(kCellsPerCube * report.volume / wanted);
+    cells.cell_size = math::cbrt(kCellsPerCube * report.volume / wanted);
     cells.surface_distance =
         std::min(kSurfaceDistance * cells.cell_size, kLargestSurfaceDistance * report.bounds.diagonal());
     cells.max_vertices = static_cast<size_t>(2 * wanted) + kSpareVertices;
@@ -112,7 +113,7 @@ Result<TetMesh> fill(const TriMesh& mesh, const PrefractureSettings& settings, c
         });
         if (attempt < kMeshingAttempts && (found < kEnoughCells || error > kVolumeErrorToTell || !lost.empty())) {
             if (!lost.empty()) cells.cell_size *= kSmallerWhereLost;
-            if (found < kEnoughCells) cells.cell_size *= std::cbrt(std::max(found, 0.05));
+            if (found < kEnoughCells) cells.cell_size *= math::cbrt(std::max(found, 0.05));
             cells.surface_distance = std::min(0.6 * cells.surface_distance, kSurfaceDistance * cells.cell_size);
             continue;
         }

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
 #include <numbers>
 #include <tuple>
 
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 /// Of the height of a triangle, as a share of its longest edge: less is rounding.
 constexpr double kFlat = 1e-12;
 
-double angle_between(const Vec3& u, const Vec3& v) { return std::atan2(u.cross(v).norm(), u.dot(v)); }
+double angle_between(const Vec3& u, const Vec3& v) { return math::atan2(u.cross(v).norm(), u.dot(v)); }
 
 bool is_flat(MeshView mesh, const Triangle& t) {
     const Vec3 u = mesh.positions[t[1]] - mesh.positions[t[0]], v = mesh.positions[t[2]] - mesh.positions[t[0]];
@@ -92,7 +92,7 @@ std::vector<uint32_t> smooth_groups(MeshView mesh, const std::vector<Vec3>& norm
 
 std::vector<Vec3f> smooth_corner_normals(MeshView mesh, double smooth_angle) {
     const std::vector<Vec3> normal = triangle_normals(mesh);
-    const std::vector<uint32_t> group = smooth_groups(mesh, normal, std::cos(smooth_angle * std::numbers::pi / 180));
+    const std::vector<uint32_t> group = smooth_groups(mesh, normal, math::cos(smooth_angle * std::numbers::pi / 180));
     std::vector<Vec3> sum(group.size(), Vec3::Zero());
     for (uint32_t k = 0; k < group.size(); ++k) {
         const Triangle& t = mesh.triangles[k / 3];

@@ -6,6 +6,8 @@
 #include <limits>
 #include <numeric>
 
+#include "solver/data/math_functions.h"
+
 namespace sunder {
 
 PointGrid::PointGrid(std::span<const Vec3> points) {
@@ -17,7 +19,7 @@ PointGrid::PointGrid(std::span<const Vec3> points) {
         // Flat and thin sets have cells of their longest side's share, so that the number of cells stays near n.
         const double floor_side = std::max(size.maxCoeff() / 128, std::numeric_limits<double>::min());
         const Vec3 thick = size.cwiseMax(floor_side);
-        cell_ = std::max(std::cbrt(thick.prod() / double(points.size())), floor_side);
+        cell_ = std::max(math::cbrt(thick.prod() / double(points.size())), floor_side);
         cells_a_metre_ = 1 / cell_;
         for (int k = 0; k < 3; ++k) cells_[k] = std::clamp(int(size[k] / cell_) + 1, 1, 256);
     }

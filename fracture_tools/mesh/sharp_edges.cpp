@@ -1,10 +1,11 @@
 #include "fracture_tools/mesh/sharp_edges.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <tuple>
 #include <vector>
+
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -47,7 +48,7 @@ EdgeLengths measure_edges(const MeshView& mesh) {
     for (size_t i = 0; i + 1 < sides.size(); ++i) {
         if (sides[i].low != sides[i + 1].low || sides[i].high != sides[i + 1].high) continue;
         const Vec3 p = normal(sides[i].triangle), q = normal(sides[i + 1].triangle);
-        const double angle = std::atan2(p.cross(q).norm(), p.dot(q)) * 180 / std::numbers::pi;
+        const double angle = math::atan2(p.cross(q).norm(), p.dot(q)) * 180 / std::numbers::pi;
         lengths.add(angle, (mesh.positions[sides[i].high] - mesh.positions[sides[i].low]).norm());
     }
     return lengths;

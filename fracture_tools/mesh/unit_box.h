@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "solver/data/math_functions.h"
 #include "solver/data/tri_mesh.h"
 
 namespace sunder {
@@ -18,7 +19,7 @@ struct UnitBox {
         for (const Triangle& t : mesh.triangles)
             for (uint32_t v : t) box.extend(mesh.positions[v]);
         center = 0.5 * (box.min + box.max);
-        scale = std::exp2(-std::floor(std::log2((box.max - box.min).maxCoeff())));
+        scale = math::exp2(-std::floor(math::log2((box.max - box.min).maxCoeff())));
     }
     Vec3 to_unit(const Vec3& p) const { return (p - center) * scale; }
     Vec3 to_world(const Vec3& p) const { return p / scale + center; }

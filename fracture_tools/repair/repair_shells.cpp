@@ -12,6 +12,7 @@
 #include "fracture_tools/repair/repair_holes.h"
 #include "fracture_tools/repair/repair_surface.h"
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -29,7 +30,7 @@ struct Shell {
     double volume = 0, area = 0;   // signed as it is now, m3; m2
     int facing = 0;                // as the artist has it: 1 outward, -1 inward, 0 this way and that
     std::vector<uint32_t> around;  // shells that it is within without crossing them
-    bool is_flat() const { return std::abs(volume) <= kFlat * std::pow(area, 1.5); }
+    bool is_flat() const { return std::abs(volume) <= kFlat * area * std::sqrt(area); }
 };
 
 std::vector<Shell> measure_shells(const TriMesh& mesh, std::span<const Sense> sense) {
@@ -64,7 +65,7 @@ std::optional<int> winding(const TriMesh& mesh, const Shell& shell, const Vec3& 
         const Vec3 a = mesh.positions[mesh.triangles[t][0]] - p, b = mesh.positions[mesh.triangles[t][1]] - p,
                    c = mesh.positions[mesh.triangles[t][2]] - p;
         const double x = a.norm(), y = b.norm(), z = c.norm();
-        sum += 2 * std::atan2(a.dot(b.cross(c)), x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y);
+        sum += 2 * math::atan2(a.dot(b.cross(c)), x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y);
     }
     const double turns = sum / (4 * std::numbers::pi), whole = std::round(turns);
     return std::abs(turns - whole) < kNearWhole ? std::optional(int(whole)) : std::nullopt;

@@ -1,10 +1,10 @@
 #include "fracture_tools/repair/repair_thickness.h"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "fracture_tools/repair/repair_attributes.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -14,7 +14,7 @@ constexpr double kDeepest = 2;  // times the thickness
 /// Angle of a triangle at its corner c.
 double angle_at(const TriMesh& m, const Triangle& t, int c) {
     const Vec3 u = m.positions[t[(c + 1) % 3]] - m.positions[t[c]], v = m.positions[t[(c + 2) % 3]] - m.positions[t[c]];
-    return std::atan2(u.cross(v).norm(), u.dot(v));
+    return math::atan2(u.cross(v).norm(), u.dot(v));
 }
 
 Vec3 normal_of(const TriMesh& m, const Triangle& t) {

@@ -1,11 +1,11 @@
 #include "fracture_tools/repair/repair_walls.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include "fracture_tools/repair/repair_attributes.h"
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -33,7 +33,7 @@ std::vector<Leaf> leaves_of(const TriMesh& mesh) {
             const Vec3 along = (mesh.positions[edge[1]] - mesh.positions[edge[0]]).normalized();
             const Vec3 out = mesh.positions[mesh.triangles[t][(c + 2) % 3]] - mesh.positions[edge[0]];
             const Vec3 right = along.unitOrthogonal(), up = along.cross(right);
-            leaves.push_back({edge, std::atan2(out.dot(up), out.dot(right)), t, v < w});
+            leaves.push_back({edge, math::atan2(out.dot(up), out.dot(right)), t, v < w});
         }
     std::sort(leaves.begin(), leaves.end());
     return leaves;

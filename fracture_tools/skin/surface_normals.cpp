@@ -1,7 +1,6 @@
 #include "fracture_tools/skin/surface_normals.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <numbers>
@@ -10,6 +9,7 @@
 #include "fracture_tools/skin/four_floats.h"
 #include "fracture_tools/skin/vector_clones.h"
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -95,7 +95,7 @@ SurfaceNormals::SurfaceNormals(const SplitTopology& topology, std::span<const Ve
     }
     artist_.emplace(topology, unit);
     parts_.emplace(topology, first_teller_,
-                   find_smooth_corners(faces, std::cos(interior_smooth_angle * std::numbers::pi / 180)));
+                   find_smooth_corners(faces, math::cos(interior_smooth_angle * std::numbers::pi / 180)));
     for (const uint32_t c : parts_->corners()) part_angle_.push_back(kFloats * (c / 3) + kAngle + c % 3);
     weights_.assign(faces.n_faces() - first_teller_, {}), teller_moved_.resize(weights_.size());
     normal_.resize(artist_->size() + parts_->n_parts()), normal_moved_.resize(normal_.size());

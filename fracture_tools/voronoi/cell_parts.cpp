@@ -1,12 +1,12 @@
 #include "fracture_tools/voronoi/cell_parts.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <numbers>
 #include <set>
 
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -108,7 +108,7 @@ private:
             const auto [i, j, k] = outward(complex_.faces[f], cell);
             const Vec3 a = complex_.vertices[i] - p, b = complex_.vertices[j] - p, c = complex_.vertices[k] - p;
             const double la = a.norm(), lb = b.norm(), lc = c.norm();
-            angle += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+            angle += 2 * math::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
         }
         return angle > 2 * std::numbers::pi;
     }

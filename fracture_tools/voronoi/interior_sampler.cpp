@@ -6,6 +6,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "solver/data/math_functions.h"
+
 namespace sunder {
 namespace {
 
@@ -25,7 +27,8 @@ double volume_of(const MeshView& mesh, const Vec3& origin) {
 
 Vec3 RandomShares::direction() {
     const double z = 2 * share() - 1, angle = 2 * std::numbers::pi * share(), r = std::sqrt(std::max(0.0, 1 - z * z));
-    return {r * std::cos(angle), r * std::sin(angle), z};
+    const auto [sine, cosine] = math::sincos(angle);
+    return {r * cosine, r * sine, z};
 }
 
 InteriorSampler::InteriorSampler(MeshView mesh) : mesh_(mesh) {

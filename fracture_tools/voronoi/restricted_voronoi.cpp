@@ -7,6 +7,7 @@
 #include "fracture_tools/mesh/unit_box.h"
 #include "fracture_tools/voronoi/interface_loops.h"
 #include "fracture_tools/voronoi/interface_triangulation.h"
+#include "solver/data/rotations.h"
 
 namespace sunder {
 namespace {
@@ -24,7 +25,7 @@ std::vector<Vec3> unit_sites(std::span<const Vec3> sites, const UnitBox& unit, c
     for (const auto* points : std::initializer_list<const std::vector<Vec3>*>{&out, &mesh_points})
         for (const Vec3& p : *points) radius = std::max(radius, p.norm());
     // A regular tetrahedron turned out of the axes: sites on a grid are in general position to it.
-    const Quat turn(Eigen::AngleAxisd(0.7, Vec3(0.31, -0.57, 0.76).normalized()));
+    const Quat turn = rotation_about(Vec3(0.31, -0.57, 0.76).normalized(), 0.7);
     for (const Vec3& corner : {Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)})
         out.push_back(turn * (kFarAway * radius * corner.normalized()));
     return out;

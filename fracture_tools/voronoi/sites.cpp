@@ -10,6 +10,7 @@
 #include "fracture_tools/mesh/point_grid.h"
 #include "fracture_tools/mesh/surface_lookup.h"
 #include "fracture_tools/voronoi/interior_sampler.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -69,7 +70,7 @@ private:
         std::vector<Vec3> sites;
         std::optional<PointGrid> listed;  // the first ones of them
         size_t n_listed = 0;
-        double distance = std::cbrt(mesh_volume(solid_) / double(n_));
+        double distance = math::cbrt(mesh_volume(solid_) / double(n_));
         for (size_t k = 1; sites.size() < n_; ++k) {
             const Vec3 p = sampler_.draw(random_);
             bool is_free = true;
@@ -106,7 +107,7 @@ private:
     /// with (1 + x)^-3, the size of pieces grows with 1 + x. Its integral is ln(1 + x) + 2/(1 + x) - 1/(2 (1 + x)^2) -
     /// 3/2.
     double impact_distance(double farthest) {
-        auto integral = [](double x) { return std::log1p(x) + 2 / (1 + x) - 0.5 / ((1 + x) * (1 + x)) - 1.5; };
+        auto integral = [](double x) { return math::log1p(x) + 2 / (1 + x) - 0.5 / ((1 + x) * (1 + x)) - 1.5; };
         const double wanted = random_.share() * integral(farthest);
         double low = 0, high = farthest;
         for (int k = 0; k < 50; ++k) {
@@ -165,7 +166,7 @@ private:
             }
             return n;
         };
-        double low = 0.5 * std::cbrt(mesh_volume(solid_) / double(n_)), high = 2 * sampler_.bounds().diagonal();
+        double low = 0.5 * math::cbrt(mesh_volume(solid_) / double(n_)), high = 2 * sampler_.bounds().diagonal();
         for (int k = 0; k < 30; ++k) {
             const double middle = std::sqrt(low * high);
             (count(grid_of(middle)) > n_ ? low : high) = middle;

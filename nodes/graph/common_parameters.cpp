@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "nodes/files/compression.h"
+#include "solver/data/rotations.h"
 
 namespace sunder {
 
@@ -147,8 +148,8 @@ std::string compressed_suffix(const std::string& compression) {
 
 Quat euler_xyz(const Vec3& degrees) {
     const Vec3 angle = radians(degrees);
-    return Quat(Eigen::AngleAxisd(angle.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(angle.y(), Vec3::UnitY()) *
-                Eigen::AngleAxisd(angle.x(), Vec3::UnitX()))
+    return (rotation_about(Vec3::UnitZ(), angle.z()) * rotation_about(Vec3::UnitY(), angle.y()) *
+            rotation_about(Vec3::UnitX(), angle.x()))
         .normalized();
 }
 

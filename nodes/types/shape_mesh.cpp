@@ -1,7 +1,8 @@
 #include "nodes/types/shape_mesh.h"
 
-#include <cmath>
 #include <numbers>
+
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -30,8 +31,9 @@ TriMesh round_mesh(double radius, double half_height) {
     add_vertex(-Vec3::UnitZ(), -half_height);
     for (const auto& [latitude, z] : rings)
         for (uint32_t s = 0; s < kSegments; ++s) {
-            const double a = 2 * std::numbers::pi * s / kSegments, c = std::cos(latitude);
-            add_vertex(Vec3(c * std::cos(a), c * std::sin(a), std::sin(latitude)), z);
+            const auto [east, north] = math::sincos(2 * std::numbers::pi * s / kSegments);
+            const auto [up, out] = math::sincos(latitude);
+            add_vertex(Vec3(out * north, out * east, up), z);
         }
     add_vertex(Vec3::UnitZ(), half_height);
     const auto add = [&](uint32_t a, uint32_t b, uint32_t c) {

@@ -5,6 +5,8 @@
 #include <bit>
 #include <cmath>
 
+#include "solver/collision/rank.h"
+
 namespace sunder {
 namespace {
 
@@ -23,9 +25,7 @@ double median_extent(std::span<const Aabb> boxes, std::vector<double>& scratch) 
     for (const Aabb& box : boxes)
         if (is_usable(box)) scratch.push_back(largest_extent(box));
     if (scratch.empty()) return 0;
-    const auto middle = scratch.begin() + (scratch.size() - 1) / 2;
-    std::nth_element(scratch.begin(), middle, scratch.end());
-    return *middle;
+    return number_of_rank(scratch, (scratch.size() - 1) / 2);
 }
 
 /// Cells of one level. Coordinates are clamped to what a key can hold; clamping is monotone, so boxes that overlap
@@ -202,9 +202,7 @@ void find_in_grid(std::span<const Aabb> boxes, OverlapScratch& s, std::vector<Pa
         s.extents.clear();
         for (const Aabb& box : boxes)
             if (is_usable(box)) s.extents.push_back(box.min[axis]);
-        const auto middle = s.extents.begin() + s.extents.size() / 2;
-        std::nth_element(s.extents.begin(), middle, s.extents.end());
-        origin[axis] = *middle;
+        origin[axis] = number_of_rank(s.extents, s.extents.size() / 2);
     }
     Level levels[kLevels];
     double size = cell;

@@ -3,6 +3,7 @@
 
 #include "solver/collision/detection_parts.h"
 #include "solver/collision/grid_contacts.h"
+#include "solver/data/rotations.h"
 
 namespace sunder {
 using namespace detail;
@@ -14,7 +15,7 @@ struct Met {
         : moving(collider),
           placed{collider.shape, collider.begin},
           box(bounding_box(placed)),
-          angle(collider.begin.orientation.angularDistance(collider.end.orientation)),
+          angle(angle_between(collider.begin.orientation, collider.end.orientation)),
           stays(collider.begin.position == collider.end.position &&
                 collider.begin.orientation.coeffs() == collider.end.orientation.coeffs()),
           plane_normal(collider.begin.orientation * Vec3::UnitZ()) {}

@@ -5,6 +5,7 @@
 #include <cassert>
 
 #include "solver/collision/detection_parts.h"
+#include "solver/collision/rank.h"
 
 namespace sunder {
 using namespace detail;
@@ -65,9 +66,7 @@ Vec3 common_velocity(std::span<const Vec3> velocity) {
     for (int axis = 0; axis < 3; ++axis) {
         size_t n = 0;
         for (size_t i = 0; i < velocity.size(); i += stride) sample[n++] = velocity[i][axis];
-        const auto middle = sample.begin() + n / 2;
-        std::nth_element(sample.begin(), middle, sample.begin() + n);
-        if (n > 0) common[axis] = *middle;
+        if (n > 0) common[axis] = number_of_rank(std::span(sample).first(n), n / 2);
     }
     return common;
 }

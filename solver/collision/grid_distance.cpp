@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <span>
 
 #include "solver/collision/grid_box_contacts.h"
 #include "solver/collision/grid_trace.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -179,7 +179,7 @@ GridSample sample(const SignedDistanceGrid& grid, const Vec3& x) {
     if (beyond.isZero(0)) return s;
     for (int i = 0; i < 3; ++i)
         if (beyond[i] != 0) s.gradient[i] = 0;
-    const double distance = std::hypot(s.distance, beyond.norm());
+    const double distance = math::hypot(s.distance, beyond.norm());
     s.gradient = (s.distance * s.gradient + beyond) / distance;
     s.distance = distance;
     return s;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "solver/collision/detection_parts.h"
+#include "solver/scene/motion.h"
 
 namespace sunder {
 using namespace detail;
@@ -12,11 +13,9 @@ namespace {
 
 /// Where a rigid body's own velocity takes it.
 Pose pose_after(const DetectionInput& in, uint32_t i) {
-    const Vec3 turn = in.duration * angular_velocity(in, i);
-    const double angle = turn.norm();
     Pose pose = rigid(in, i).pose;
     pose.position += in.duration * in.velocity[i];
-    if (angle > 0) pose.orientation = Quat(Eigen::AngleAxisd(angle, turn / angle)) * pose.orientation;
+    pose.orientation = rotation_of(in.duration * angular_velocity(in, i)) * pose.orientation;
     return pose;
 }
 

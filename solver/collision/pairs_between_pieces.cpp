@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "solver/collision/rank.h"
+
 namespace sunder {
 namespace {
 
@@ -35,9 +37,7 @@ Vec3 common_way(std::span<const Aabb> from, std::span<const Aabb> to) {
             const double way = 0.5 * (to[i].min[axis] + to[i].max[axis] - (from[i].min[axis] + from[i].max[axis]));
             if (std::isfinite(way)) sample[n++] = way;
         }
-        const auto middle = sample.begin() + n / 2;
-        std::nth_element(sample.begin(), middle, sample.begin() + n);
-        if (n > 0) common[axis] = *middle;
+        if (n > 0) common[axis] = number_of_rank(std::span(sample).first(n), n / 2);
     }
     return common;
 }

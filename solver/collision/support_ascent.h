@@ -133,12 +133,13 @@ private:
             x2 = (a11 * r2 - a12 * r1) / det;
             return 0.5 * (x1 * r1 + x2 * r2);
         }
-        const double mean = 0.5 * (a11 + a22), half = 0.5 * (a11 - a22), spread = std::hypot(half, a12);
+        const double mean = 0.5 * (a11 + a22), half = 0.5 * (a11 - a22);
+        const double spread = std::sqrt(half * half + a12 * a12);
         double c = 1, s = 0;  // eigenvector of the larger eigenvalue
         if (spread > 0) {
             c = half >= 0 ? half + spread : std::abs(a12);
             s = half >= 0 ? a12 : std::copysign(spread - half, a12);
-            const double length = std::hypot(c, s);
+            const double length = std::sqrt(c * c + s * s);
             c /= length;
             s /= length;
         }

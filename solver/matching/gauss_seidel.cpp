@@ -1,5 +1,6 @@
 #include "solver/matching/gauss_seidel.h"
 
+#include "solver/data/rotations.h"
 #include "solver/matching/polar_decomposition.h"
 
 namespace sunder {
@@ -22,7 +23,7 @@ void gauss_seidel_sweep(const SimulationMesh& rest, const LiveTopology& live, co
             MovingParticle& p = io_particles[j];
             const double k = stiffness[rest.body[g]] * shapes.member[s].weight;
             p.x += k * (A.center + matrix * shapes.member[s].q - p.x);
-            p.d = p.d.slerp(k, R);
+            p.d = slerp(p.d, k, R);
         }
     }
 }

@@ -1,10 +1,10 @@
 #include "solver/matching/group_shape.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 
 #include "solver/data/frame_state.h"
+#include "solver/data/math_functions.h"
 #include "solver/lanes/instruction_set.h"
 
 namespace sunder {
@@ -15,7 +15,7 @@ constexpr double kLeastWeight = 0.02;
 constexpr double kFullWeightArea = 0.25;  // of the section of a cube of the fragments' volume
 
 double edge_weight_of(const SimulationMesh& rest, const Edge& edge) {
-    const double section = std::pow(rest.volume[edge.a] * rest.volume[edge.b], 1.0 / 3);
+    const double section = math::cbrt(rest.volume[edge.a] * rest.volume[edge.b]);
     return std::clamp(edge.area / (kFullWeightArea * section), kLeastWeight, 1.0);
 }
 

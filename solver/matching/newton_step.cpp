@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "solver/data/rotations.h"
 #include "solver/lanes/instruction_set.h"
 #include "solver/matching/step_limit.h"
 #include "solver/scene/motion.h"
@@ -150,7 +151,7 @@ void NewtonStep::apply_in(Precision<Real>& precision, const NewtonKernels<Real>&
             const Vec3 x = p.x + shift;
             const double share = is_far ? limit.share(in.live.piece(j)) : 1;
             p.x = share < 1 ? Vec3(p.x + share * (x - p.x)) : x;
-            p.d = share < 1 ? p.d.slerp(share, turned[lane]) : turned[lane];
+            p.d = share < 1 ? slerp(p.d, share, turned[lane]) : turned[lane];
         });
     };
     solve(precision, kernels, in, workers, move);

@@ -1,12 +1,13 @@
 #include "solver/matching/step_limit.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 
 void StepLimit::add(uint32_t piece, double cosine) {
-    const double turn = 2 * std::acos(cosine);
+    const double turn = 2 * math::acos(cosine);
     if (!(turn > kMostTurn)) return;
     const double share = kMostTurn / turn;
     for (Piece& known : short_)

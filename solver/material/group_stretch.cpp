@@ -1,9 +1,9 @@
 #include "solver/material/group_stretch.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 
+#include "solver/data/math_functions.h"
 #include "solver/lanes/instruction_set.h"
 #include "solver/matching/polar_decomposition.h"
 #include "solver/matching/sweep_store.h"
@@ -42,7 +42,7 @@ PrincipalStretch principal_stretch(const PrincipalLanes& principal, size_t i) {
 
 double largest_strain(const PrincipalLanes& principal, size_t i) {
     const auto bounded = [](double stretch) { return std::clamp(stretch, kSmallestStretch, kLargestStretch); };
-    return std::log(std::max(bounded(principal.stretch[2][i]), 1 / bounded(principal.stretch[0][i])));
+    return math::log(std::max(bounded(principal.stretch[2][i]), 1 / bounded(principal.stretch[0][i])));
 }
 
 }  // namespace sunder

@@ -1,7 +1,8 @@
 #include "solver/material/plasticity.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -19,7 +20,7 @@ Excess excess_strain(const FlowingGroup& group, double h) {
     const Vec3 deviator = strain.array() - strain.mean();
     excess.size = deviator.cwiseAbs().maxCoeff();  // only the deviator yields: pressure alone must not melt
     if (!(excess.size > group.plastic.yield)) return excess;
-    excess.gamma = -std::expm1(-group.material.flow_rate * h) * (excess.size - group.plastic.yield) / excess.size;
+    excess.gamma = -math::expm1(-group.material.flow_rate * h) * (excess.size - group.plastic.yield) / excess.size;
     excess.flowed = excess.gamma * deviator;
     return excess;
 }
@@ -35,9 +36,11 @@ double hardened(const FlowingGroup& group, const Excess& excess) {
 // P of the factors, its principal stretches brought to det 1 and within the ratio.
 Mat3 stored_factor(const RightFactors& factors, size_t i) {
     Vec3 p(factors.principal[0][i], factors.principal[1][i], factors.principal[2][i]);
-    p /= std::cbrt(p.prod());
-    if (const double ratio = p.maxCoeff() / p.minCoeff(); ratio > kMaxPlasticRatio)
-        p = p.array().pow(std::log(kMaxPlasticRatio) / std::log(ratio));
+    p /= math::cbrt(p.prod());
+    if (const double ratio = p.maxCoeff() / p.minCoeff(); ratio > kMaxPlasticRatio) {
+        const double power = math::log(kMaxPlasticRatio) / math::log(ratio);
+        for (double& stretch : p) stretch = math::pow(stretch, power);
+    }
     Mat3 U;
     for (size_t k = 0; k < 9; ++k) U.data()[k] = factors.directions[k][i];
     return U * p.asDiagonal() * U.transpose();
@@ -57,7 +60,7 @@ void flow(std::span<FlowingGroup> groups, double h, const StretchKernels& kernel
         excesses[i] = excess_strain(group, h);
         o_results[i] = {group.stretch.log_strain - excesses[i].flowed, Quat::Identity(), excesses[i].gamma > 0};
         any = any || o_results[i].flowed;
-        for (int k = 0; k < 3; ++k) flowed.stretch[k][i] = std::exp(excesses[i].flowed(k));
+        for (int k = 0; k < 3; ++k) flowed.stretch[k][i] = math::exp(excesses[i].flowed(k));
         for (size_t k = 0; k < 9; ++k) flowed.directions[k][i] = group.stretch.directions.data()[k];
     }
     if (!any) return;

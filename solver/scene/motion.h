@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "solver/data/math_functions.h"
+#include "solver/data/rotations.h"
 #include "solver/scene/scene.h"
 
 namespace sunder {
@@ -19,7 +21,8 @@ inline Quat rotation_of(const Vec3& w) {
                           u * (1.0 / 24 - u * (1.0 / 720 - u * (1.0 / 40320 - u * (1.0 / 3628800 - u / 479001600)))));
     } else {
         const double half = std::sqrt(u);
-        sine_over_angle = 0.5 * std::sin(half) / half, cosine = std::cos(half);
+        const math::SineAndCosine of_half = math::sincos(half);
+        sine_over_angle = 0.5 * of_half.sine / half, cosine = of_half.cosine;
     }
     return Quat(cosine, sine_over_angle * w.x(), sine_over_angle * w.y(), sine_over_angle * w.z());
 }
@@ -27,14 +30,14 @@ inline Quat rotation_of(const Vec3& w) {
 /// 2 log(q), of the representative with w >= 0: the shortest rotation vector, rad.
 inline Vec3 rotation_vector(const Quat& q) {
     const double sign = q.w() < 0 ? -1.0 : 1.0, sine = q.vec().norm();
-    const double angle_over_sine = sine > 1e-8 ? 2 * std::atan2(sine, sign * q.w()) / sine : 2.0;
+    const double angle_over_sine = sine > 1e-8 ? 2 * math::atan2(sine, sign * q.w()) / sine : 2.0;
     return sign * angle_over_sine * q.vec();
 }
 
 /// Where a driven pose is at `share` of the frame, in [0, 1].
 inline Pose interpolate(const DrivenPose& drive, double share) {
     const Vec3 from = drive.begin.apply(drive.pivot), to = drive.end.apply(drive.pivot);
-    const Quat orientation = drive.begin.orientation.slerp(share, drive.end.orientation);
+    const Quat orientation = slerp(drive.begin.orientation, share, drive.end.orientation);
     return {from + share * (to - from) - orientation * drive.pivot, orientation};
 }
 
