@@ -6,6 +6,7 @@
 
 #include "solver/matching/polar_decomposition.h"
 #include "solver/scene/motion.h"
+#include "solver/scene/scales.h"
 
 namespace sunder {
 namespace {
@@ -79,13 +80,14 @@ RigidMotion rigid_motion(const SimulationMesh& rest, std::span<const uint32_t> p
 enum class Path { rigid, inertial };
 
 // Where the particles would be at the end of the frame if every free piece moved as a whole (rigid), or if nothing but
-// gravity and their own motion moved them about their turning piece (inertial): a tumbling fragment strains in neither.
+// gravity, forces and their own motion moved them about their turning piece (inertial): a tumbling fragment strains in
+// neither.
 // Held particles are where the trial took them.
 Placement moved(Path path, const StepContext& context, const FrameState& state, const LiveTopology& live,
                 const Held& held, const Placement& start, const Placement& end) {
     const SimulationMesh& rest = context.scene.rest;
     const double seconds = context.input.duration, own_seconds = path == Path::inertial ? seconds : 0;
-    const Vec3 drop = 0.5 * seconds * seconds * context.input.gravity;
+    const Vec3 drop = 0.5 * seconds * seconds * FieldsOfForce(context.input).acceleration;
     Placement p = end;
     for (size_t piece = 0; piece < live.n_pieces(); ++piece) {
         const auto particles = live.piece_particles(piece);
@@ -204,7 +206,7 @@ bool calm(const StepContext& context, const Workspace& work, std::span<const uin
     }
     const Vec3 stopped = rigid_motion(rest, particles, start, after.velocity).velocity -
                          rigid_motion(rest, particles, start, state.velocity).velocity;
-    return stopped.norm() <= 1.5 * seconds * context.input.gravity.norm() + kCalm * size(particles.front()) / seconds;
+    return stopped.norm() <= 1.5 * seconds * acceleration_of(context.input) + kCalm * size(particles.front()) / seconds;
 }
 
 double largest_turn(const Placement& start, const Placement& end) {

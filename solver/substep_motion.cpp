@@ -6,6 +6,13 @@
 #include "solver/substep.h"
 
 namespace sunder {
+namespace {
+
+// What turns by more than that in a substep is not resolved: its momentum comes to lie along another of its axes, and a
+// spin that is read as its opposite would be given twice to all of it, rad.
+constexpr double kResolvedTurn = 1;
+
+}  // namespace
 
 // Positions and rotations since rest, into the workspace; inverse masses and inertia there; velocities as forces take
 // them.
@@ -32,10 +39,6 @@ void Substep::load() {
         work.start_rotation[i] = p.d;
         work.push[i] = ContactPush();
     });
-}
-
-FieldsOfForce::FieldsOfForce(const FrameInput& input) : acceleration(input.gravity) {
-    for (const Force& f : input.forces) acceleration += f.acceleration + f.drag * f.wind, drag += f.drag;
 }
 
 // Held particles take the speed of their pin.
@@ -128,9 +131,8 @@ void Substep::restore_momentum() {
                       work.push[j].torque;
         const Vec3 wanted = work.piece_angular[piece] + gained / h, turn = work.pieces[piece].inverse_inertia * wanted;
         work.pieces[piece].spin = turn;
-        // What turns by more than a radian is not resolved: its momentum comes to lie along another of its axes, and a
-        // spin that is read as its opposite would be given twice to all of it.
-        const double most_energy = turn.norm() * h > 1 ? 0.5 * turn.dot(wanted) : std::numeric_limits<double>::max();
+        const bool is_resolved = !(turn.norm() * h > kResolvedTurn);
+        const double most_energy = is_resolved ? std::numeric_limits<double>::max() : 0.5 * turn.dot(wanted);
         set_angular_momentum(rest(), work.inertia, particles, wanted, most_energy, state.position, work.velocity,
                              work.angular_velocity);
     });
