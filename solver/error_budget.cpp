@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "solver/matching/polar_decomposition.h"
+#include "solver/material/fracture.h"
 #include "solver/scene/motion.h"
 #include "solver/scene/scales.h"
 
@@ -178,12 +179,13 @@ double oscillation(const StepContext& context, const Workspace& work, bool touch
 }
 
 // Substeps that the time of breaking asks for in one piece.
-double breaking(const StepContext& context, const FrameState& state, std::span<const uint32_t> particles,
-                const std::vector<GroupChange>& changes) {
+double breaking(const StepContext& context, const LiveTopology& live, const FrameState& state,
+                std::span<const uint32_t> particles, const std::vector<GroupChange>& changes) {
+    const SimulationMesh& rest = context.scene.rest;
     double most = 1;
     for (uint32_t g : particles) {
-        const Material& m = context.input.materials[context.scene.rest.body[g]];
-        const double toughness = std::min(m.toughness, m.compressive_toughness);
+        const Material own = material_of(rest, g, context.input.materials[rest.body[g]]);
+        const double toughness = breaking_strain(rest, live, own, g);
         if (toughness < kNever && state.strain[g] + kFramesToBreaking * changes[g].strain > toughness)
             most = std::max(most, kBreakingMargin * changes[g].strain / (context.settings.error_budget * toughness));
     }
@@ -253,7 +255,7 @@ FramePlan plan_frame(const StepContext& context, const FrameState& state, Worksp
         if (particles.size() == 1) continue;
         if (touches && calm(context, io_work, particles, start, state, soon, after)) continue;
         substeps =
-            std::max({substeps, breaking(context, state, particles, changes),
+            std::max({substeps, breaking(context, io_work.live, state, particles, changes),
                       oscillation(context, io_work, touches, particles, held.piece[piece], end, shift, changes)});
     }
     plan.substeps = static_cast<int>(std::ceil(std::min(substeps, double(kMostBudgetSubsteps)) - 1e-6));

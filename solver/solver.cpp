@@ -11,6 +11,7 @@
 #include "solver/error_budget.h"
 #include "solver/local_hit.h"
 #include "solver/matching/unit_schedule.h"
+#include "solver/material/plasticity.h"
 #include "solver/sleeping.h"
 #include "solver/threads/first_of.h"
 #include "solver/threads/thread_trial.h"
@@ -226,7 +227,7 @@ FrameState Solver::initial_state(const std::vector<Material>& materials) const {
         for (uint32_t i = body.particle_begin; i < body.particle_end; ++i) {
             s.velocity[i] = body.velocity + body.angular_velocity.cross(rest.rest_position[i] - center);
             s.angular_velocity[i] = body.angular_velocity;
-            s.yield[i] = materials[rest.body[i]].yield * (rest.yield_factor.empty() ? 1.0 : rest.yield_factor[i]);
+            s.yield[i] = yield_strain(rest, i, materials[rest.body[i]]);
         }
     }
     s.still_time.assign(n + scene.rigid_bodies.size(), 0.0);
