@@ -98,6 +98,7 @@ struct Substep {
     void predict();
     Status take_up_motion();
     void restore_momentum();
+    bool has_momentum(size_t piece, const Vec3& angular) const;
     Status store();
 
     // substep_pairs.cpp

@@ -4,9 +4,11 @@
 #include <atomic>
 #include <cmath>
 
+#include "solver/data/invariant.h"
 #include "solver/matching/groups_by_size.h"
 #include "solver/material/group_stretch.h"
 #include "solver/material/plasticity.h"
+#include "solver/scene/ring_check.h"
 #include "solver/substep.h"
 
 namespace sunder {
@@ -121,6 +123,7 @@ bool Substep::break_edges(Found found, double leading) {
     }
     report.edges_broken += cuts.size();
     for (uint32_t g : work.live.remove_edges(rest(), broken)) work.flowed[g] = 1;
+    invariant("rings match edges", [&] { return rings_match_edges(work.live, rest(), state.edge_intact); });
     if (!cuts.empty()) {
         mark_held_pieces();
         work.detection.edges_broke();
