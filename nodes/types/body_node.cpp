@@ -6,6 +6,7 @@
 #include "nodes/graph/common_parameters.h"
 #include "nodes/graph/field_parameters.h"
 #include "nodes/graph/node_list.h"
+#include "solver/scene/scales.h"
 #include "solver/scene/scene_fields.h"
 
 namespace sunder {
@@ -44,9 +45,10 @@ ContentKey placed_key(CookContext& context, const Parameters& p) {
     return hasher.key();
 }
 
-Material material_of(const Parameters& p) {
+Material material_of(const Parameters& p, const SimulationMesh& rest) {
     Material m;
     read_fields(p, material_fields(), m);
+    if (p.is_automatic("damping_time")) m.damping_time = automatic_damping_time(rest, m.youngs_modulus);
     return m;
 }
 
@@ -60,9 +62,22 @@ Result<Value> cook(CookContext& context) {
         placed = {key, value.take()};
     }
     BodyValue body = placed.value;
-    body.material = material_of(p);
+    body.material = material_of(p, *body.rest);
     if (Status ok = body.material.check("node '" + context.node() + "'"); !ok) return ok.error();
     return make_value(std::move(body));
+}
+
+std::vector<ParameterDescription> material_parameters() {
+    std::vector<ParameterDescription> parameters = parameters_of(material_fields());
+    ParameterDescription& damping_time =
+        *std::ranges::find(parameters, std::string("damping_time"), &ParameterDescription::name);
+    damping_time.automatic = true;
+    damping_time.former_defaults = {{1, damping_time.default_value}};
+    damping_time.default_value = kAutomatic;
+    damping_time.sentence +=
+        ". \"auto\": 0.3 of the time that a wave takes through a fragment of the body's mean size, so that what a hit "
+        "sets ringing dies away as soon in stiff bodies as in soft ones, and not before they bounce";
+    return parameters;
 }
 
 }  // namespace
@@ -92,7 +107,7 @@ NodeType body_node() {
          .min_excluded = true,
          .default_value = 1000.0,
          .sentence = "Mass per volume"}};
-    std::ranges::move(parameters_of(material_fields()), std::back_inserter(d.parameters));
+    std::ranges::move(material_parameters(), std::back_inserter(d.parameters));
     return {.description = d, .cook = cook};
 }
 

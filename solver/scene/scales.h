@@ -49,6 +49,12 @@ inline double wave_speed(double youngs_modulus, double volume, double mass) {
     return std::sqrt(youngs_modulus * volume / mass);
 }
 
+constexpr double kLongestDampingTime = 1;  // s
+
+/// s; damping of a body by the time that a wave takes through a fragment of its mean size: what a hit sets ringing dies
+/// away as soon in stiff bodies as in soft ones. `body`: its particles alone.
+double automatic_damping_time(const SimulationMesh& body, double youngs_modulus);
+
 /// c h / d: how far waves run in a step, in distances between particles, where the groups of a particle pull at it by
 /// `pulls` = sum_g b_g, b = h^2 k. A lattice has 7 groups of b = (c h / d)^2 / 2 at a particle.
 inline double waves_in_step(double pulls) {

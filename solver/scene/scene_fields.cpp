@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "solver/scene/scales.h"
+
 namespace sunder {
 namespace {
 
@@ -38,7 +40,7 @@ std::span<const Field<Material>> material_fields() {
                                          "something touches, substeps longer than this damp more by themselves; none "
                                          "in gauss_seidel",
                              .min = 0,
-                             .max = 1}),
+                             .max = kLongestDampingTime}),
                  &M::damping_time},
         // Not animatable: it is where each group's own yield starts, which then lives in the state and hardens.
         Field<M>{{.name = "yield",

@@ -124,5 +124,16 @@ TEST(scales, waves_run_as_far_as_their_speed_says) {
     EXPECT_NEAR(waves_in_step(7 * 0.5 * reach * reach), reach, 0.01 * reach);
 }
 
+// 2 ms in a fragment of 10 cm of 0.2 MPa; the time that a wave takes is twice as long through what is twice as large,
+// and half as long in what is four times as stiff.
+TEST(scales, automatic_damping_goes_by_the_time_of_a_wave) {
+    const SimulationMesh mesh = test::lattice_mesh({{3, 3, 3}, 0.1, 6, 1000, {}});
+    const double soft = automatic_damping_time(mesh, 2e5);
+    EXPECT_NEAR(soft, 0.3 * 0.1 / std::sqrt(200.0), 1e-12);
+    EXPECT_NEAR(automatic_damping_time(mesh, 8e5), soft / 2, 1e-12);
+    EXPECT_NEAR(automatic_damping_time(test::lattice_mesh({{3, 3, 3}, 0.2, 6, 1000, {}}), 2e5), 2 * soft, 1e-12);
+    EXPECT_EQ(automatic_damping_time(mesh, 1e-9), kLongestDampingTime);  // and a material takes no more
+}
+
 }  // namespace
 }  // namespace sunder
