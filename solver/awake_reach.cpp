@@ -6,7 +6,7 @@
 #include "solver/collision/shape_distance.h"
 #include "solver/matching/unit_schedule.h"
 #include "solver/scene/motion.h"
-#include "solver/sleeping.h"
+#include "solver/scene/scales.h"
 
 namespace sunder {
 
@@ -18,7 +18,7 @@ double reach_of(const Scene& scene, size_t i) {
 std::vector<Aabb> reach(const StepContext& context, const FrameState& state, std::span<const uint8_t> rests,
                         double seconds, double end, double skin) {
     const size_t n = state.n_particles();
-    const double fall = acceleration_of(context.input) * seconds * seconds;
+    const double fall = fall_in_step(seconds, acceleration_of(context.input));
     std::vector<Aabb> boxes(rests.size());
     std::vector<double> size(rests.size());
     const auto find = [&](size_t i) {

@@ -5,7 +5,9 @@
 #include <cmath>
 
 #include "solver/matching/polar_decomposition.h"
+#include "solver/material/fracture.h"
 #include "solver/scene/motion.h"
+#include "solver/scene/scales.h"
 
 namespace sunder {
 namespace {
@@ -79,13 +81,14 @@ RigidMotion rigid_motion(const SimulationMesh& rest, std::span<const uint32_t> p
 enum class Path { rigid, inertial };
 
 // Where the particles would be at the end of the frame if every free piece moved as a whole (rigid), or if nothing but
-// gravity and their own motion moved them about their turning piece (inertial): a tumbling fragment strains in neither.
+// gravity, forces and their own motion moved them about their turning piece (inertial): a tumbling fragment strains in
+// neither.
 // Held particles are where the trial took them.
 Placement moved(Path path, const StepContext& context, const FrameState& state, const LiveTopology& live,
                 const Held& held, const Placement& start, const Placement& end) {
     const SimulationMesh& rest = context.scene.rest;
     const double seconds = context.input.duration, own_seconds = path == Path::inertial ? seconds : 0;
-    const Vec3 drop = 0.5 * seconds * seconds * context.input.gravity;
+    const Vec3 drop = 0.5 * seconds * seconds * FieldsOfForce(context.input).acceleration;
     Placement p = end;
     for (size_t piece = 0; piece < live.n_pieces(); ++piece) {
         const auto particles = live.piece_particles(piece);
@@ -176,12 +179,13 @@ double oscillation(const StepContext& context, const Workspace& work, bool touch
 }
 
 // Substeps that the time of breaking asks for in one piece.
-double breaking(const StepContext& context, const FrameState& state, std::span<const uint32_t> particles,
-                const std::vector<GroupChange>& changes) {
+double breaking(const StepContext& context, const LiveTopology& live, const FrameState& state,
+                std::span<const uint32_t> particles, const std::vector<GroupChange>& changes) {
+    const SimulationMesh& rest = context.scene.rest;
     double most = 1;
     for (uint32_t g : particles) {
-        const Material& m = context.input.materials[context.scene.rest.body[g]];
-        const double toughness = std::min(m.toughness, m.compressive_toughness);
+        const Material own = material_of(rest, g, context.input.materials[rest.body[g]]);
+        const double toughness = breaking_strain(rest, live, own, g);
         if (toughness < kNever && state.strain[g] + kFramesToBreaking * changes[g].strain > toughness)
             most = std::max(most, kBreakingMargin * changes[g].strain / (context.settings.error_budget * toughness));
     }
@@ -204,7 +208,7 @@ bool calm(const StepContext& context, const Workspace& work, std::span<const uin
     }
     const Vec3 stopped = rigid_motion(rest, particles, start, after.velocity).velocity -
                          rigid_motion(rest, particles, start, state.velocity).velocity;
-    return stopped.norm() <= 1.5 * seconds * context.input.gravity.norm() + kCalm * size(particles.front()) / seconds;
+    return stopped.norm() <= 1.5 * seconds * acceleration_of(context.input) + kCalm * size(particles.front()) / seconds;
 }
 
 double largest_turn(const Placement& start, const Placement& end) {
@@ -251,7 +255,7 @@ FramePlan plan_frame(const StepContext& context, const FrameState& state, Worksp
         if (particles.size() == 1) continue;
         if (touches && calm(context, io_work, particles, start, state, soon, after)) continue;
         substeps =
-            std::max({substeps, breaking(context, state, particles, changes),
+            std::max({substeps, breaking(context, io_work.live, state, particles, changes),
                       oscillation(context, io_work, touches, particles, held.piece[piece], end, shift, changes)});
     }
     plan.substeps = static_cast<int>(std::ceil(std::min(substeps, double(kMostBudgetSubsteps)) - 1e-6));

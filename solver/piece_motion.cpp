@@ -10,6 +10,7 @@
 #include "solver/matching/polar_decomposition.h"
 #include "solver/matching/unit_schedule.h"
 #include "solver/scene/motion.h"
+#include "solver/scene/scales.h"
 
 namespace sunder {
 namespace {
@@ -278,7 +279,7 @@ void divide_pushes(const StepContext& context, double h, bool last, uint32_t isl
         if (!p.rigid && context.settings.method != Method::gauss_seidel && (last || p.unbroken)) {
             const double b = sum_of_pulls(w, h, i);
             const double n = last ? 1 : static_cast<double>(w.live.piece_particles(w.piece[i]).size());
-            const double reach = std::max(1.0, std::min(std::sqrt(kWavePerWeight * (1 + b)), math::cbrt(n)));
+            const double reach = std::max(1.0, std::min(waves_in_step(1 + b), math::cbrt(n)));
             const double give = last && p.is_held() && w.loads.how[island] == StandingLoads::How::together
                                     ? kUnderLoads * kGive
                                     : kGive;

@@ -5,10 +5,6 @@
 
 namespace sunder {
 
-/// (c h / d)^2 over sum_g b_g, b = h^2 k, with c = sqrt(E/rho) and d the spacing of the particles: a lattice has 7
-/// groups of b = (c h / d)^2 / 2 at a particle.
-constexpr double kWavePerWeight = 0.29;
-
 /// Fills `pieces` and `piece_angular` from the start of the substep, its predicted velocities and what contacts pushed
 /// so far; of what is held, or bound and in a pair, that it is so. Call before contacts are prepared.
 void remember_pieces(const StepContext& context, double h, Workspace& io_work);

@@ -8,12 +8,13 @@
 #include "solver/data/disjoint_sets.h"
 #include "solver/data/math_functions.h"
 #include "solver/scene/rest_conditions.h"
+#include "solver/scene/scales.h"
 
 namespace sunder {
 namespace {
 
-// Of sqrt(g size); what flows is meant to go on slowly.
-constexpr double kStill = 0.005, kStillWhileFlowing = 0.001, kWaking = 0.05, kHard = 0.2;
+// Of the way to its middle, how far below that a thing must be touched to lie there.
+constexpr double kCarried = 0.2;
 
 using DisjointSets = std::vector<uint32_t>;
 
@@ -38,13 +39,6 @@ Vec3 position_of(const FrameState& s, size_t i) {
 }
 const Quat& orientation_of(const FrameState& s, size_t i) {
     return i < s.n_particles() ? s.orientation[i] : s.rigid_bodies[i - s.n_particles()].orientation;
-}
-
-// Gravity and the accelerations of forces, m/s2.
-Vec3 pull_of(const FrameInput& input) {
-    Vec3 sum = input.gravity;
-    for (const Force& f : input.forces) sum += f.acceleration + f.drag * f.wind;
-    return sum;
 }
 
 double bounding_radius(const Scene& scene, size_t i) {
@@ -91,14 +85,14 @@ std::vector<double> loads_of(const FrameState& s) {
     return load;
 }
 
-// Calls visit(carrier, carried) for what lies on another: where it touches that is below its middle by more than 0.2 of
-// the way there.
+// Calls visit(carrier, carried) for what lies on another: where it touches that is below its middle.
 template <class Visit>
 void for_carried(const FrameInput& input, const FrameState& s, const Visit& visit) {
-    const Vec3 down = pull_of(input);
+    const Vec3 down = FieldsOfForce(input).acceleration;
     for (const ContactMemory& c : s.contacts) {
         if (c.b & Contact::kStatic) continue;
-        const double depth = down.dot(orientation_of(s, c.a) * c.point), least = 0.2 * down.norm() * c.point.norm();
+        const double depth = down.dot(orientation_of(s, c.a) * c.point),
+                     least = kCarried * down.norm() * c.point.norm();
         if (depth > least) visit(c.b, c.a);
         if (depth < -least) visit(c.a, c.b);
     }
@@ -196,20 +190,12 @@ void stop(FrameState& io_state, size_t i) {
 
 }  // namespace
 
-double still_speed(double size, double acceleration, bool flows) {
-    return (flows ? kStillWhileFlowing : kStill) * std::sqrt(acceleration * size);
-}
-double waking_speed(double size, double acceleration) { return kWaking * std::sqrt(acceleration * size); }
-double hard_speed(double size, double acceleration) { return kHard * std::sqrt(acceleration * size); }
-
 double size_of(const Scene& scene, uint32_t movable) {
     const size_t n = scene.rest.n_particles();
     if (movable < n) return math::cbrt(scene.rest.volume[movable]);
     const Shape& shape = scene.rigid_bodies[movable - n].shape;
     return 2 * (shape.kind == ShapeKind::box ? math::cbrt(shape.half_extents.prod()) : 0.8 * shape.radius);
 }
-
-double acceleration_of(const FrameInput& input) { return pull_of(input).norm(); }
 
 bool anything_sleeps(const FrameState& state) { return std::ranges::find(state.asleep, 1) != state.asleep.end(); }
 

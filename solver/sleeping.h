@@ -14,19 +14,6 @@ constexpr double kTimeToSleep = 0.5;
 /// s; how often it is looked what may fall asleep: what is simulated is numbered anew each time that something does.
 constexpr double kSleepInterval = 0.25;
 
-/// m/s; what moves from frame to frame more slowly than this hardly moves. sqrt(g size) is the speed of things that
-/// fall, tip and slide; 0.005 of it is that of a fall by an 80,000th of the size, and moves a fragment of 6 cm by 3 %
-/// of its size in the time to sleep. What flows is meant to go on slowly: 0.001. Without gravity there is no such
-/// scale: things sleep only if they do not move at all.
-double still_speed(double size, double acceleration, bool flows);
-
-/// m/s; awake things that approach a sleeper faster wake it when they touch it, and beside them nothing falls asleep.
-double waking_speed(double size, double acceleration);
-
-/// m/s; what slides along a sleeper faster wakes it, too; and one that is hit faster wakes with all that it presses on,
-/// for it passes the hit on: a fall by a fiftieth of the size.
-double hard_speed(double size, double acceleration);
-
 /// Of the normal forces on a sleeping piece when it fell asleep, or of its weight where that is more: so much less
 /// wakes it at once; so much of a change, summed over its particles, at a look. What lies on four points and loses one
 /// feels a quarter.
@@ -34,9 +21,6 @@ constexpr double kWakingLoss = 0.5, kWakingChange = 0.2;
 
 /// Length of a movable, m: the cube of the same volume.
 double size_of(const Scene& scene, uint32_t movable);
-
-/// Gravity and the accelerations of forces together, m/s2.
-double acceleration_of(const FrameInput& input);
 
 bool anything_sleeps(const FrameState& state);
 

@@ -11,6 +11,8 @@
 #include "solver/error_budget.h"
 #include "solver/local_hit.h"
 #include "solver/matching/unit_schedule.h"
+#include "solver/material/plasticity.h"
+#include "solver/scene/scene_fields.h"
 #include "solver/sleeping.h"
 #include "solver/threads/first_of.h"
 #include "solver/threads/thread_trial.h"
@@ -24,14 +26,6 @@ std::string number(double v) {
     char text[32];
     std::snprintf(text, sizeof text, "%.6g", v);
     return text;
-}
-
-Status in_range(const std::string& where, const char* name, double value, double low, double high) {
-    if (value >= low && value <= high) return {};  // a NaN fails both
-    Error e = bad_input(where, std::string(name) + " is " + number(value),
-                        "permitted: " + number(low) + " to " + number(high));
-    e.parameter = name;
-    return e;
 }
 
 // Of the first of n particles that is not sound.
@@ -111,43 +105,9 @@ Status check_scene(const Scene& scene) {
 
 }  // namespace
 
-Status Material::check(const std::string& where) const {
-    struct Range {
-        const char* name;
-        double value, low, high;
-    };
-    const double inf = kNever, tiny = 1e-12;
-    for (const Range& r : {Range{"youngs_modulus", youngs_modulus, tiny, 1e13},
-                           {"poisson_ratio", poisson_ratio, 0, 0.45},
-                           {"damping_time", damping_time, 0, 1},
-                           {"yield", yield, tiny, inf},
-                           {"flow_rate", flow_rate, 0, 1e6},
-                           {"hardening", hardening, 0, 1e6},
-                           {"toughness", toughness, tiny, inf},
-                           {"compressive_toughness", compressive_toughness, tiny, inf},
-                           {"stiffness", stiffness, 0, 1},
-                           {"friction", friction, 0, 100},
-                           {"restitution", restitution, 0, 1}})
-        if (Status ok = in_range(where, r.name, r.value, r.low, r.high); !ok) return ok;
-    return {};
-}
+Status Material::check(const std::string& where) const { return check_fields(material_fields(), *this, where); }
 
-Status SolverSettings::check(const std::string& where) const {
-    struct Range {
-        const char* name;
-        double value, low, high;
-    };
-    for (const Range& r : {Range{"substeps", double(substeps), 1, 1000},
-                           {"iterations", double(iterations), 1, 1000},
-                           {"crack_passes", double(crack_passes), 1, 64},
-                           {"hit_substeps", double(hit_substeps), 1, 256},
-                           {"error_budget", error_budget, 0, 1},
-                           {"over_relaxation", over_relaxation, 0.1, 1.9},
-                           {"damping", damping, 0, 1e6},
-                           {"depenetration_speed", depenetration_speed, 1e-6, 1e4}})
-        if (Status ok = in_range(where, r.name, r.value, r.low, r.high); !ok) return ok;
-    return {};
-}
+Status SolverSettings::check(const std::string& where) const { return check_fields(settings_fields(), *this, where); }
 
 struct Solver::Impl {
     struct Hit {
@@ -226,7 +186,7 @@ FrameState Solver::initial_state(const std::vector<Material>& materials) const {
         for (uint32_t i = body.particle_begin; i < body.particle_end; ++i) {
             s.velocity[i] = body.velocity + body.angular_velocity.cross(rest.rest_position[i] - center);
             s.angular_velocity[i] = body.angular_velocity;
-            s.yield[i] = materials[rest.body[i]].yield * (rest.yield_factor.empty() ? 1.0 : rest.yield_factor[i]);
+            s.yield[i] = yield_strain(rest, i, materials[rest.body[i]]);
         }
     }
     s.still_time.assign(n + scene.rigid_bodies.size(), 0.0);

@@ -6,6 +6,7 @@
 
 #include "solver/data/math_functions.h"
 #include "solver/piece_motion.h"
+#include "solver/scene/scales.h"
 #include "solver/step.h"
 
 namespace sunder {
@@ -23,6 +24,8 @@ constexpr double kEvenly = 1;
 // Of a particle's mass and what its groups hold it with: the ground then gives by a thirtieth of what they do.
 // With 100 what is left of a Newton step is felt, with 10 it sinks in.
 constexpr double kGround = 30;
+// Of what the masses of the ground say that it gave to a free piece, what its momentum may say at most.
+constexpr double kMostOfGround = 2;
 // Where several pieces give, and where what gives is crushed: strained by more than kCrushed. Of 400 heaps of soft and
 // rigid things 12 tremble with two Newton steps, nine of which are crushed, and 5 so.
 constexpr int kNewtonSteps = 4;
@@ -37,12 +40,12 @@ uint32_t side_b(const Contact& c) { return has_movable_b(c) ? c.b : Contact::kSt
 uint32_t bearer(const Contact& c, const Bearing& at) { return at.of_a ? c.a : side_b(c); }
 uint32_t other(const Contact& c, const Bearing& at) { return at.of_a ? side_b(c) : c.a; }
 
-// m/s; `least`: where gravity makes less.
+// m/s; a fall by half of the smallest fragment; `least`: where that is less.
 double standing_speed(const StepContext& context, double least, uint32_t island, const Workspace& w) {
     double volume = std::numeric_limits<double>::max();
     for (const uint32_t i : w.islands.movables_of(island))
         if (i < context.scene.rest.n_particles()) volume = std::min(volume, context.scene.rest.volume[i]);
-    return std::max(least, std::sqrt(context.input.gravity.norm() * math::cbrt(volume)));
+    return std::max(least, speed_of_fall(math::cbrt(volume), acceleration_of(context.input)));
 }
 
 Vec3 motion_of_ground(const ActiveContact& c, uint32_t ground, const Workspace& w) {
@@ -58,7 +61,7 @@ void for_places(Workspace& w, uint32_t island, const Body& body) {
 
 // Fills `of` and `of_a` of the bearings of an island in which one piece gives. Whether there are loads.
 bool find_bearings(const StepContext& context, double h, uint32_t island, Workspace& w) {
-    const Vec3& gravity = context.input.gravity;
+    const Vec3 down = FieldsOfForce(context.input).acceleration;
     const ContactBodies b = bodies_of(w);
     const auto of = [&](uint32_t i) -> StandingLoads::OfMovable& {
         return w.loads.movables[w.islands.movable_slot[i]];
@@ -87,7 +90,7 @@ bool find_bearings(const StepContext& context, double h, uint32_t island, Worksp
     for_places(w, island, [&](uint32_t, ActiveContact& c, Bearing& io_at) {
         if (io_at.of != Bearing::Of::load) return;
         const StandingLoads::OfMovable& load = of(other(c.contact, io_at));
-        if (!load.is_load || load.on == Contact::kStatic || load.held_up.dot(gravity) >= 0)
+        if (!load.is_load || load.on == Contact::kStatic || load.held_up.dot(down) >= 0)
             io_at.of = Bearing::Of::nothing;
         else
             any |= b.pieces[load.on].is_held() || load.pull * b.inverse_mass[other(c.contact, io_at)] < kFirm;
@@ -125,7 +128,7 @@ void find_standing_loads(const StepContext& context, double h, std::span<const d
     const auto give =
         std::ranges::count_if(w.islands.pieces_of(island), [&](uint32_t p) { return !b.pieces[p].rigid; });
     if (!any || give == 0) return;
-    const double resting = 2 * h * context.input.gravity.norm();
+    const double resting = resting_speed(h, acceleration_of(context.input));
     const double standing = standing_speed(context, resting, island, w);
     if (approach > kTrembling * standing) return;
     int& steps = w.loads.newton_steps[island];
@@ -151,7 +154,7 @@ void brace_bearers(const StepContext& context, double h, bool first, uint32_t is
         return w.loads.movables[w.islands.movable_slot[i]];
     };
     for (const uint32_t i : w.islands.movables_of(island)) of(i) = StandingLoads::OfMovable();
-    const double evenly = kEvenly * context.input.gravity.norm() * h * h;  // m
+    const double evenly = kEvenly * fall_in_step(h, acceleration_of(context.input));  // m
     for_places(w, island, [&](uint32_t place, ActiveContact& c, Bearing& io_at) {
         if (io_at.of == Bearing::Of::nothing) return;
         io_at.mass = first ? c.before.normal : w.round.pressure(island, place);
@@ -210,7 +213,7 @@ void find_shares(const StepContext& context, uint32_t island, Workspace& w) {
         Vec3 all = Vec3::Zero();
         for (const uint32_t j : w.live.piece_particles(p))
             all += rest.mass[j] * (w.moving[j].x - w.moving[j].x_inertial);
-        of.share = std::clamp(of.by_ground.dot(all - of.by_loads) / of.by_ground.squaredNorm(), 0.0, 2.0);
+        of.share = std::clamp(of.by_ground.dot(all - of.by_loads) / of.by_ground.squaredNorm(), 0.0, kMostOfGround);
     }
 }
 

@@ -4,9 +4,11 @@
 #include <atomic>
 #include <cmath>
 
+#include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/matching/gauss_seidel.h"
 #include "solver/piece_motion.h"
+#include "solver/scene/ring_check.h"
 #include "solver/substep.h"
 
 namespace sunder {
@@ -213,6 +215,7 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
         fit_arrays(state, n, n_movables, w);
     }
     take_up_frame(context, state, w);
+    invariant("rings match edges", [&] { return rings_match_edges(w.live, rest, state.edge_intact); });
 }
 
 Status substep(const StepContext& context, const SubstepTime& time, Workspace& io_work, FrameState& io_state,

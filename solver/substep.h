@@ -8,6 +8,7 @@
 
 #include "solver/matching/unit_schedule.h"
 #include "solver/material/plasticity.h"
+#include "solver/scene/scales.h"
 #include "solver/step.h"
 #include "solver/threads/first_of.h"
 
@@ -23,16 +24,6 @@ public:
 private:
     double& total_;
     std::chrono::steady_clock::time_point start_;
-};
-
-/// What gravity, wind and drag make of a velocity.
-struct FieldsOfForce {
-    explicit FieldsOfForce(const FrameInput& input);
-    Vec3 after(double seconds, const Vec3& velocity) const {
-        return (velocity + seconds * acceleration) / (1 + seconds * drag);  // implicit drag
-    }
-    Vec3 acceleration;
-    double drag = 0;  // 1/s
 };
 
 /// When in a substep pinned particles are taken to their pins: all, or those that are in a pair.
@@ -52,8 +43,7 @@ struct Substep {
     size_t n_particles() const { return rest().n_particles(); }
     size_t n_movables() const { return n_particles() + state.rigid_bodies.size(); }
     ContactBodies bodies() const { return bodies_of(work); }
-    // A resting contact closes at h g: it must not bounce, m/s.
-    double resting_speed() const { return 2 * h * context.input.gravity.norm(); }
+    double resting_speed() const { return sunder::resting_speed(h, acceleration_of(context.input)); }
     const Material& material(size_t particle) const { return context.input.materials[rest().body[particle]]; }
     uint32_t piece_of(size_t movable) const {
         return static_cast<uint32_t>(movable < n_particles() ? work.live.piece(movable)
@@ -108,6 +98,7 @@ struct Substep {
     void predict();
     Status take_up_motion();
     void restore_momentum();
+    bool has_momentum(size_t piece, const Vec3& angular) const;
     Status store();
 
     // substep_pairs.cpp

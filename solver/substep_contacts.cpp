@@ -97,7 +97,7 @@ void Substep::push_apart(ContactRound::Which which, int sweep) {
     // Sweeps, other than Newton steps, find what pushes did in where particles are.
     const bool as_wholes = which == Which::first && context.settings.method == Method::projective;
     const double enough =
-        std::max(kOfTheMargin * context.contact_margin, kOfTheFall * acceleration_of(context.input) * h * h);
+        std::max(kOfTheMargin * context.contact_margin, kOfTheFall * fall_in_step(h, acceleration_of(context.input)));
     const auto is_left_out = [&](uint32_t island) {
         const auto movables = work.islands.movables_of(island);
         const uint8_t kept = work.kept[movables.front()];  // all of it, or nothing

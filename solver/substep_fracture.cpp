@@ -3,10 +3,12 @@
 #include <array>
 #include <atomic>
 
+#include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/matching/groups_by_size.h"
 #include "solver/material/group_stretch.h"
 #include "solver/material/plasticity.h"
+#include "solver/scene/ring_check.h"
 #include "solver/substep.h"
 
 namespace sunder {
@@ -63,9 +65,7 @@ Substep::Found Substep::flow_and_measure(double seconds) {
 
 // Below it no principal strain breaks a group.
 double Substep::breaking_strain(uint32_t g) const {
-    const Material m = material_of(rest(), g, material(g));
-    const double toughness = std::min(m.toughness, m.compressive_toughness);
-    return rest().group_uneven[g] != 0 ? toughness * weakest_factor(rest(), work.live, g) : toughness;
+    return sunder::breaking_strain(rest(), work.live, material_of(rest(), g, material(g)), g);
 }
 
 // Below it none lets it flow or break.
@@ -76,9 +76,9 @@ bool Substep::add_if_it_gives_way(uint32_t g, const PrincipalStretch& principal,
     const Vec3& e = principal.log_strain;
     const double mean = e.mean(), deviator = std::max(e(2) - mean, mean - e(0));
     const Material m = material_of(rest(), g, material(g));
-    const double load = std::max(e(2) / m.toughness, -e(0) / m.compressive_toughness);
-    const double weakest = rest().group_uneven[g] != 0 ? weakest_factor(rest(), work.live, g) : 1.0;
-    if (!(deviator > state.yield[g] || load > weakest)) return false;
+    const auto breaking = [&](Strained how) { return sunder::breaking_strain(rest(), work.live, m, g, how); };
+    const bool may_break = e(2) > breaking(Strained::pulled) || -e(0) > breaking(Strained::pressed);
+    if (!(deviator > state.yield[g] || may_break)) return false;
     io_groups.index[io_groups.n] = g;
     io_groups.group[io_groups.n++] = {principal, m, {state.plastic_deformation[g], state.yield[g]}};
     return true;
@@ -123,6 +123,7 @@ bool Substep::break_edges(Found found, double leading) {
     }
     report.edges_broken += cuts.size();
     for (uint32_t g : work.live.remove_edges(rest(), broken)) work.flowed[g] = 1;
+    invariant("rings match edges", [&] { return rings_match_edges(work.live, rest(), state.edge_intact); });
     if (!cuts.empty()) {
         mark_held_pieces();
         work.detection.edges_broke();

@@ -19,6 +19,8 @@ constexpr double kOfTheWave = 0.5;
 // What rings with more than this of the strain that breaks it takes the parts of any hit: a whole substep would damp
 // its waves, and what breaks by them after the next hit would hang on the step.
 constexpr double kRinging = 0.2;
+// How fast what a hit lets go may fly, over the fastest that is hit.
+constexpr double kLetGo = 2;
 
 }  // namespace
 
@@ -32,9 +34,9 @@ bool Substep::find_hits() {
     work.hit.clear();
     if (context.settings.hit_substeps == 1 || context.settings.method != Method::projective) return false;
     const auto parts_for = [&](uint32_t j, double speed) {
-        const double wave_speed = std::sqrt(material(j).youngs_modulus * rest().volume[j] / rest().mass[j]);
-        if (!(speed > breaking_strain(j) * wave_speed)) return 1;
-        const double wave = h * std::sqrt(kWavePerWeight * work.live.count(j) * work.stiffness[j].k);
+        const double c = wave_speed(material(j).youngs_modulus, rest().volume[j], rest().mass[j]);
+        if (!(speed > breaking_strain(j) * c)) return 1;
+        const double wave = waves_in_step(h * h * work.live.count(j) * work.stiffness[j].k);
         return static_cast<int>(std::min(std::ceil(wave / kWaveInPart), double(context.settings.hit_substeps)));
     };
     const auto inverse_mass = [&](uint32_t i) { return i < n_movables() ? work.inverse_mass[i] : 0.0; };
@@ -98,7 +100,7 @@ void Substep::take_in_parts(std::vector<int>& io_parts) {
     });
 }
 
-// What lies about what is hit is likely to be touched by what the hit lets go: at up to twice the speed of what hits.
+// What lies about what is hit is likely to be touched by what the hit lets go.
 void Substep::join_what_is_near_a_hit(std::vector<int>& io_parts) {
     double fastest = 0;
     for (const ActiveContact& c : work.contacts)
@@ -108,7 +110,7 @@ void Substep::join_what_is_near_a_hit(std::vector<int>& io_parts) {
     std::vector<Aabb> boxes(n_movables());
     for_all(n_movables(), [&](size_t i) {
         const double radius = reach_of(context.scene, i) + context.contact_margin;
-        boxes[i] = ball(work.start_position[i], radius + (work.hit[i] ? 2 * fastest * h : 0));
+        boxes[i] = ball(work.start_position[i], radius + (work.hit[i] ? kLetGo * fastest * h : 0));
         if (work.hit[i]) return;
         const Vec3 way = h * work.velocity[i];
         boxes[i].min += way.cwiseMin(0.0), boxes[i].max += way.cwiseMax(0.0);

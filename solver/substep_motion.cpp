@@ -1,11 +1,19 @@
 // How things move between contacts and shape matching: prediction, velocities, momentum.
 #include <limits>
 
+#include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/scene/motion.h"
 #include "solver/substep.h"
 
 namespace sunder {
+namespace {
+
+// What turns by more than that in a substep is not resolved: its momentum comes to lie along another of its axes, and a
+// spin that is read as its opposite would be given twice to all of it, rad.
+constexpr double kResolvedTurn = 1;
+
+}  // namespace
 
 // Positions and rotations since rest, into the workspace; inverse masses and inertia there; velocities as forces take
 // them.
@@ -32,10 +40,6 @@ void Substep::load() {
         work.start_rotation[i] = p.d;
         work.push[i] = ContactPush();
     });
-}
-
-FieldsOfForce::FieldsOfForce(const FrameInput& input) : acceleration(input.gravity) {
-    for (const Force& f : input.forces) acceleration += f.acceleration + f.drag * f.wind, drag += f.drag;
 }
 
 // Held particles take the speed of their pin.
@@ -115,6 +119,24 @@ Status Substep::take_up_motion() {
     return check(unsound, "shape matching and fracture");
 }
 
+// Whether a free piece lies where inertia takes it, and has that momentum about its centre, to rounding.
+bool Substep::has_momentum(size_t piece, const Vec3& angular) const {
+    const auto particles = work.live.piece_particles(piece);
+    const PieceMomentum p =
+        piece_momentum(rest(), work.inertia, particles, state.position, work.velocity, work.angular_velocity);
+    constexpr double kRounding = 1e-9;
+    Vec3 departure = Vec3::Zero();
+    double most = 0, most_angular = angular.norm();
+    for (const uint32_t j : particles) {
+        const double speed = work.velocity[j].norm(), lever = (state.position[j] - p.center).norm();
+        const Vec3 own = work.moving[j].x - work.moving[j].x_inertial;
+        departure += rest().mass[j] * own;
+        most += rest().mass[j] * (own.norm() + 1e-5 * state.position[j].norm());  // rounded as it lies from the origin
+        most_angular += rest().mass[j] * lever * speed + product(work.inertia[j], work.angular_velocity[j]).norm();
+    }
+    return departure.norm() <= kRounding * most && (p.angular - angular).norm() <= kRounding * most_angular;
+}
+
 // Each free piece gets the angular momentum that it had, plus what contacts gave it.
 void Substep::restore_momentum() {
     for_pieces([&](size_t piece) {
@@ -128,11 +150,12 @@ void Substep::restore_momentum() {
                       work.push[j].torque;
         const Vec3 wanted = work.piece_angular[piece] + gained / h, turn = work.pieces[piece].inverse_inertia * wanted;
         work.pieces[piece].spin = turn;
-        // What turns by more than a radian is not resolved: its momentum comes to lie along another of its axes, and a
-        // spin that is read as its opposite would be given twice to all of it.
-        const double most_energy = turn.norm() * h > 1 ? 0.5 * turn.dot(wanted) : std::numeric_limits<double>::max();
+        const bool is_resolved = !(turn.norm() * h > kResolvedTurn);
+        const double most_energy = is_resolved ? std::numeric_limits<double>::max() : 0.5 * turn.dot(wanted);
         set_angular_momentum(rest(), work.inertia, particles, wanted, most_energy, state.position, work.velocity,
                              work.angular_velocity);
+        if (context.settings.method != Method::gauss_seidel && is_resolved)
+            invariant("the momentum of a piece is closed", [&] { return has_momentum(piece, wanted); });
     });
 }
 

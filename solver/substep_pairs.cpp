@@ -34,8 +34,7 @@ bool resolves_waves(const Workspace& work, std::span<const uint32_t> particles, 
     if (particles.size() == 1) return true;
     double stiffest = 0;
     for (uint32_t j : particles) stiffest = std::max(stiffest, work.live.count(j) * work.stiffness[j].k);
-    const double size = math::cbrt(static_cast<double>(particles.size()));
-    return h * std::sqrt(kWavePerWeight * stiffest) <= kFarthestWave * size;
+    return waves_in_step(h * h * stiffest) <= kFarthestWave * math::cbrt(static_cast<double>(particles.size()));
 }
 
 SubstepPair SubstepPair::renumbered(std::span<const uint32_t> former, const WorkerPool& workers) const {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <atomic>
 
+#include "solver/data/invariant.h"
+
 namespace sunder {
 
 size_t SkinBinding::chunk_of(size_t vertex) const {
@@ -118,6 +120,20 @@ void Skin::find_stale(const SplitTopology& topology, size_t chunk, std::vector<u
     out.resize(found);
 }
 
+namespace {
+
+// Exactly, as they are rounded to that.
+bool sum_to_one(const SkinChunk& chunk) {
+    for (size_t v = 0; v < chunk.n_vertices(); ++v) {
+        double sum = 0;
+        for (const SkinInfluence& i : chunk.influences(v)) sum += i.weight;
+        if (sum != 1) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
 // What is left of the chunk as it was, and in between vertices that are bound anew.
 std::shared_ptr<const SkinChunk> Skin::bind_chunk(const SplitTopology& topology, size_t chunk,
                                                   Scratch& io_scratch) const {
@@ -162,6 +178,7 @@ std::shared_ptr<const SkinChunk> Skin::bind_chunk(const SplitTopology& topology,
     }
     keep_until(n);
     made->influence = pool.memory();
+    invariant("weights sum to one", [&] { return sum_to_one(*made); });
     return made;
 }
 

@@ -3,7 +3,9 @@
 #include <numbers>
 
 #include "nodes/files/compression.h"
+#include "nodes/graph/field_parameters.h"
 #include "solver/data/rotations.h"
+#include "solver/scene/scene_fields.h"
 
 namespace sunder {
 
@@ -27,26 +29,10 @@ ParameterDescription rotation_parameter(Animation animation, std::string sentenc
             .animatable = animation == Animation::animatable};
 }
 
-ParameterDescription friction_parameter(Animation animation) {
-    return {.name = "friction",
-            .label = "Friction",
-            .type = ParameterType::number,
-            .min = 0,
-            .max = 10,
-            .default_value = 0.5,
-            .sentence = "Coulomb friction: tangential force per normal force that a contact can bear before it slides",
-            .animatable = animation == Animation::animatable};
-}
-
-ParameterDescription restitution_parameter(Animation animation) {
-    return {.name = "restitution",
-            .label = "Restitution",
-            .type = ParameterType::number,
-            .min = 0,
-            .max = 1,
-            .default_value = 0.0,
-            .sentence = "Share of the approach speed with which a contact bounces",
-            .animatable = animation == Animation::animatable};
+ParameterDescription surface_parameter(std::string_view name) {
+    ParameterDescription parameter = parameter_of(*find_field(material_fields(), name));
+    parameter.animatable = false;
+    return parameter;
 }
 
 ParameterDescription velocity_parameter() {

@@ -10,10 +10,9 @@ enum class Animation { constant, animatable };
 
 ParameterDescription position_parameter(Animation animation, std::string sentence);  // "position", m
 ParameterDescription rotation_parameter(Animation animation, std::string sentence);  // "rotation", degrees
-ParameterDescription friction_parameter(Animation animation);
-ParameterDescription restitution_parameter(Animation animation);
-ParameterDescription velocity_parameter();          // "velocity", m/s, at the start
-ParameterDescription angular_velocity_parameter();  // "angular_velocity", degrees/s, at the start
+ParameterDescription surface_parameter(std::string_view name);  // "friction" or "restitution", as bodies have them
+ParameterDescription velocity_parameter();                      // "velocity", m/s, at the start
+ParameterDescription angular_velocity_parameter();              // "angular_velocity", degrees/s, at the start
 
 ParameterDescription radius_parameter(std::string sentence);  // "radius", m
 ParameterDescription size_parameter();                        // "size" of a box, m

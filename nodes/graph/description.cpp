@@ -22,6 +22,12 @@ const ParameterDescription* NodeDescription::find_parameter(std::string_view nam
     return found == parameters.end() ? nullptr : &*found;
 }
 
+const Json& ParameterDescription::default_of(int graph_version) const {
+    for (const FormerDefault& former : former_defaults)
+        if (graph_version <= former.last_version) return former.value;
+    return default_value;
+}
+
 std::string_view name_of(SocketType type) {
     constexpr std::array names = {"mesh", "fragments", "body",  "rigid_body",  "collider",
                                   "pin",  "force",     "state", "visual_mesh", "bake_item"};
@@ -67,7 +73,9 @@ Json to_json(const ParameterDescription& p) {
     json["sentence"] = p.sentence;
     json["animatable"] = p.animatable;
     json["nullable"] = p.nullable;
-    if (!p.null_name.empty()) json["null_name"] = p.null_name;
+    json["automatic"] = p.automatic;
+    for (const FormerDefault& former : p.former_defaults)
+        json["former_defaults"].push_back({{"last_version", former.last_version}, {"default", former.value}});
     if (!p.choices.empty()) json["choices"] = p.choices;
     if (!p.aliases.empty()) json["aliases"] = p.aliases;
     return json;

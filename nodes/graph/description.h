@@ -39,6 +39,15 @@ enum class ParameterType {
     points,         // [[x, y, z], ...]
 };
 
+/// What a parameter takes that may be automatic.
+constexpr const char* kAutomatic = "auto";
+
+/// What a parameter was left at before it got another default.
+struct FormerDefault {
+    int last_version;  // of graphs that have it
+    Json value;
+};
+
 struct ParameterDescription {
     std::string name = {};   // as in files and scripts, snake_case
     std::string label = {};  // as artists read it
@@ -47,14 +56,18 @@ struct ParameterDescription {
     std::optional<double> min = {}, max = {};  // of each component
     bool min_excluded = false, max_excluded = false;
     Json default_value = {};
-    std::string sentence = {};              // what it does, limits that the range cannot tell
-    bool animatable = false;                // may be {"keys": [[frame, value], ...], "interpolation": "linear"|"step"}
-    bool nullable = false;                  // may be null; the sentence says what that means
-    std::string null_name = {};             // of one that may be null: a word that stands for null, "auto"
-    std::vector<Json> choices = {};         // permitted values of a choice (texts) or an integer (numbers)
-    std::vector<std::string> aliases = {};  // names that it had before; files that use them still load
+    std::string sentence = {};  // what it does, limits that the range cannot tell
+    bool animatable = false;    // may be {"keys": [[frame, value], ...], "interpolation": "linear"|"step"}
+    bool nullable = false;      // may be null; the sentence says what that means
+    bool automatic = false;     // may be "auto"; the sentence says what that means
+    std::vector<FormerDefault> former_defaults = {};  // ascending by version
+    std::vector<Json> choices = {};                   // permitted values of a choice (texts) or an integer (numbers)
+    std::vector<std::string> aliases = {};            // names that it had before; files that use them still load
     std::vector<std::pair<Json, Json>> former_values =
         {};  // of a choice: what it took before, and which choice that is
+
+    /// In graphs of that version.
+    const Json& default_of(int graph_version) const;
 };
 
 struct NodeDescription {

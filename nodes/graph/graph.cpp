@@ -83,7 +83,7 @@ Result<SocketReference> parse_reference(std::string_view text) {
 ParameterValue GraphNode::value(const ParameterDescription& parameter) const {
     const auto found = given.find(parameter.name);
     if (found != given.end()) return found->second;
-    Result<ParameterValue> value = ParameterValue::check(parameter, parameter.default_value, name);
+    Result<ParameterValue> value = ParameterValue::check(parameter, parameter.default_of(graph_version), name);
     assert(value && "a default value does not fit its own description");
     return value.take();
 }
@@ -173,6 +173,7 @@ Status Graph::add_node(const std::string& name, const std::string& type) {
     }
     auto node = std::make_unique<GraphNode>();
     node->name = name;
+    node->graph_version = impl_->version;
     node->type = found;
     node->inputs.resize(found->description.inputs.size());
     impl_->by_name[name] = node.get();
@@ -296,6 +297,7 @@ Result<Json> Graph::parameter_at(const std::string& name, const std::string& par
     return (*node)->value(**description).at(frame);
 }
 
+int Graph::version() const { return impl_->version; }
 double Graph::frame_rate() const { return impl_->frame_rate; }
 std::array<int, 2> Graph::frame_range() const { return impl_->frame_range; }
 int Graph::threads() const { return impl_->threads; }

@@ -30,6 +30,10 @@ Result<SocketReference> parse_reference(std::string_view text);
 
 enum class Defaults { leave_out, write };
 
+/// Of graphs, under the key "sunder" of their files: new ones have the latest, and older ones keep what they were
+/// written with. Version 2: `damping_time` of bodies is "auto" where it is left out.
+constexpr int kFirstGraphVersion = 1, kLatestGraphVersion = 2;
+
 /// Every edit is checked where it enters: unknown names (the nearest permitted one is offered), wrong types, values out
 /// of range, wires that do not fit and cycles are refused with Error::node and Error::parameter set, code bad_input,
 /// and leave the graph as it was. Not to be used from two threads at once.
@@ -66,6 +70,7 @@ public:
     Result<Json> parameter_at(const std::string& node, const std::string& parameter, double frame) const;
 
     // Settings of the whole.
+    int version() const;                     // decides what parameters are that are left out
     double frame_rate() const;               // frames per second
     std::array<int, 2> frame_range() const;  // first and last frame, both included
     int threads() const;

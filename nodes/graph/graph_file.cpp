@@ -15,15 +15,19 @@
 namespace sunder {
 namespace {
 
-constexpr int kVersion = 1;  // of the file's form, under the key "sunder"
+Result<int> read_version(const Json& json, const std::string& where) {
+    const std::string latest = std::to_string(kLatestGraphVersion);
+    if (!json.is_object() || !json.contains("sunder"))
+        return bad_input(where, "not a graph of Sunder",
+                         "a graph is an object {\"sunder\": " + latest + ", \"nodes\": {...}}");
+    for (int version = kFirstGraphVersion; version <= kLatestGraphVersion; ++version)
+        if (json["sunder"] == version) return version;
+    return bad_input(where, "graph version " + json["sunder"].dump() + " is not known",
+                     "this version of Sunder reads versions " + std::to_string(kFirstGraphVersion) + " to " + latest);
+}
 
 Status read_settings(const Json& json, const std::string& where, Graph& io_graph) {
     static const std::vector<std::string> kNames = {"sunder", "frame_rate", "frame_range", "nodes"};
-    if (!json.is_object() || !json.contains("sunder"))
-        return bad_input(where, "not a graph of Sunder", "a graph is an object {\"sunder\": 1, \"nodes\": {...}}");
-    if (json["sunder"] != kVersion)
-        return bad_input(where, "graph version " + json["sunder"].dump() + " is not known",
-                         "this version of Sunder reads version 1");
     for (const auto& [name, unused] : json.items())
         if (std::ranges::find(kNames, name) == kNames.end())
             return bad_input(where, "a graph has no setting '" + name + "'", permitted_text(name, kNames));
@@ -86,6 +90,9 @@ Result<Graph> Graph::from_json_text(std::string_view text, const std::string& wh
     Result<Json> json = parse_json(text, where);
     if (!json) return json.error();
     Graph graph(registry);
+    const Result<int> version = read_version(*json, where);
+    if (!version) return version.error();
+    graph.impl_->version = *version;
     graph.set_base_folder(base_folder);
     if (Status ok = read_settings(*json, where, graph); !ok) return ok.error();
     if (Status ok = add_nodes((*json)["nodes"], graph); !ok) return ok.error();
@@ -110,7 +117,7 @@ Result<Graph> Graph::load(const std::string& path, const Registry& registry) {
 
 Json Graph::to_json(Defaults defaults) const {
     const double rate = impl_->frame_rate;
-    Json json = {{"sunder", kVersion},
+    Json json = {{"sunder", impl_->version},
                  {"frame_rate", rate == std::trunc(rate) ? Json(static_cast<int64_t>(rate)) : Json(rate)},
                  {"frame_range", impl_->frame_range}};
     Json& nodes = json["nodes"] = Json::object();

@@ -34,6 +34,7 @@ struct CachedValue {
 
 struct GraphNode {
     std::string name;
+    int graph_version = kLatestGraphVersion;
     const NodeType* type;
     std::map<std::string, ParameterValue> given;  // parameters that are not left at their default
     std::vector<std::vector<Wire>> inputs;        // for each input socket of the description
@@ -64,6 +65,7 @@ struct GraphImpl {
     const Registry* registry;
     std::vector<std::unique_ptr<GraphNode>> nodes;  // in the order in which they were added
     std::map<std::string, GraphNode*, std::less<>> by_name;
+    int version = kLatestGraphVersion;
     double frame_rate = 24;
     std::array<int, 2> frame_range = {1, 96};
     int threads = 0;

@@ -30,6 +30,7 @@ public:
     virtual Json value(std::string_view name) const = 0;
 
     bool is_null(std::string_view name) const { return value(name).is_null(); }
+    bool is_automatic(std::string_view name) const { return value(name) == kAutomatic; }
     bool boolean(std::string_view name) const { return value(name).get<bool>(); }
     int integer(std::string_view name) const { return value(name).get<int>(); }
     double number(std::string_view name) const { return value(name).get<double>(); }

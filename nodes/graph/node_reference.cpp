@@ -1,7 +1,7 @@
 // docs/nodes.md: written from the descriptions, so that it cannot go stale.
 #include <array>
 
-#include "nodes/graph/registry.h"
+#include "nodes/graph/graph.h"
 
 namespace sunder {
 namespace {
@@ -39,14 +39,18 @@ std::string socket_rows(const NodeDescription& node) {
 
 std::string parameter_row(const ParameterDescription& p) {
     std::string type(name_of(p.type));
-    if (p.nullable) type += " or " + (p.null_name.empty() ? "null" : p.null_name);
+    if (p.nullable) type += " or null";
+    if (p.automatic) type += " or " + code(Json(kAutomatic).dump());
     if (p.animatable) type += ", animatable";
     std::string sentence = p.sentence + ".";
     for (const std::string& alias : p.aliases) sentence += " Formerly " + code(alias) + ".";
+    for (const FormerDefault& former : p.former_defaults)
+        sentence += " Left out in a graph of version " + std::to_string(former.last_version) + ": " +
+                    code(former.value.dump()) + ".";
     for (const auto& [former, choice] : p.former_values)
         sentence += " Formerly " + code(former.dump()) + " for " + code(choice.get<std::string>()) + ".";
     return "| " + code(p.name) + " | " + p.label + " | " + type + " | " + cell(p.unit) + " | " +
-           code(p.default_value.is_null() && !p.null_name.empty() ? p.null_name : p.default_value.dump()) + " | " +
+           code(p.default_value.dump()) + " | " +
            cell(permitted(p)) + " | " + cell(sentence) + " |\n";
 }
 
@@ -71,7 +75,9 @@ std::string node_reference_markdown(const Registry& registry) {
         "may be "
         "`{\"keys\": [[frame, value], ...], \"interpolation\": \"linear\"}` (or `\"step\"`): it holds its first and "
         "last value outside its "
-        "keys. Null is written `null`. Lengths are metres, z is up.\n\n";
+        "keys. Null is written `null`. Lengths are metres, z is up. A graph file begins with its version, "
+        "`\"sunder\": " +
+        std::to_string(kLatestGraphVersion) + "`; what a graph of an older one leaves out is what it was then.\n\n";
     for (const auto& [category, title] : kCategories) {
         text += "## " + std::string(title) + "\n\n";
         for (const NodeType& type : registry.types())

@@ -58,7 +58,8 @@ public:
     Error wrong_type(const Json& value) const {
         std::string what = "takes " + std::string(expected_text(description_.type)) + ", not " + shown(value);
         std::string mend;
-        if (description_.nullable) mend = "or " + (description_.null_name.empty() ? "null" : description_.null_name);
+        if (description_.nullable) mend = "or null";
+        if (description_.automatic) mend = "or \"auto\"";
         if (value.is_object() && value.contains("keys") && !description_.animatable) mend = "it cannot be animated";
         if (value.is_string() && value.get_ref<const std::string&>().starts_with("@")) mend = "wires go to sockets";
         return error(std::move(what), std::move(mend));
@@ -69,7 +70,7 @@ public:
             if (description_.nullable) return Json(nullptr);
             return wrong_type(value);
         }
-        if (!description_.null_name.empty() && value == description_.null_name) return Json(nullptr);
+        if (description_.automatic && value == kAutomatic) return value;
         switch (description_.type) {
             case ParameterType::boolean:
                 return value.is_boolean() ? Result<Json>(value) : wrong_type(value);
@@ -239,8 +240,10 @@ Result<ParameterValue> ParameterValue::check(const ParameterDescription& descrip
                                  "sort them; one key a frame");
         Result<Json> checked = checker.single(key[1]);
         if (!checked) return checked.error();
-        if (checked->is_null() && result.interpolation_ == Interpolation::linear)
-            return checker.error("null cannot be blended at frame " + shown(key[0]), "use interpolation step");
+        const bool may_blend = !checked->is_null() && !(description.automatic && *checked == kAutomatic);
+        if (!may_blend && result.interpolation_ == Interpolation::linear)
+            return checker.error(shown(*checked) + " cannot be blended at frame " + shown(key[0]),
+                                 "use interpolation step");
         result.keys_.push_back({frame, checked.take()});
     }
     return result;

@@ -7,7 +7,9 @@
 #include "fracture_tools/mesh/layer_property.h"
 #include "fracture_tools/skin/particle_transforms.h"
 #include "fracture_tools/skin/skinning.h"
+#include "nodes/graph/field_parameters.h"
 #include "nodes/graph/nearest_name.h"
+#include "solver/scene/scene_fields.h"
 #include "solver/solver.h"
 
 namespace sunder {
@@ -340,7 +342,6 @@ Table table_of(const Value& value) {
 Json json_of(const Vec3& v) { return Json::array({v.x(), v.y(), v.z()}); }
 Json json_of(const Quat& q) { return Json::array({q.w(), q.x(), q.y(), q.z()}); }
 Json json_of(const Pose& p) { return {{"position", json_of(p.position)}, {"orientation", json_of(p.orientation)}}; }
-Json json_of(double may_be_never) { return may_be_never == kNever ? Json(nullptr) : Json(may_be_never); }
 
 Json json_of(const Shape& s) {
     switch (s.kind) {
@@ -361,19 +362,6 @@ Json json_of(const Shape& s) {
     return nullptr;
 }
 
-Json json_of(const Material& m) {
-    return {{"youngs_modulus", m.youngs_modulus},
-            {"poisson_ratio", m.poisson_ratio},
-            {"damping_time", m.damping_time},
-            {"yield", json_of(m.yield)},
-            {"flow_rate", m.flow_rate},
-            {"hardening", m.hardening},
-            {"toughness", json_of(m.toughness)},
-            {"compressive_toughness", json_of(m.compressive_toughness)},
-            {"friction", m.friction},
-            {"restitution", m.restitution}};
-}
-
 Json info_of(const TriMesh& m) { return {{"materials", m.material_names}}; }
 Json info_of(const FragmentSet& s) {
     return {{"materials", s.material_names}, {"interior_material", s.interior_material},
@@ -385,7 +373,7 @@ Json info_of(const BodyValue& b) {
             {"pose", json_of(b.pose)},
             {"velocity", json_of(b.velocity)},
             {"angular_velocity", json_of(b.angular_velocity)},
-            {"material", json_of(b.material)}};
+            {"material", json_of_fields(material_fields(), b.material)}};
 }
 Json info_of(const RigidBody& r) {
     return {{"name", r.name}, {"shape", json_of(r.shape)}, {"mass", r.mass}, {"pose", json_of(r.pose)}};
@@ -413,16 +401,7 @@ Json info_of(const StateValue& s) {
             {"time", s.state->time},
             {"bodies", bodies},
             {"rigid_bodies", rigid},
-            {"report",
-             {{"edges_broken", s.report.edges_broken},
-              {"contacts", s.report.contacts},
-              {"n_components", s.report.n_components},
-              {"asleep", s.report.asleep},
-              {"predict_s", s.report.predict_s},
-              {"shape_s", s.report.shape_s},
-              {"contact_s", s.report.contact_s},
-              {"momentum_s", s.report.momentum_s},
-              {"fracture_s", s.report.fracture_s}}}};
+            {"report", json_of_fields(report_fields(), s.report)}};
 }
 Json info_of(const BodyMesh& m) {
     return {{"on_body", m.body},

@@ -1,7 +1,13 @@
 // body: gives fragments a material and a place.
+#include <algorithm>
+#include <iterator>
+
 #include "fracture_tools/fragments/simulation_mesh_builder.h"
 #include "nodes/graph/common_parameters.h"
+#include "nodes/graph/field_parameters.h"
 #include "nodes/graph/node_list.h"
+#include "solver/scene/scales.h"
+#include "solver/scene/scene_fields.h"
 
 namespace sunder {
 namespace {
@@ -39,19 +45,10 @@ ContentKey placed_key(CookContext& context, const Parameters& p) {
     return hasher.key();
 }
 
-Material material_of(const Parameters& p) {
+Material material_of(const Parameters& p, const SimulationMesh& rest) {
     Material m;
-    m.youngs_modulus = p.number("youngs_modulus");
-    m.poisson_ratio = p.number("poisson_ratio");
-    m.damping_time = p.number("damping_time");
-    m.yield = p.number_or("yield", kNever);
-    m.flow_rate = p.number("flow_rate");
-    m.hardening = p.number("hardening");
-    m.toughness = p.number_or("toughness", kNever);
-    m.compressive_toughness = p.number_or("compressive_toughness", kNever);
-    m.stiffness = p.number("stiffness");
-    m.friction = p.number("friction");
-    m.restitution = p.number("restitution");
+    read_fields(p, material_fields(), m);
+    if (p.is_automatic("damping_time")) m.damping_time = automatic_damping_time(rest, m.youngs_modulus);
     return m;
 }
 
@@ -65,14 +62,22 @@ Result<Value> cook(CookContext& context) {
         placed = {key, value.take()};
     }
     BodyValue body = placed.value;
-    body.material = material_of(p);
+    body.material = material_of(p, *body.rest);
     if (Status ok = body.material.check("node '" + context.node() + "'"); !ok) return ok.error();
     return make_value(std::move(body));
 }
 
-ParameterDescription material(ParameterDescription parameter) {
-    parameter.animatable = true;
-    return parameter;
+std::vector<ParameterDescription> material_parameters() {
+    std::vector<ParameterDescription> parameters = parameters_of(material_fields());
+    ParameterDescription& damping_time =
+        *std::ranges::find(parameters, std::string("damping_time"), &ParameterDescription::name);
+    damping_time.automatic = true;
+    damping_time.former_defaults = {{1, damping_time.default_value}};
+    damping_time.default_value = kAutomatic;
+    damping_time.sentence +=
+        ". \"auto\": 0.3 of the time that a wave takes through a fragment of the body's mean size, so that what a hit "
+        "sets ringing dies away as soon in stiff bodies as in soft ones, and not before they bounce";
+    return parameters;
 }
 
 }  // namespace
@@ -101,75 +106,8 @@ NodeType body_node() {
          .max = 1e6,
          .min_excluded = true,
          .default_value = 1000.0,
-         .sentence = "Mass per volume"},
-        material({.name = "youngs_modulus",
-                  .label = "Young's Modulus",
-                  .unit = "Pa",
-                  .min = 0,
-                  .max = 1e12,
-                  .min_excluded = true,
-                  .default_value = 2e5,
-                  .sentence = "Stiffness: stress per stretch (rubber 1e6, wood 1e10, steel 2e11)"}),
-        material({.name = "poisson_ratio",
-                  .label = "Poisson's Ratio",
-                  .min = 0,
-                  .max = 0.45,
-                  .default_value = 0.0,
-                  .sentence = "Thinning across per stretch along; solids keep their volume better as it nears 0.5"}),
-        material({.name = "damping_time",
-                  .label = "Damping Time",
-                  .unit = "s",
-                  .min = 0,
-                  .max = 1,
-                  .default_value = 2e-3,
-                  .sentence = "Damping inside the material, stress by strain rate over stiffness: a free vibration of "
-                              "period T falls by exp(-2 pi^2 x this / T) each time. Where something touches, "
-                              "substeps longer than this damp more by themselves; none in gauss_seidel"}),
-        // Not animatable: it is where each group's own yield starts, which then lives in the state and hardens.
-        {.name = "yield",
-         .label = "Yield",
-         .min = 0,
-         .min_excluded = true,
-         .default_value = nullptr,
-         .sentence = "Change of shape (logarithmic strain without its change of volume) from which it stays dented; "
-                     "null: never",
-         .nullable = true},
-        material({.name = "flow_rate",
-                  .label = "Flow Rate",
-                  .unit = "1/s",
-                  .min = 0,
-                  .max = 1e6,
-                  .default_value = 30.0,
-                  .sentence = "How fast strain beyond the yield becomes permanent: its share per second"}),
-        material({.name = "hardening",
-                  .label = "Hardening",
-                  .min = 0,
-                  .max = 1e3,
-                  .default_value = 0.0,
-                  .sentence = "Growth of the yield per permanent strain"}),
-        material({.name = "toughness",
-                  .label = "Toughness",
-                  .min = 0,
-                  .min_excluded = true,
-                  .default_value = nullptr,
-                  .sentence = "Stretch (principal logarithmic strain) at which it tears; null: never",
-                  .nullable = true}),
-        material({.name = "compressive_toughness",
-                  .label = "Compressive Toughness",
-                  .min = 0,
-                  .min_excluded = true,
-                  .default_value = nullptr,
-                  .sentence = "Squeeze (principal logarithmic strain) at which it is crushed; null: never",
-                  .nullable = true}),
-        material({.name = "stiffness",
-                  .label = "Stiffness",
-                  .min = 0,
-                  .max = 1,
-                  .default_value = 1.0,
-                  .sentence =
-                      "Of the solver's method gauss_seidel alone: share of the way to the goal shape per iteration"}),
-        friction_parameter(Animation::animatable),
-        restitution_parameter(Animation::animatable)};
+         .sentence = "Mass per volume"}};
+    std::ranges::move(material_parameters(), std::back_inserter(d.parameters));
     return {.description = d, .cook = cook};
 }
 

@@ -172,8 +172,8 @@ NodeType collider_node() {
          .min_excluded = true,
          .default_value = 1.0,
          .sentence = "Of the capsule between the centres of its two caps"},
-        friction_parameter(Animation::constant),
-        restitution_parameter(Animation::constant)};
+        surface_parameter("friction"),
+        surface_parameter("restitution")};
     for (ParameterDescription& p : mesh_parameters()) d.parameters.push_back(std::move(p));
     return {.description = d, .cook = cook};
 }

@@ -57,7 +57,7 @@ PrefractureSettings settings_of(const Parameters& p) {
     settings.sharp_angle = p.number("sharp_angle");
     settings.repair.mode = chosen(kRepairs, p.text("repair"));
     settings.repair.thickness = p.number("thickness");
-    if (!p.is_null("weld_distance")) settings.repair.weld_distance = p.number("weld_distance");
+    if (!p.is_automatic("weld_distance")) settings.repair.weld_distance = p.number("weld_distance");
     settings.repair.wrap_detail = p.number("wrap_detail");
     settings.interior = {.detail = p.number("interior_detail"),
                          .noise = p.number("noise"),
@@ -186,11 +186,10 @@ std::vector<ParameterDescription> repair_parameters() {
          .unit = "m",
          .min = 0,
          .max = 1e6,
-         .default_value = nullptr,
+         .default_value = kAutomatic,
          .sentence = "How far apart the sides of a seam may lie to be welded, where the mesh is open; auto: found from "
                      "the gap between boundary edges that run side by side; 0: equal positions alone",
-         .nullable = true,
-         .null_name = "auto"},
+         .automatic = true},
         {.name = "wrap_detail",
          .label = "Wrap Detail",
          .type = ParameterType::number,

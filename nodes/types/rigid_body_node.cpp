@@ -50,8 +50,8 @@ NodeType rigid_body_node() {
                     rotation_parameter(Animation::constant, "About the centre at the first frame"),
                     velocity_parameter(),
                     angular_velocity_parameter(),
-                    friction_parameter(Animation::constant),
-                    restitution_parameter(Animation::constant)};
+                    surface_parameter("friction"),
+                    surface_parameter("restitution")};
     return {.description = d, .cook = cook};
 }
 

@@ -1,8 +1,10 @@
 // solver: moves all bodies together; any frame may be asked for.
+#include "nodes/graph/field_parameters.h"
 #include "nodes/graph/node_list.h"
 #include "nodes/types/solver_scene.h"
 #include "nodes/types/state_cache.h"
 #include "solver/presets.h"
+#include "solver/scene/scene_fields.h"
 #include "solver/solver.h"
 
 namespace sunder {
@@ -211,113 +213,45 @@ std::string preset_texts() {
     return text;
 }
 
+bool is_of_preset(std::string_view name) {
+    return name == "substeps" || name == "iterations" || name == "hit_substeps";
+}
+
+// The method, and what is no field of the settings, among these.
 std::vector<ParameterDescription> parameters() {
-    return {{.name = "method",
-             .label = "Method",
-             .type = ParameterType::choice,
-             .default_value = "projective",
-             .sentence = "projective: stiffness in Pa, however stiff; jacobi: the same by cheap sweeps that leave "
-                         "stiff bodies too soft; "
-                         "gauss_seidel: the paper's, for comparison, with the bodies' `stiffness` as a share per sweep",
-             .choices = {"projective", "jacobi", "gauss_seidel"}},
-            {.name = "preset",
-             .label = "Preset",
-             .type = ParameterType::choice,
-             .default_value = "default",
-             .sentence = "Speed against accuracy, as docs/images/chart.svg shows it: " + preset_texts() +
-                         "; what substeps, iterations or hit_substeps say goes before",
-             .choices = preset_names()},
-            {.name = "substeps",
-             .label = "Substeps",
-             .type = ParameterType::integer,
-             .min = 1,
-             .max = 1000,
-             .default_value = nullptr,
-             .sentence = "Steps per frame: more for stiff materials and fast impacts, even numbers are more accurate; "
-                         "null: the preset's",
-             .nullable = true},
-            {.name = "iterations",
-             .label = "Iterations",
-             .type = ParameterType::integer,
-             .min = 1,
-             .max = 1000,
-             .default_value = nullptr,
-             .sentence = "Sweeps per substep: more carry a push further through a body; soft things that lie on one "
-                         "another take two at least; null: the preset's",
-             .nullable = true},
-            {.name = "hit_substeps",
-             .label = "Hit Substeps",
-             .type = ParameterType::integer,
-             .min = 1,
-             .max = 256,
-             .default_value = nullptr,
-             .sentence = "Of method projective: parts, at most, of a substep in which something is hit so fast that it "
-                         "may break: as many as let the hit's waves run from fragment to fragment, so that it breaks "
-                         "as much with few substeps as with many; stiff things need more. 1: never divided; null: the "
-                         "preset's",
-             .nullable = true},
-            {.name = "crack_passes",
-             .label = "Crack Passes",
-             .type = ParameterType::integer,
-             .min = 1,
-             .max = 64,
-             .default_value = 4,
-             .sentence = "How often in a substep a hit may break things. With 1, as in the paper, its cracks run one "
-                         "ring of fragments a substep; with more it breaks nearly as much with few substeps as with "
-                         "many, but what hangs together with the cracks takes the substep again each time"},
-            {.name = "error_budget",
-             .label = "Error Budget",
-             .min = 0,
-             .max = 1,
-             .default_value = 0.0,
-             .sentence =
-                 "Above 0, the solver chooses substeps (1 to 64) and iterations frame by frame, so that oscillations "
-                 "and the time of breaking are wrong by about this share at most (0.02: 2 %) and quiet frames "
-                 "cost little; 0: as preset, substeps and iterations say"},
-            {.name = "over_relaxation",
-             .label = "Over-Relaxation",
-             .min = 0.1,
-             .max = 1.9,
-             .default_value = 1.5,
-             .sentence =
-                 "Of method jacobi: how far each sweep goes beyond its own answer, to arrive sooner; 1: not at all. "
-                 "Odd numbers of iterations take only as much as ends near the goal (three: 1.58)"},
-            {.name = "gravity",
-             .label = "Gravity",
-             .type = ParameterType::vector3,
-             .unit = "m/s2",
-             .min = -1e6,
-             .max = 1e6,
-             .default_value = {0.0, 0.0, -9.81},
-             .sentence = "Acceleration of all that may move",
-             .animatable = true},
-            {.name = "damping",
-             .label = "Damping",
-             .unit = "1/s",
-             .min = 0,
-             .max = 1e4,
-             .default_value = 0.0,
-             .sentence = "Velocities die away as exp(-damping x time)"},
-            {.name = "depenetration_speed",
-             .label = "Depenetration Speed",
-             .unit = "m/s",
-             .min = 0,
-             .max = 1e4,
-             .min_excluded = true,
-             .default_value = 1.0,
-             .sentence = "Fastest at which parts that overlap already are pushed apart"},
-            {.name = "self_collision",
-             .label = "Self-Collision",
-             .type = ParameterType::boolean,
-             .default_value = true,
-             .sentence = "Particles of one body collide with one another where no edge joins them"},
-            {.name = "sleeping",
-             .label = "Sleeping",
-             .type = ParameterType::boolean,
-             .default_value = true,
-             .sentence = "What has not moved for half a second (looked at four times a second) is left out, and costs "
-                         "nothing, until something touches it or what acts on it changes; off: everything is "
-                         "simulated at all times"}};
+    std::vector<ParameterDescription> all = {
+        {.name = "method",
+         .label = "Method",
+         .type = ParameterType::choice,
+         .default_value = "projective",
+         .sentence = "projective: stiffness in Pa, however stiff; jacobi: the same by cheap sweeps that leave "
+                     "stiff bodies too soft; "
+                     "gauss_seidel: the paper's, for comparison, with the bodies' `stiffness` as a share per sweep",
+         .choices = {"projective", "jacobi", "gauss_seidel"}},
+        {.name = "preset",
+         .label = "Preset",
+         .type = ParameterType::choice,
+         .default_value = "default",
+         .sentence = "Speed against accuracy, as docs/images/chart.svg shows it: " + preset_texts() +
+                     "; what substeps, iterations or hit_substeps say goes before",
+         .choices = preset_names()}};
+    for (const Field<SolverSettings>& field : settings_fields()) {
+        const std::string_view name = field.description.name;
+        ParameterDescription parameter = parameter_of(field);
+        if (is_of_preset(name)) parameter.default_value = nullptr, parameter.nullable = true;
+        all.push_back(std::move(parameter));
+        if (name == "over_relaxation")
+            all.push_back({.name = "gravity",
+                           .label = "Gravity",
+                           .type = ParameterType::vector3,
+                           .unit = "m/s2",
+                           .min = -1e6,
+                           .max = 1e6,
+                           .default_value = {0.0, 0.0, -9.81},
+                           .sentence = "Acceleration of all that may move",
+                           .animatable = true});
+    }
+    return all;
 }
 
 }  // namespace

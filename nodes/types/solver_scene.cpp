@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "nodes/graph/field_parameters.h"
 #include "solver/presets.h"
+#include "solver/scene/scene_fields.h"
 
 namespace sunder {
 namespace {
@@ -10,12 +12,6 @@ namespace {
 void add(KeyHasher& io_hasher, const Shape& s) {
     io_hasher.add(static_cast<int>(s.kind)).add(s.radius).add(s.half_extents).add(s.half_height);
     if (s.kind == ShapeKind::mesh) io_hasher.add(s.grid->key);
-}
-
-void add(KeyHasher& io_hasher, const Material& m) {
-    for (const double v : {m.youngs_modulus, m.poisson_ratio, m.damping_time, m.yield, m.flow_rate, m.hardening,
-                           m.toughness, m.compressive_toughness, m.stiffness, m.friction, m.restitution})
-        io_hasher.add(v);
 }
 
 void add(KeyHasher& io_hasher, const std::vector<DrivenPose>& poses) {
@@ -116,16 +112,8 @@ SolverSettings settings_of(const Parameters& p) {
                : method == "jacobi"     ? Method::jacobi
                                         : Method::projective;
     const Preset& preset = *find_preset(p.text("preset"));
-    s.substeps = p.is_null("substeps") ? preset.substeps : p.integer("substeps");
-    s.iterations = p.is_null("iterations") ? preset.iterations : p.integer("iterations");
-    s.hit_substeps = p.is_null("hit_substeps") ? preset.hit_substeps : p.integer("hit_substeps");
-    s.crack_passes = p.integer("crack_passes");
-    s.error_budget = p.number("error_budget");
-    s.over_relaxation = p.number("over_relaxation");
-    s.damping = p.number("damping");
-    s.depenetration_speed = p.number("depenetration_speed");
-    s.self_collision = p.boolean("self_collision");
-    s.sleeping = p.boolean("sleeping");
+    s.substeps = preset.substeps, s.iterations = preset.iterations, s.hit_substeps = preset.hit_substeps;
+    read_fields(p, settings_fields(), s);
     return s;
 }
 
@@ -160,20 +148,9 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
 
 ContentKey key_of(const FrameInput& input, const SolverSettings& s) {
     KeyHasher hasher;
-    hasher.add(static_cast<int>(s.method))
-        .add(s.substeps)
-        .add(s.iterations)
-        .add(s.crack_passes)
-        .add(s.hit_substeps)
-        .add(s.over_relaxation)
-        .add(s.damping)
-        .add(s.error_budget);
-    hasher.add(s.depenetration_speed)
-        .add(s.self_collision)
-        .add(s.sleeping)
-        .add(input.duration)
-        .add(input.gravity)
-        .add(input.forces.size());
+    hasher.add(static_cast<int>(s.method));
+    add_fields(hasher, settings_fields(), s);
+    hasher.add(input.duration).add(input.gravity).add(input.forces.size());
     for (const Force& f : input.forces) hasher.add(f.acceleration).add(f.wind).add(f.drag);
     hasher.add(key_of(input.materials));
     add(hasher, input.pins);
@@ -184,7 +161,7 @@ ContentKey key_of(const FrameInput& input, const SolverSettings& s) {
 ContentKey key_of(const std::vector<Material>& materials) {
     KeyHasher hasher;
     hasher.add(materials.size());
-    for (const Material& m : materials) add(hasher, m);
+    for (const Material& m : materials) add_fields(hasher, material_fields(), m);
     return hasher.key();
 }
 

@@ -74,7 +74,8 @@ SUNDER_API const char* sunder_node_types_json(void);
 typedef struct sunder_graph sunder_graph;
 
 /* `abi_version` is SUNDER_ABI_VERSION of the header that the host was compiled with. Fails (SUNDER_BAD_USAGE, NULL in
- * `out_graph`) if the library does not speak it. */
+ * `out_graph`) if the library does not speak it. The graph has the latest version of graph files; one that is parsed or
+ * loaded has its own, which decides what parameters are that are left out. */
 SUNDER_API sunder_status sunder_graph_create(uint32_t abi_version, sunder_graph** out_graph);
 /* With a call or job at work: cancels it. The graph then goes when the call returns, or with the job
  * (sunder_job_finish, sunder_job_free). */
@@ -96,7 +97,8 @@ SUNDER_API sunder_status sunder_graph_remove_node(sunder_graph* graph, const cha
 SUNDER_API sunder_status sunder_graph_connect(sunder_graph* graph, const char* output, const char* input);
 SUNDER_API sunder_status sunder_graph_disconnect(sunder_graph* graph, const char* input);
 
-/* Parameters as JSON text: a value, null, or {"keys": [[frame, value], ...]}. Inputs too: "@node.socket" or a list. */
+/* Parameters as JSON text: a value, null, or {"keys": [[frame, value], ...]}; "auto" where a description says
+ * "automatic". Inputs too: "@node.socket" or a list. */
 SUNDER_API sunder_status sunder_graph_set(sunder_graph* graph, const char* node, const char* name, const char* json);
 SUNDER_API sunder_status sunder_graph_get(sunder_graph* graph, const char* node, const char* name,
                                           const char** out_json);

@@ -112,10 +112,8 @@ void add_parameters(CLI::App* command, const char* node, const char* type, Optio
         if (const std::string range = range_text(p); !range.empty()) help += "; " + range;
         for (const Json& c : p.choices)
             help += (&c == &p.choices.front() ? "; " : "|") + (c.is_string() ? c.get<std::string>() : c.dump());
-        const bool is_named_null = p.default_value.is_null() && !p.null_name.empty();
-        const std::string fallback = is_named_null                 ? p.null_name
-                                     : p.default_value.is_string() ? p.default_value.get<std::string>()
-                                                                   : p.default_value.dump();
+        const std::string fallback =
+            p.default_value.is_string() ? p.default_value.get<std::string>() : p.default_value.dump();
         command->add_option("--" + name, io_options.parameters[node][p.name], help + " [" + fallback + "]")
             ->type_name(std::string(name_of(p.type)));
     }

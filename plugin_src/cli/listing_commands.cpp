@@ -33,6 +33,7 @@ void print_node(const NodeDescription& d) {
     for (const ParameterDescription& p : d.parameters) {
         std::string kind(name_of(p.type));
         for (const Json& c : p.choices) kind += (&c == &p.choices.front() ? " " : "|") + value_text(c);
+        if (p.automatic) kind += std::string(" or ") + kAutomatic;
         if (const std::string range = range_text(p); !range.empty()) kind += ", " + range;
         if (!p.unit.empty()) kind += " " + p.unit;
         std::printf("  %-7s %-22s %-30s %s [%s%s]\n", "", p.name.c_str(), kind.c_str(), p.sentence.c_str(),

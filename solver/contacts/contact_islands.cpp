@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -68,6 +69,26 @@ void share_out(const ContactBodies& b, std::span<const ActiveContact> contacts, 
     std::ranges::stable_sort(io.by_share, comes_first);
 }
 
+// Whether each contact, and each piece and movable that contacts push, is in one island, and together with what it
+// touches.
+bool are_whole(const ContactBodies& b, std::span<const ActiveContact> contacts, const ContactIslands& islands) {
+    std::vector<uint32_t> of_piece(b.pieces.size(), kNone), of_movable(b.piece.size(), kNone);
+    const auto is_of = [](uint32_t& io_island, uint32_t island) {
+        if (io_island == kNone) io_island = island;
+        return io_island == island;
+    };
+    size_t n_contacts = 0;
+    for (uint32_t island = 0; island < islands.size(); ++island)
+        for (const uint32_t k : islands.contacts_of(island)) {
+            const Contact& c = contacts[k].contact;
+            ++n_contacts;
+            if (!is_of(of_piece[b.piece[c.a]], island) || !is_of(of_movable[c.a], island)) return false;
+            if (has_movable_b(c) && (!is_of(of_piece[b.piece[c.b]], island) || !is_of(of_movable[c.b], island)))
+                return false;
+        }
+    return n_contacts == contacts.size();
+}
+
 }  // namespace
 
 void find_islands(const ContactBodies& b, std::span<ActiveContact> io_contacts, size_t n_shares,
@@ -99,6 +120,7 @@ void find_islands(const ContactBodies& b, std::span<ActiveContact> io_contacts, 
     }
     list_what_they_touch(b, io_contacts, o_islands);
     share_out(b, io_contacts, n_shares, o_islands);
+    invariant("islands are whole", [&] { return are_whole(b, io_contacts, o_islands); });
 }
 
 }  // namespace sunder

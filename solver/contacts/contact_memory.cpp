@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "solver/contacts/depenetration.h"
+#include "solver/scene/scales.h"
 
 namespace sunder {
 namespace {
@@ -12,6 +13,8 @@ namespace {
 // piles of broken pieces swing (the force follows the deformation by a substep) and gives hits twice; less lets stacks
 // creep.
 constexpr double kRestingWarmStart = 0.9, kWarmStart = 0.5;
+// Of its arm, by how much a touching point may have moved and still be the one that it was.
+constexpr double kSamePoint = 0.1;
 // A force lasts as at most so many times what lasted of it before, and so many weights of the lighter thing; where
 // there is no gravity, as if there was some.
 constexpr double kGrowth = 1.5, kWeights = 10, kLeastAcceleration = 1;  // -, -, m/s2
@@ -52,10 +55,10 @@ void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, d
         if (!movable || c.wanted_gap <= -kLetPass) continue;
         const auto key = pair_of(c.contact);
         while (first < memory.size() && pair_of(memory[first]) < key) ++first;
-        // Of the points that this pair had, the nearest, if it moved by less than a tenth of its arm.
+        // Of the points that this pair had, the nearest.
         const Vec3 point = b.start_rotation[c.contact.a].conjugate() * c.arm_a;
         const ContactMemory* nearest = nullptr;
-        double least = 0.1 * point.norm();
+        double least = kSamePoint * point.norm();
         for (size_t k = first; k < memory.size() && pair_of(memory[k]) == key; ++k)
             if (const double d = (memory[k].point - point).norm(); d <= least) least = d, nearest = &memory[k];
         if (!nearest) continue;
@@ -91,7 +94,7 @@ void temper_warm_start(const ContactBodies& b, const ContactIslands& islands, ui
             b.pieces[p].inverse_mass * sum.shift.squaredNorm() + sum.turn.dot(b.pieces[p].inverse_inertia * sum.turn);
         sum = PieceMotion();
     }
-    const double fall = std::max(acceleration, kLeastAcceleration) * h * h;
+    const double fall = fall_in_step(h, std::max(acceleration, kLeastAcceleration));
     for (const uint32_t i : islands.movables_of(island))
         if (b.inverse_mass[i] > 0)
             there += ((b.moving[i].x - b.start_position[i]).squaredNorm() + fall * fall) / b.inverse_mass[i];

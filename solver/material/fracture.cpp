@@ -82,7 +82,35 @@ UnevenPlane weaker_plane(const LiveGroups& groups, uint32_t g, const Vec3& norma
     return {through, factor};
 }
 
+// Least toughness factor of the living edges from the centre of group g; kNever if all are glued, or there are none.
+double weakest_factor(const SimulationMesh& rest, const LiveTopology& live, uint32_t g) {
+    double weakest = kNever;
+    for (uint32_t s = live.begin(g); s < live.end(g); ++s)
+        if (live.member(s) != g) weakest = std::min(weakest, rest.edges[live.edge(s)].toughness_factor);
+    return weakest;
+}
+
+double toughness_of(const Material& own, Strained how) {
+    return how == Strained::pulled ? own.toughness : own.compressive_toughness;
+}
+
 }  // namespace
+
+double breaking_strain(const LiveGroups& groups, const Material& own, uint32_t g, Strained how, const Vec3& direction) {
+    const double toughness = toughness_of(own, how);
+    return groups.rest.group_uneven[g] ? toughness * weaker_plane(groups, g, oriented(direction)).factor : toughness;
+}
+
+double breaking_strain(const SimulationMesh& rest, const LiveTopology& live, const Material& own, uint32_t g,
+                       Strained how) {
+    const double toughness = toughness_of(own, how);
+    return rest.group_uneven[g] ? toughness * weakest_factor(rest, live, g) : toughness;
+}
+
+double breaking_strain(const SimulationMesh& rest, const LiveTopology& live, const Material& own, uint32_t g) {
+    const Strained weaker = own.compressive_toughness < own.toughness ? Strained::pressed : Strained::pulled;
+    return breaking_strain(rest, live, own, g, weaker);
+}
 
 GroupStrain group_strain(const Vec3& e, const Mat3& directions, const Quat& rotation, const Material& material) {
     int largest, smallest;
@@ -101,20 +129,14 @@ GroupStrain uneven_group_strain(const Vec3& e, const Mat3& directions, const Qua
                                 const LiveGroups& groups, uint32_t g) {
     GroupStrain worst;
     for (int i = 0; i < 3; ++i) {
-        const double reach = std::max(e(i) / material.toughness, -e(i) / material.compressive_toughness);
-        if (!(reach > worst.load * weakest_factor(groups.rest, groups.live, g))) continue;  // no plane can be worse
+        const Strained how = e(i) > 0 ? Strained::pulled : Strained::pressed;
+        const double strain = std::abs(e(i)), least = breaking_strain(groups.rest, groups.live, material, g, how);
+        if (!(strain > worst.load * least)) continue;  // no plane can be worse
         const Vec3 normal = rotation * directions.col(i);
-        const double load = reach / weaker_plane(groups, g, oriented(normal)).factor;
+        const double load = strain / breaking_strain(groups, material, g, how, normal);
         if (load > worst.load) worst = {load, e(i), normal};
     }
     return worst;
-}
-
-double weakest_factor(const SimulationMesh& rest, const LiveTopology& live, uint32_t g) {
-    double weakest = kNever;
-    for (uint32_t s = live.begin(g); s < live.end(g); ++s)
-        if (live.member(s) != g) weakest = std::min(weakest, rest.edges[live.edge(s)].toughness_factor);
-    return weakest;
 }
 
 namespace {

@@ -48,6 +48,10 @@ Mat3 stored_factor(const RightFactors& factors, size_t i) {
 
 }  // namespace
 
+double yield_strain(const SimulationMesh& rest, size_t particle, const Material& body) {
+    return body.yield * (rest.yield_factor.empty() ? 1.0 : rest.yield_factor[particle]);
+}
+
 void flow(std::span<FlowingGroup> groups, double h, const StretchKernels& kernels,
           std::array<FlowResult, 4>& o_results) {
     std::array<Excess, 4> excesses;

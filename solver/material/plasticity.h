@@ -18,6 +18,9 @@ constexpr double kMaxPlasticRatio = 8.0;
 /// one.
 constexpr double kHardeningCap = 0.9;
 
+/// Where the yield of a particle's group begins; from there on it is in the state, as it hardens.
+double yield_strain(const SimulationMesh& rest, size_t particle, const Material& body);
+
 struct PlasticState {
     Mat3 F_P = Mat3::Identity();  // symmetric, det 1
     double yield = kNever;        // -

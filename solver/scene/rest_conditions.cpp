@@ -1,6 +1,7 @@
 #include "solver/scene/rest_conditions.h"
 
 #include "solver/data/frame_state.h"
+#include "solver/scene/scene_fields.h"
 
 namespace sunder {
 namespace {
@@ -51,12 +52,7 @@ std::vector<uint64_t> rest_conditions(const FrameInput& input, bool self_collisi
     for (const Force& f : input.forces)
         for (int i = 0; i < 3; ++i) field.insert(field.end(), {f.acceleration[i], f.wind[i], f.drag});
     hashes.push_back(hash_of(field));
-    for (const Material& m : input.materials) {
-        const double numbers[] = {m.youngs_modulus, m.poisson_ratio, m.damping_time, m.yield,
-                                  m.flow_rate,      m.hardening,     m.toughness,    m.compressive_toughness,
-                                  m.stiffness,      m.friction,      m.restitution};
-        hashes.push_back(hash_of(numbers));
-    }
+    for (const Material& m : input.materials) hashes.push_back(hash_of(numbers_of(material_fields(), m)));
     for (const std::vector<DrivenPose>* driven : {&input.pins, &input.colliders})
         for (const DrivenPose& d : *driven) hashes.push_back(hash_of_drive(d, at == FrameEnd::begin ? d.begin : d.end));
     return hashes;

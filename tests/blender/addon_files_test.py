@@ -105,6 +105,42 @@ class Saved(FileCase):
         self.assertEqual([tree.name_full, self.status(tree).state], [name, "none"])
 
 
+class Before(FileCase):
+    """Trees that were saved before damping could be automatic: their nodes have nothing of the switch."""
+
+    def body(self):
+        return next(n for n in self.only_tree().nodes if n.sunder_type == "body")
+
+    def compiled(self):
+        return addon("compiler").compile_tree(self.only_tree(), self.scene).description
+
+    def test_they_keep_the_damping_that_they_had(self):
+        _, nodes = self.tree()
+        self.assertEqual(nodes["body"].parameter("damping_time"), "auto")
+        nodes["body"].property_unset("auto_damping_time")
+        self.save()
+        self.reopen()
+        self.assertEqual(self.body().parameter("damping_time"), 0.002)
+        self.assertEqual(self.compiled()["nodes"]["body"]["damping_time"], 0.002)
+        self.body().damping_time = 0.01
+        self.save()
+        self.reopen()
+        self.assertEqual(self.compiled()["nodes"]["body"]["damping_time"], 0.01)
+
+    def test_new_ones_and_their_copies_stay_automatic(self):
+        _, nodes = self.tree()
+        for node in nodes.values():
+            node.select = node == nodes["body"]
+        self.save()
+        self.reopen()
+        self.assertEqual(self.body().parameter("damping_time"), "auto")
+        self.assertEqual([self.compiled()["sunder"], self.compiled()["nodes"]["body"].get("damping_time")], [2, None])
+        self.body().set_parameters(damping_time=0.005)
+        self.assertEqual(self.body().parameter("damping_time"), 0.005)
+        self.body().set_parameters(damping_time="auto")
+        self.assertEqual(self.body().parameter("damping_time"), "auto")
+
+
 class Versions(FileCase):
     def test_a_second_version_plays_the_first_ones_bake_and_never_writes_into_it(self):
         self.save("v1.blend")

@@ -51,11 +51,11 @@ class Nodes(AddonCase):
         self.assertAlmostEqual(body.rotation[1], math.radians(30), places=6)
         self.assertEqual([pin.use_release_frame, pin.parameter("release_frame")], [False, None])
         cut = self.node(tree, "prefracture")
-        self.assertEqual([cut.use_weld_distance, cut.weld_distance, cut.parameter("weld_distance")], [False, 0, None])
+        self.assertEqual([cut.weld_distance, cut.parameter("weld_distance")], [0, "auto"])
         cut.set_parameters(weld_distance=1e-4)
         self.assertEqual(cut.parameter("weld_distance"), 1e-4)
         cut.set_parameters(weld_distance="auto")
-        self.assertIsNone(cut.parameter("weld_distance"))
+        self.assertEqual(cut.parameter("weld_distance"), "auto")
         with self.assertRaisesRegex(AttributeError, "no parameter 'toughnes'.*toughness"):
             body.parameter("toughnes")
 

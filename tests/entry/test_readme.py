@@ -24,7 +24,7 @@ class Readme(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
-        (self.folder / "beam.json").write_text(block("README.md", "json", '"sunder": 1'))
+        (self.folder / "beam.json").write_text(block("README.md", "json", '"sunder": 2'))
 
     def run_here(self, *command):
         environment = {**os.environ, "PYTHONPATH": str(ROOT / "plugin_src/python"), "PYTHONDONTWRITEBYTECODE": "1"}

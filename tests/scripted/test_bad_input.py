@@ -59,7 +59,7 @@ BAD_GRAPHS = {
     "no_nodes": ({"sunder": 1}, ["nodes"]),
     "nothing_to_bake": ({"sunder": 1, "nodes": {}}, ["bake_mesh"]),
     "not_a_graph": ({"name": "a web page"}, ["not a graph"]),
-    "later_version": ({"sunder": 2, "nodes": {}}, ["version 2"]),
+    "later_version": ({"sunder": 3, "nodes": {}}, ["version 3", "versions 1 to 2"]),
     "cut_off": (json.dumps(block_scene())[:-20], ["JSON"]),
     "cut_off_between_values": (json.dumps(block_scene())[:-1], ["ends too early"]),
     "not_json": ("v 0 0 0\nf 1 2 3\n", ["JSON"]),

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "solver/scene/motion.h"
+#include "solver/scene/scales.h"
 #include "solver/step.h"
 #include "tests/support/lattice_scene.h"
 

@@ -2,9 +2,8 @@
 // non-finite. Ranges come from the nodes' own descriptions, so a new parameter is swept as soon as it exists.
 #include <gtest/gtest.h>
 
-#include <map>
-
 #include "nodes/graph/registry.h"
+#include "solver/scene/scene_fields.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder {
@@ -24,32 +23,15 @@ struct Ends {
 
 // How a parameter of the nodes `body` and `solver` reaches the solver.
 std::function<void(Values&, double)> setter(const std::string& name) {
-    const auto member = [](auto path) { return [path](Values& s, double v) { path(s) = v; }; };
-    const std::map<std::string, std::function<void(Values&, double)>> setters = {
-        {"density", member([](Values& s) -> double& { return s.density; })},
-        {"youngs_modulus", member([](Values& s) -> double& { return s.material.youngs_modulus; })},
-        {"poisson_ratio", member([](Values& s) -> double& { return s.material.poisson_ratio; })},
-        {"damping_time", member([](Values& s) -> double& { return s.material.damping_time; })},
-        {"yield", member([](Values& s) -> double& { return s.material.yield; })},
-        {"flow_rate", member([](Values& s) -> double& { return s.material.flow_rate; })},
-        {"hardening", member([](Values& s) -> double& { return s.material.hardening; })},
-        {"toughness", member([](Values& s) -> double& { return s.material.toughness; })},
-        {"compressive_toughness", member([](Values& s) -> double& { return s.material.compressive_toughness; })},
-        {"stiffness", member([](Values& s) -> double& { return s.material.stiffness; })},
-        {"friction", member([](Values& s) -> double& { return s.material.friction; })},
-        {"restitution", member([](Values& s) -> double& { return s.material.restitution; })},
-        {"substeps", member([](Values& s) -> int& { return s.settings.substeps; })},
-        {"iterations", member([](Values& s) -> int& { return s.settings.iterations; })},
-        {"hit_substeps", member([](Values& s) -> int& { return s.settings.hit_substeps; })},
-        {"crack_passes", member([](Values& s) -> int& { return s.settings.crack_passes; })},
-        {"error_budget", member([](Values& s) -> double& { return s.settings.error_budget; })},
-        {"over_relaxation", member([](Values& s) -> double& { return s.settings.over_relaxation; })},
-        {"damping", member([](Values& s) -> double& { return s.settings.damping; })},
-        {"depenetration_speed", member([](Values& s) -> double& { return s.settings.depenetration_speed; })},
-        {"self_collision", member([](Values& s) -> bool& { return s.settings.self_collision; })},
-        {"sleeping", member([](Values& s) -> bool& { return s.settings.sleeping; })}};
-    const auto found = setters.find(name);
-    return found == setters.end() ? nullptr : found->second;
+    const auto set = [](const auto* field, auto Values::*owner) {
+        return [=](Values& s, double v) {
+            field->visit(s.*owner, [v]<class N>(N& io_value) { io_value = static_cast<N>(v); });
+        };
+    };
+    if (name == "density") return [](Values& s, double v) { s.density = v; };
+    if (const auto* field = find_field(material_fields(), name)) return set(field, &Values::material);
+    if (const auto* field = find_field(settings_fields(), name)) return set(field, &Values::settings);
+    return nullptr;
 }
 
 // Both ends of the range; where an end is open or excluded, a value that is as good as it. Counts stay at 16: they only
@@ -61,7 +43,7 @@ std::vector<Ends> all_ends() {
             const bool number = p.type == ParameterType::number || p.type == ParameterType::integer;
             if (!number && p.type != ParameterType::boolean) continue;
             Ends ends{p.name, setter(p.name), {0, 1}};
-            EXPECT_TRUE(ends.set) << "no way to sweep '" << p.name << "': add it to setter()";
+            EXPECT_TRUE(ends.set) << "no way to sweep '" << p.name << "'";
             if (!ends.set) continue;
             if (number) {
                 const bool counted = p.type == ParameterType::integer;

@@ -237,9 +237,10 @@ def _what_stays(graph):
 
 
 def _is_same(baked, graph, version):
-    """Whether a bake was made from this graph; the last frame may differ. Meshes are told apart by their names."""
+    """Whether a bake was made from this graph; the last frame may differ, and so may what the graph file's version
+    says, as all parameters are written. Meshes are told apart by their names."""
 
     def plain(description):
-        return {**description, "frame_range": description["frame_range"][:1]}
+        return {**description, "sunder": None, "frame_range": description["frame_range"][:1]}
 
     return baked.version == version and plain(baked.graph) == plain(graph.to_dict(defaults=True))

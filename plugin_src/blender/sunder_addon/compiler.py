@@ -101,7 +101,7 @@ class _Compiler:
             channel.store()
         rate = scene.render.fps / scene.render.fps_base
         self.result.description = {
-            "sunder": 1, "frame_rate": scene_input.decimal(rate), "frame_range": [first, last], "nodes": self.nodes,
+            "sunder": 2, "frame_rate": scene_input.decimal(rate), "frame_range": [first, last], "nodes": self.nodes,
         }
         return self.result
 

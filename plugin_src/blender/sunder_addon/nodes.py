@@ -34,7 +34,8 @@ def _fresh_name(node):
 
 
 class SunderNode:
-    """What all nodes share. Parameters are attributes: `node.density`, `node.yield_`, `node.use_yield`."""
+    """What all nodes share. Parameters are attributes: `node.density`, `node.yield_`, `node.use_yield`,
+    `node.auto_damping_time`."""
 
     @classmethod
     def poll(cls, tree):
@@ -49,6 +50,8 @@ class SunderNode:
         self.width = drawing.NODE
         trees.identity(self.id_data)
         self.graph_name = _fresh_name(self)
+        for p in description["parameters"]:
+            parameters.begin(p, self)
 
     def copy(self, _node):
         if any(n.graph_name == self.graph_name for n in self.id_data.nodes if trees.is_node(n) and n != self):
@@ -65,7 +68,7 @@ class SunderNode:
         return runtime.node_notes.get((self.id_data.name_full, self.graph_name), "")
 
     def parameter(self, name):
-        """A parameter as Sunder takes it: None for null, degrees for angles."""
+        """A parameter as Sunder takes it: None for null, "auto" where it is automatic, degrees for angles."""
         return parameters.value(self._description(name), self)
 
     def set_parameters(self, **given):
@@ -119,7 +122,13 @@ class SunderNode:
 
     def _draw_parameter(self, layout, p):
         attribute = parameters.attribute(p["name"])
-        if p["nullable"]:
+        if p["automatic"]:
+            row = layout.row(align=True)
+            row.prop(self, parameters.automatic(p["name"]), text="", icon="AUTO")
+            value = row.row()
+            value.enabled = not getattr(self, parameters.automatic(p["name"]))
+            value.prop(self, attribute)
+        elif p["nullable"]:
             row = layout.row(align=True)
             row.prop(self, parameters.switch(p["name"]), text="")
             value = row.row()

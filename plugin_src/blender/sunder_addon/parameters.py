@@ -34,6 +34,17 @@ def switch(name):
     return "use_" + name
 
 
+def automatic(name):
+    """The attribute that tells whether a parameter that may be "auto" is."""
+    return "auto_" + name
+
+
+def begin(p, node):
+    """What a new node begins with other than Blender's default, which is what nodes of files saved before have."""
+    if p["automatic"] and p["default"] == "auto":
+        setattr(node, automatic(p["name"]), True)
+
+
 def is_angle(p):
     return p["unit"] == "degrees"
 
@@ -53,8 +64,8 @@ def _limits(p, kind):
 
 def _default(p):
     value = p["default"]
-    if value is None and "null_name" in p:
-        value = p["min"]
+    if value == "auto" and p["automatic"]:
+        value = p["former_defaults"][-1]["default"] if "former_defaults" in p else p["min"]
     if value is None:
         value = 1 if p["type"] == "integer" else _IF_USED
     if is_angle(p):
@@ -111,6 +122,11 @@ def properties(p, changed):
             name="Use " + p["label"], description=p["sentence"].rstrip("."), default=p["default"] is not None,
             options=set(), update=changed,
         )
+    if p["automatic"]:
+        made[automatic(p["name"])] = BoolProperty(
+            name="Automatic " + p["label"], description=p["sentence"].rstrip("."), options=set(), update=changed,
+            default=p["default"] == "auto" and "former_defaults" not in p,  # nodes of before keep what they had
+        )
     return made
 
 
@@ -121,6 +137,8 @@ def decimal(value):
 
 def value(p, node):
     """The parameter's value as Sunder takes it; None for null."""
+    if p["automatic"] and getattr(node, automatic(p["name"])):
+        return "auto"
     if p["nullable"] and not getattr(node, switch(p["name"])):
         return None
     raw = getattr(node, attribute(p["name"]))
@@ -142,9 +160,11 @@ def set_value(p, node, given):
     if p["type"] in NO_FIELD:
         raise AttributeError(f"'{p['name']}' is taken from an object: set `{p['name']}_object` or `{p['name']}_collection`"
                              if p["type"] == "points" else f"'{p['name']}' is taken from the mesh's own vertex groups")
+    if p["automatic"]:
+        setattr(node, automatic(p["name"]), given == "auto")
+        if given == "auto":
+            return
     if p["nullable"]:
-        if given == p.get("null_name"):
-            given = None
         setattr(node, switch(p["name"]), given is not None)
         if given is None:
             return

@@ -83,7 +83,8 @@ TEST(GraphFile, reads_animation_null_and_pins) {
 
 TEST(GraphFile, refuses_what_is_wrong_and_names_it) {
     const Refusal refusals[] = {
-        {R"("sunder": 1)", R"("sunder": 2)", "", "", "version 2 is not known"},
+        {R"("sunder": 1)", R"("sunder": 3)", "", "", "version 3 is not known"},
+        {R"("sunder": 1)", R"("sunder": "2")", "", "", "reads versions 1 to 2"},
         {R"("sunder": 1)", R"("sundre": 1)", "", "", "not a graph of Sunder"},
         {R"("sunder": 1)", R"("sunder": 1, "fps": 3)", "", "", "no setting 'fps'"},
         {R"("frame_range": [1, 96])", R"("frame_range": [96, 1])", "", "", "[96, 1] is reversed"},

@@ -44,19 +44,6 @@ TEST(Parameter, refuses_wrong_types) {
     EXPECT_TRUE(contains(fault("mode", 1), "text"));
 }
 
-TEST(Parameter, a_word_may_stand_for_null) {
-    ParameterDescription limit = described("limit");
-    limit.null_name = "auto";
-    const auto by_name = ParameterValue::check(limit, "auto", "n");
-    ASSERT_TRUE(by_name);
-    EXPECT_TRUE(by_name->at(1).is_null());
-    EXPECT_EQ(ParameterValue::check(limit, 2, "n")->at(1), 2.0);
-    const auto other = ParameterValue::check(limit, "automatic", "n");
-    ASSERT_FALSE(other);
-    EXPECT_EQ(other.error().mend, "or auto");
-    EXPECT_TRUE(contains(fault("limit", "auto"), "takes a number, not \"auto\" (or null)"));
-}
-
 TEST(Parameter, refuses_values_out_of_range_and_names_the_range) {
     EXPECT_TRUE(contains(fault("value", -1), "-1.0 m is out of range (permitted: 0 <= value <= 1000)"))
         << fault("value", -1);
