@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "solver/data/math_functions.h"
+
 namespace sunder {
 namespace {
 
