@@ -5,6 +5,7 @@ for, or None, never an exception about a name (tests/blender/test_versions.py ho
 """
 import gc
 
+import bmesh
 import bpy
 import numpy as np
 
@@ -58,6 +59,19 @@ def clear_corner_normals(mesh):
             mesh.attributes.remove(attribute)
     elif mesh.has_custom_normals:
         mesh.normals_split_custom_set([(0.0, 0.0, 0.0)] * len(mesh.loops))
+
+
+def copy_geometry(source, target, set_property=setattr):
+    """Replaces the geometry of a mesh, with all that its points, edges, corners and faces have, to the bit. `set_property`:
+    how properties are set."""
+    whole = bmesh.new()
+    try:
+        whole.from_mesh(source, face_normals=False, vertex_normals=False)
+        whole.to_mesh(target)
+    finally:
+        whole.free()
+    if hasattr(target, "use_auto_smooth"):  # the switch for custom normals, until 4.0
+        set_property(target, "use_auto_smooth", source.has_custom_normals)
 
 
 def write_triangle_corners(mesh):
