@@ -5,6 +5,7 @@ for, or None, never an exception about a name (tests/blender/test_versions.py ho
 """
 import gc
 
+import bmesh
 import bpy
 import numpy as np
 
@@ -66,6 +67,19 @@ def is_of_geometry(name):
     return name.startswith(".") or name in {
         "position", "material_index", "sharp_face", "crease_vert", "bevel_weight_vert", "freestyle_face",
     } or HAS_QUICK_NORMALS and name == "custom_normal"
+
+
+def copy_geometry(source, target, set_property=setattr):
+    """Replaces the geometry of a mesh, with all that its points, edges, corners and faces have, to the bit. `set_property`:
+    how properties are set."""
+    whole = bmesh.new()
+    try:
+        whole.from_mesh(source, face_normals=False, vertex_normals=False)
+        whole.to_mesh(target)
+    finally:
+        whole.free()
+    if hasattr(target, "use_auto_smooth"):  # the switch for custom normals, until 4.0
+        set_property(target, "use_auto_smooth", source.has_custom_normals)
 
 
 def write_triangle_corners(mesh):

@@ -357,32 +357,6 @@ class Copies(FileCase):
         self.scene.frame_set(4)
         self.assertEqual([self.cached(tree), self.note(tree)], [first, "baked 1 to 6"])
 
-    def test_a_linked_shot_plays_from_its_own_folder_once_its_mesh_is_local(self):
-        self.save("a.blend")
-        tree, _, result = self.shot()
-        there = positions(result)
-        self.save("a.blend")
-        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-        self.scene = bpy.context.scene
-        (self.folder / "shots").mkdir()
-        self.save("shots/b.blend")
-        with bpy.data.libraries.load(str(self.folder / "a.blend"), link=True) as (found, here):
-            here.objects = [n for n in found.objects if n.endswith("fractured")]
-        self.scene.collection.objects.link(here.objects[0])
-        tree = self.only_tree()
-        self.scene.frame_set(2)
-        np.testing.assert_array_equal(positions(self.result()), there)  # Blender would lose what is written
-        self.assertRegex(self.note(tree), "frame 2 cannot be shown: mesh 'Block fractured' is linked .*make .* local")
-        self.assertIn("bake it there", self.refusal(tree))
-        with self.assertRaisesRegex(RuntimeError, "linked"):
-            bpy.ops.sunder.free_bake(tree=tree.name)
-        here.objects[0].make_local().data.make_local()
-        self.scene.frame_set(2)
-        self.assertEqual([self.note(tree), self.cached(tree).parent], ["baked 1 to 6", self.folder / "sunder_cache"])
-        self.assertFalse(np.array_equal(positions(self.result()), there))
-        self.scene.frame_set(6)
-        np.testing.assert_array_equal(positions(self.result()), there)
-
 
 class Disabled(FileCase):
     def test_the_addon_turned_off_and_on_leaves_trees_and_results_as_they_were(self):

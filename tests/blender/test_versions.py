@@ -147,7 +147,7 @@ class Versions(unittest.TestCase):
 
         spec = util.spec_from_file_location("versions", SCRIPTS / DIFFERENCES)
         versions = util.module_from_spec(spec)
-        with mock.patch.dict(sys.modules, bpy=Thing(app=Thing(version=(4, 4, 0)))):
+        with mock.patch.dict(sys.modules, bpy=Thing(app=Thing(version=(4, 4, 0))), bmesh=Thing()):
             spec.loader.exec_module(versions)
         bags = [Thing(slot_handle=7, fcurves=["a", "b"]), Thing(slot_handle=8, fcurves=["c"])]
         action = Thing(layers=[Thing(strips=[Thing(channelbags=bags)])], fcurves=["a", "b"])

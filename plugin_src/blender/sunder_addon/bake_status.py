@@ -1,4 +1,6 @@
 """What a tree's bake is like, in a word and a sentence, and how nodes and panels show it."""
+import bpy
+
 from . import cache, drawing, player, preview, runtime, signature
 
 
@@ -43,6 +45,9 @@ def draw_bake(layout, tree, scene, width=drawing.SIDEBAR):
         return
     icon = "ERROR" if now.is_stale else "CHECKMARK" if now.state == "complete" else "INFO"
     drawing.sentence(layout, now.text, icon, width=width)
+    if tree.library is not None:
+        drawing.sentence(layout, f"linked: bake it in {bpy.path.basename(tree.library.filepath)}", "LINKED", width=width)
+        return
     row = layout.row(align=True)
     resumes = now.state == "partial" and not now.is_stale
     row.operator("sunder.bake", text="Resume" if resumes else "Bake", icon="PHYSICS").tree = tree.name
@@ -66,7 +71,7 @@ def draw_node(context, layout, node):
         layout.label(text=thing.name, icon="MESH_DATA")
         draw_preview(layout, thing, node.width)
     add = layout.operator("sunder.add_results", text="Add Result Object" if not shows else "Add Another", icon="ADD")
-    add.tree, add.node = tree.name, node.name
+    add.tree, add.node = tree.name_full, node.name
 
 
 def draw_preview(layout, thing, width=drawing.SIDEBAR):
@@ -87,7 +92,7 @@ def draw_tree(layout, tree, scene):
         row.prop(tree, "frame_start")
         row.prop(tree, "frame_end")
     layout.prop(tree, "threads")
-    layout.operator("sunder.add_results", text="Add Result Objects", icon="ADD").tree = tree.name
+    layout.operator("sunder.add_results", text="Add Result Objects", icon="ADD").tree = tree.name_full
     if not scene.render.use_lock_interface:
         drawing.sentence(layout, "Lock Interface is off: rendering may crash while results change", "ERROR")
         layout.prop(scene.render, "use_lock_interface")

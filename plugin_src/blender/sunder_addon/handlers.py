@@ -8,6 +8,7 @@ from . import cache, player, runtime, signature, tree as trees
 
 _INTERVAL = 0.5  # s between looks whether bakes went out of date
 _late = {"frame": None}  # the frame at which meshes are not, or not wholly, written yet
+_seen = {"scene": "", "results": {}}  # at the last look; results: {name: (its place in memory, what its mesh shows)}
 _before_save = {}  # while a file is saved: where caches lay
 
 
@@ -20,7 +21,7 @@ def on_frame(scene, depsgraph=None):
         return
     is_in_viewport = depsgraph is not None and depsgraph.mode == "VIEWPORT" and not bpy.app.background
     is_playing = is_in_viewport and any(w.screen.is_animation_playing for w in bpy.data.window_managers[0].windows)
-    is_late = player.show_all(scene, skip_previewed=is_in_viewport, is_playing=is_playing)
+    is_late = player.show_all(scene, skip_previewed=is_in_viewport, is_playing=is_playing, depsgraph=depsgraph)
     _late["frame"] = scene.frame_current if is_late else None
 
 
@@ -39,9 +40,7 @@ def _refresh():
         tree.update()  # it was not looked at while classes were registered
     if not player.result_objects():
         return
-    for scene in bpy.data.scenes:
-        if any(o.sunder.tree for o in scene.objects):
-            scene.render.use_lock_interface = True
+    player.lock_interface()
     player.show_all(bpy.context.scene)
 
 
@@ -103,13 +102,26 @@ def _look():
     screen = bpy.context.screen
     thing = bpy.context.view_layer.objects.active if bpy.context.view_layer else None
     is_editing = thing is not None and thing.mode != "OBJECT"  # what is sculpted and edited changes at every stroke
-    if scene is not None and not (screen and screen.is_animation_playing) and not runtime.is_sampling:
+    is_busy = runtime.is_sampling or bpy.app.is_job_running("RENDER") or screen and screen.is_animation_playing
+    if scene is not None and not is_busy:
         for tree in trees.trees():
             if signature.known(tree, scene) is None and not is_editing:
                 runtime.guarded(signature.signature)(tree, scene)
                 redraw()
+        runtime.guarded(_notice)(scene)
         _catch_up(scene)
     return _INTERVAL
+
+
+def _notice(scene):
+    """Results that were linked, appended or read again since the last look, or that a render left at another frame, as that
+    of a strip leaves those of the strip's scene, are shown once the frame rests."""
+    results = {t.name_full: (t.as_pointer(), t.data.get(player.SHOWN) if t.data else None) for t in player.result_objects()}
+    if results.keys() - _seen["results"].keys():
+        player.lock_interface()
+    if (scene.name_full, results) != (_seen["scene"], _seen["results"]):
+        _late["frame"] = scene.frame_current
+    _seen.update(scene=scene.name_full, results=results)
 
 
 def _catch_up(scene):

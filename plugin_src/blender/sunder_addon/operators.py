@@ -14,8 +14,8 @@ _AGAIN = 5.0  # percent between lines of progress in background mode
 
 def tree_of(context, name):
     """The tree of that name, else the one that is edited, else the active object's, else the only one."""
-    if name:
-        tree = bpy.data.node_groups.get(name)
+    if name:  # a linked one may have the name of one that is local: its full name tells them apart
+        tree = next((t for t in trees.trees() if t.name_full == name), None) or bpy.data.node_groups.get(name)
         return tree if trees.is_tree(tree) else None
     edited = getattr(context.space_data, "edit_tree", None)
     if trees.is_tree(edited):

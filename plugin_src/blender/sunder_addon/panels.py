@@ -20,6 +20,17 @@ class SUNDER_PT_tree(bpy.types.Panel):
         bake_status.draw_tree(self.layout, context.space_data.edit_tree, context.scene)
 
 
+def _draw_played(box, thing):
+    """What a result object plays, and how that goes. Returns the node."""
+    tree = thing.sunder.tree
+    node = trees.find_node(tree, thing.sunder.node)
+    place = f" of {bpy.path.basename(tree.library.filepath)}" if tree.library else ""
+    box.label(text=f"Plays: {node.label or node.name if node else 'a node that is gone'}{place}")
+    if node is not None and node.note:
+        drawing.sentence(box, node.note, "INFO")
+    return node
+
+
 class SUNDER_PT_object(bpy.types.Panel):
     bl_idname = "SUNDER_PT_object"
     bl_label = "Sunder"
@@ -39,15 +50,20 @@ class SUNDER_PT_object(bpy.types.Panel):
             box = layout.box()
             box.label(text=tree.name, icon="NODETREE")
             bake_status.draw_tree(box, tree, context.scene)
-        if thing is None or not thing.sunder.tree:
+        if thing is None:
+            return
+        collection = thing.instance_collection if thing.instance_type == "COLLECTION" else None
+        for shown in collection.all_objects if collection else ():
+            if trees.is_tree(shown.sunder.tree):
+                box = layout.box()
+                box.label(text=shown.name, icon="MESH_DATA")
+                _draw_played(box, shown)
+        if not thing.sunder.tree:
             return
         box = layout.box()
         box.label(text="Result Object", icon="MESH_DATA")
         box.prop(thing.sunder, "tree")
-        node = trees.find_node(thing.sunder.tree, thing.sunder.node)
-        box.label(text=f"Plays: {node.label or node.name if node else 'a node that is gone'}")
-        if node is not None and node.note:
-            drawing.sentence(box, node.note, "INFO")
+        node = _draw_played(box, thing)
         if thing.type == "MESH" and node is not None and node.sunder_type == "deformer":
             bake_status.draw_preview(box, thing)
             box.prop(thing.sunder, "interior_slot")

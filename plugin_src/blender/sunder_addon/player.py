@@ -76,7 +76,8 @@ def show(thing, frame, is_playing=False, after=0.0):
     manifest = cache.manifest(folder)
     shown = manifest.shown(frame) if manifest else None
     if shown is None:
-        runtime.node_notes[key] = "nothing baked yet"
+        home = bpy.path.basename(tree.library.filepath) if tree.library else ""
+        runtime.node_notes[key] = f"no bake lies beside {home}: copy its {cache.FOLDER} there" if home else "nothing baked yet"
         return False
     try:
         if thing.mode != "OBJECT":
@@ -132,8 +133,6 @@ def _show_mesh(thing, folder, manifest, shown, is_playing, after):
     is_whole = rest_coordinates.is_whole(mesh)
     if mesh.get(SHOWN) == key and is_whole:
         return False
-    if mesh.library is not None:  # Blender drops half of what is written into it: the next draw would crash
-        raise bake_reader.BakeError(f"mesh '{mesh.name}' is linked from another file: make object and mesh local")
     frame = bake_reader.read_mesh_frame(path)
     interior = _interior_material(folder, manifest, node)
     attributes = _attributes(folder, manifest, shown, node, frame)
@@ -144,17 +143,24 @@ def _show_mesh(thing, folder, manifest, shown, is_playing, after):
     order = cache.note(folder).get("mesh_layers", {}).get(node, {})
     names = thing.sunder.uv_map, thing.sunder.color_attribute, *([order] if order else [])
     stamp = result_mesh.face_stamp(frame, *names, interior, thing.sunder.interior_slot, rest)
-    if result_mesh.write_geometry(mesh, frame, stamp if is_whole else ""):
-        _write_faces(thing, mesh, frame, interior, order)
-        rest_coordinates.write(mesh, frame.rest, rest)
+    is_draft = is_playing and thing.sunder.use_exact_normals and len(frame.triangles) >= PLAYED_FACES
+    with result_mesh.written(mesh) as target:
+        has_new_faces = result_mesh.write_geometry(target, frame, stamp if is_whole else "")
+        if has_new_faces:
+            _write_faces(thing, target, frame, interior, order)
+            at_rest = rest_coordinates.write(target, frame.rest, rest)
+        for name, (kind, values) in attributes.items():
+            result_mesh.write_attribute(target, name, kind, "POINT", values)
+        if not is_draft:
+            result_mesh.write_normals(target, frame.corner_normals if thing.sunder.use_exact_normals else None)
+    if has_new_faces:
+        if result_mesh.is_local(mesh):  # weights are written through the object, and Blender drops those of linked ones
+            mesh_layers.write_groups(thing, frame.mesh_layers, order)
+        rest_coordinates.write_texture_space(mesh, at_rest, rest)
         result_mesh.set_property(mesh, result_mesh.FACES, stamp)
-    for name, (kind, values) in attributes.items():
-        result_mesh.write_attribute(mesh, name, kind, "POINT", values)
-    if is_playing and thing.sunder.use_exact_normals and len(frame.triangles) >= PLAYED_FACES:
-        return True  # and not marked as shown: it is written again once the frame rests
-    result_mesh.write_normals(mesh, frame.corner_normals if thing.sunder.use_exact_normals else None)
-    result_mesh.set_property(mesh, SHOWN, key)
-    return False
+    if not is_draft:  # else it is not marked as shown: it is written again once the frame rests
+        result_mesh.set_property(mesh, SHOWN, key)
+    return is_draft
 
 
 def _write_faces(thing, mesh, frame, interior, order):
@@ -171,7 +177,6 @@ def _write_faces(thing, mesh, frame, interior, order):
         if values is not None:
             result_mesh.write_attribute(mesh, name, kind, domain, values)
     mesh_layers.write_attributes(result_mesh.write_attribute, mesh, color, frame.mesh_layers, order)
-    mesh_layers.write_groups(thing, frame.mesh_layers, order)
 
 
 def _attributes(folder, manifest, shown, node, frame):
@@ -230,22 +235,38 @@ def nearest_frame(scene):
     return int(np.floor(scene.frame_current_final + 0.5))
 
 
-def show_all(scene, tree=None, skip_previewed=False, is_playing=False):
+def _is_shown(thing, scene, graphs):
+    """Whether a scene shows an object, or nothing tells that it does not."""
+    scenes = thing.users_scene  # none: it is there as part of an instanced collection
+    return not scenes or scene in scenes or any(thing.evaluated_get(graph).is_evaluated for graph in graphs)
+
+
+def show_all(scene, tree=None, skip_previewed=False, is_playing=False, depsgraph=None):
     """All result objects at the scene's frame but those of other scenes; meshes that two share are written once.
+
+    `depsgraph`: what is evaluated for the scene now. Blender evaluates one scene at a time, also where strips in the
+    sequencer show several in one picture, so that a mesh that all of them share is right in each.
 
     Returns whether some were skipped, because viewports show a preview in their place, or have no exact normals yet.
     """
     frame, is_late = nearest_frame(scene), False
     after = (scene.frame_current_final - frame) * scene.render.fps_base / scene.render.fps
+    graphs = [depsgraph] if depsgraph else [layer.depsgraph for layer in scene.view_layers if layer.depsgraph]
     for thing in result_objects(tree):
-        scenes = thing.users_scene  # none: it is there as part of an instanced collection
-        if scenes and scene not in scenes:
+        if not _is_shown(thing, scene, graphs):
             continue
         if skip_previewed and thing.sunder.preview != "OFF":
             is_late = True
         else:
             is_late |= show(thing, frame, is_playing, after)
     return is_late
+
+
+def lock_interface():
+    """Without the lock Blender draws the viewport while a render's frame change writes meshes, and crashes. Any scene may
+    show results: by an instanced collection, or by a strip in its sequencer."""
+    for scene in bpy.data.scenes:
+        scene.render.use_lock_interface = True
 
 
 classes = [SunderObject, SunderTreeUse]

@@ -27,12 +27,16 @@ def _is_own(mesh):
 
 
 def is_whole(mesh):
-    """Whether a mesh that has rest positions has a texture mesh of its own: a copy of a result shares that of the first."""
-    return _is_own(mesh) or ATTRIBUTE not in mesh.attributes
+    """Whether a mesh that has rest positions has a texture mesh of its own: a copy of a result shares that of the first.
+    (One that is linked uses what it was saved with.)"""
+    return _is_own(mesh) or ATTRIBUTE not in mesh.attributes or not result_mesh.is_local(mesh)
 
 
 def _texture_mesh(mesh):
+    """None for a linked mesh that was saved without: Blender lets it use no local one."""
     if not _is_own(mesh):
+        if not result_mesh.is_local(mesh):
+            return None
         made = bpy.data.meshes.new(f"{mesh.name} at rest")
         made[_OF] = mesh.name
         result_mesh.set_property(mesh, "texco_mesh", made)
@@ -50,18 +54,31 @@ def prepare(thing):
 
 def write(mesh, positions, note):
     """positions (v, 3) f32: rest positions in the cut's coordinates, None of bakes that tell none. note: of `describe`, {}
-    for none."""
+    for none. Returns them in those of what was cut."""
     if positions is None:
-        result_mesh.set_property(mesh, "texco_mesh", None)
-        return
+        return None
     matrix = np.array(note.get("matrix", Matrix.Identity(4)), np.float64)
     rest = (positions @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32)
     result_mesh.write_attribute(mesh, ATTRIBUTE, "FLOAT_VECTOR", "POINT", rest)
+    return rest
+
+
+def write_texture_space(mesh, rest, note):
+    """rest: as `write` returns it."""
+    if rest is None:
+        result_mesh.set_property(mesh, "texco_mesh", None)
+        return
     shape = _texture_mesh(mesh)
-    if len(shape.vertices) != len(rest):
-        shape.clear_geometry()
-        shape.vertices.add(len(rest))
-    shape.vertices.foreach_set("co", rest.ravel())
+    if shape is None:
+        return
+    before = np.empty(3 * len(shape.vertices), np.float32)
+    shape.vertices.foreach_get("co", before)
+    if not np.array_equal(before, rest.ravel()):
+        with result_mesh.written(shape) as points:
+            if len(points.vertices) != len(rest):
+                points.clear_geometry()
+                points.vertices.add(len(rest))
+            points.vertices.foreach_set("co", rest.ravel())
     low, high = (rest.min(0), rest.max(0)) if len(rest) else (np.zeros(3), np.ones(3))
     size = (high - low) / 2
     for thing in (mesh, shape):

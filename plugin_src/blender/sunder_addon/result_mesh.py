@@ -1,11 +1,13 @@
 """Writes a frame of a bake into a Blender mesh: geometry, normals, UVs, materials, attributes."""
+import contextlib
 import hashlib
 import threading
 import time
 
+import bpy
 import numpy as np
 
-from . import blender_versions
+from . import bake_reader, blender_versions
 
 _PATIENCE, _PAUSE = 500, 0.004  # tries, and s between them
 
@@ -29,6 +31,33 @@ def set_property(thing, name, value):
             if tries == 0 or "not allowed" not in str(error):
                 raise
             time.sleep(_PAUSE)
+
+
+_STAGE = "Sunder stage"  # a mesh that nothing uses, empty but for moments: files do not keep it
+
+
+def is_local(mesh):
+    """Whether a mesh is this file's own, neither linked nor the override of one that is."""
+    return mesh.library is None and mesh.override_library is None
+
+
+@contextlib.contextmanager
+def written(mesh):
+    """What to write a frame into: the mesh itself. Blender drops arrays that are written into one that is not local, but a
+    whole mesh arrives: what is to be there is written into a local one, empty at first, and copied in the end."""
+    if is_local(mesh):
+        yield mesh
+        return
+    stage = bpy.data.meshes.get((_STAGE, None)) or bpy.data.meshes.new(_STAGE)
+    stage.clear_geometry()
+    try:
+        yield stage
+        blender_versions.copy_geometry(stage, mesh, set_property)
+        if (len(mesh.vertices), len(mesh.loops)) != (len(stage.vertices), len(stage.loops)):
+            raise bake_reader.BakeError(f"mesh '{mesh.name}' is linked, and this Blender drops what is written into it: "
+                                        "make object and mesh local")
+    finally:
+        stage.clear_geometry()
 
 
 def _foreach(sequence, attribute, values):

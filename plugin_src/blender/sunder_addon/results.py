@@ -65,8 +65,7 @@ def _link(thing, scene, tree, graph_name, source):
     thing.sunder.tree, thing.sunder.node = tree, graph_name
     for collection in _collections(source, scene):
         collection.objects.link(thing)
-    # Without the lock Blender draws the viewport while a render's frame change writes meshes, and crashes.
-    scene.render.use_lock_interface = True
+    player.lock_interface()
 
 
 def _is_there(tree, graph_name):
