@@ -82,20 +82,40 @@ def read_ply(path):
 class MeshFrame:
     """positions (v, 3) f32, vertex_fragment (v,), velocities (v, 3) f32 or None, rest (v, 3) f32, in the mesh that was cut,
     or None; triangles (t, 3), corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None, material and fragment (t,), hidden (t,)
-    bool; interface (t,), rim (3t,) f32 and colors (3t, 4) f32 or None; whole numbers are int32."""
+    bool; interface (t,), rim (3t,) f32 and colors (3t, 4) f32 or None; whole numbers are int32. Of a part whole_rest: rest of all."""
 
 
-def read_mesh_frame(path):
+def _rest(vertex):
+    return np.stack([vertex["rest_" + n] for n in "xyz"], 1) if "rest_x" in vertex.dtype.names else None
+
+
+def _part(vertex, face, is_wanted):
+    """Rows of the wanted triangles, of their vertices, and those by their new numbers."""
+    face = face[is_wanted]
+    corners = face["vertex_indices"]
+    is_used = np.zeros(len(vertex), bool)
+    is_used[corners.ravel()] = True
+    return vertex[is_used], face, (np.cumsum(is_used) - 1)[corners]
+
+
+def read_mesh_frame(path, choose=None):
+    """`choose`: (materials of triangles) -> which of them are wanted, bool; None: all, with every vertex.
+    (Of the vertices that are left out `whole_rest` tells.)"""
     ply, mesh = read_ply(path), MeshFrame()
     try:
         vertex, face = ply["vertex"], ply["face"]
+        corners = face["vertex_indices"]
+        if corners.size and (corners.min() < 0 or corners.max() >= len(vertex)):
+            raise BakeError(f"{path}: a triangle names a vertex that is not there")
+        mesh.whole_rest = _rest(vertex) if choose is not None else None
+        if choose is not None:
+            vertex, face, corners = _part(vertex, face, choose(face["material"]))
         mesh.positions = np.stack([vertex["x"], vertex["y"], vertex["z"]], 1).astype(np.float32)
         mesh.vertex_fragment = np.ascontiguousarray(vertex["fragment"], np.int32)
         has_velocities = "vx" in vertex.dtype.names
         mesh.velocities = np.stack([vertex["v" + n] for n in "xyz"], 1) if has_velocities else None
-        has_rest = "rest_x" in vertex.dtype.names
-        mesh.rest = np.stack([vertex["rest_" + n] for n in "xyz"], 1) if has_rest else None
-        mesh.triangles = np.ascontiguousarray(face["vertex_indices"], np.int32)
+        mesh.rest = _rest(vertex)
+        mesh.triangles = np.ascontiguousarray(corners, np.int32)
         mesh.corner_normals = np.ascontiguousarray(face["corner_normals"], np.float32).reshape(-1, 3)
         mesh.material, mesh.fragment = (np.ascontiguousarray(face[n], np.int32) for n in ("material", "fragment"))
         has_hidden = "hidden" in face.dtype.names  # constant topology: break surfaces that are not open yet
@@ -109,8 +129,6 @@ def read_mesh_frame(path):
         mesh.colors = np.ascontiguousarray(face["corner_colors"], np.float32).reshape(-1, 4) if has_colors else None
     except (KeyError, ValueError) as error:
         raise BakeError(f"{path}: not a mesh frame ({error})") from error
-    if mesh.triangles.size and (mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.positions)):
-        raise BakeError(f"{path}: a triangle names a vertex that is not there")
     return mesh
 
 

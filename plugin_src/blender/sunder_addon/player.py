@@ -10,6 +10,11 @@ from . import bake_reader, cache, preview_source, rest_coordinates, result_mesh,
 
 SHOWN = "sunder_shown"  # on the mesh, so that undo and files carry it along
 PLAYED_FACES = 20_000  # from so many on, exact normals wait until playing stops: they take several times as long as the rest
+PARTS = [
+    ("ALL", "Whole", "The mesh as simulated"),
+    ("OUTSIDE", "Outer Surface", "Without break surfaces"),
+    ("INSIDE", "Break Surfaces", "Break surfaces alone"),
+]
 _interiors = {}  # (folder, hash of the first frame's file): material number of break surfaces
 
 
@@ -39,8 +44,8 @@ class SunderObject(bpy.types.PropertyGroup):
         name="Exact Normals", default=True, options=set(),
         description="Smooth outside and sharp at breaks, as simulated. Off: plays faster, shades across breaks",
     )
-
-
+    part: EnumProperty(name="Shows", items=PARTS, default="ALL", options={"HIDDEN"},
+                       description="Which faces: an object of one material is what every exporter keeps")
     preview: EnumProperty(
         name="Preview", items=preview_source.MODES, default="OFF", options=set(), update=_switched,
         description="What viewports show. Previews are drawn by the graphics card and play faster than the mesh, which "
@@ -127,21 +132,23 @@ def _interior_material(folder, manifest, node):
 def _show_mesh(thing, folder, manifest, shown, is_playing):
     node, mesh = thing.sunder.node, thing.data
     path, stamp = _file(folder, manifest, shown, node)
-    key = f"{node} {stamp} {thing.sunder.use_exact_normals} {thing.sunder.interior_slot}"
+    part = thing.sunder.part
+    key = f"{node} {stamp} {thing.sunder.use_exact_normals} {thing.sunder.interior_slot}" + (f" {part}" if part != "ALL" else "")
     is_whole = rest_coordinates.is_whole(mesh)
     if mesh.get(SHOWN) == key and is_whole:
         return False
     if mesh.library is not None:  # Blender drops half of what is written into it: the next draw would crash
         raise bake_reader.BakeError(f"mesh '{mesh.name}' is linked from another file: make object and mesh local")
-    frame = bake_reader.read_mesh_frame(path)
     interior = _interior_material(folder, manifest, node)
+    choose = {"OUTSIDE": lambda material: material < interior, "INSIDE": lambda material: material >= interior}.get(part)
+    frame = bake_reader.read_mesh_frame(path, choose)
     attributes = _attributes(folder, manifest, shown, node, frame)
     result_mesh.set_property(mesh, SHOWN, "")  # until all is written
     rest = cache.note(folder).get("rest_coordinates", {}).get(node, {})
     stamp = result_mesh.face_stamp(frame, thing.sunder.uv_map, thing.sunder.color_attribute, interior, thing.sunder.interior_slot, rest)
     if result_mesh.write_geometry(mesh, frame, stamp if is_whole else ""):
         _write_faces(thing, mesh, frame, interior)
-        rest_coordinates.write(mesh, frame.rest, rest)
+        rest_coordinates.write(mesh, frame.rest, rest, frame.whole_rest)
         result_mesh.set_property(mesh, result_mesh.FACES, stamp)
     for name, (kind, values) in attributes.items():
         result_mesh.write_attribute(mesh, name, kind, "POINT", values)

@@ -48,21 +48,31 @@ def prepare(thing):
         nothing.show_expanded = False
 
 
-def write(mesh, positions, note):
+def remove(mesh):
+    """Removes a mesh, and its texture mesh where it has one of its own."""
+    own = mesh.texco_mesh if _is_own(mesh) else None
+    if own is not None and own.users > 1:  # Blender counts it as a texture mesh, too, which one of a file is not
+        mesh.texco_mesh = None
+    bpy.data.meshes.remove(mesh)
+    if own is not None:
+        bpy.data.meshes.remove(own)
+
+
+def write(mesh, positions, note, whole=None):
     """positions (v, 3) f32: rest positions in the cut's coordinates, None of bakes that tell none. note: of `describe`, {}
-    for none."""
+    for none. whole: positions of all that was cut, where the mesh shows a part of it."""
     if positions is None:
         result_mesh.set_property(mesh, "texco_mesh", None)
         return
     matrix = np.array(note.get("matrix", Matrix.Identity(4)), np.float64)
-    rest = (positions @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32)
+    rest, space = ((p @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32) for p in (positions, positions if whole is None else whole))
     result_mesh.write_attribute(mesh, ATTRIBUTE, "FLOAT_VECTOR", "POINT", rest)
     shape = _texture_mesh(mesh)
     if len(shape.vertices) != len(rest):
         shape.clear_geometry()
         shape.vertices.add(len(rest))
     shape.vertices.foreach_set("co", rest.ravel())
-    low, high = (rest.min(0), rest.max(0)) if len(rest) else (np.zeros(3), np.ones(3))
+    low, high = (space.min(0), space.max(0)) if len(space) else (np.zeros(3), np.ones(3))
     size = (high - low) / 2
     for thing in (mesh, shape):
         result_mesh.set_property(thing, "use_auto_texspace", False)
