@@ -35,8 +35,9 @@ class HostExports(AddonCase):
         for frame, path in enumerate(files, 1):
             mesh = addon("bake_reader").read_mesh_frame(str(path))
             self.scene.frame_set(frame)
-            wanted[f"corners{frame}"], wanted[f"velocities{frame}"] = mesh.positions[mesh.triangles], mesh.velocities[mesh.triangles]
-            wanted[f"material{frame}"] = mesh.material
+            wanted[f"corners{frame}"] = mesh.positions[mesh.triangles]
+            wanted[f"velocities{frame}"] = mesh.velocities[mesh.triangles]
+            wanted[f"triangles{frame}"], wanted[f"material{frame}"] = mesh.triangles, mesh.material
             wanted[f"interface{frame}"] = mesh.interface
             wanted[f"crate{frame}"] = (rest @ np.array(twin.matrix_world).T)[:, :3]
             center = wanted[f"crate{frame}"].mean(0)
@@ -129,7 +130,10 @@ class Parts(AddonCase):
         thing.material_slots[1].link = "OBJECT"
         thing.material_slots[1].material = bpy.data.materials.new("Torn")
         self.bake(tree)
-        corners = lambda o: np.array([[o.data.vertices[v].co for v in p.vertices] for p in o.data.polygons]).reshape(-1, 3, 3)
+
+        def corners(o):
+            return np.array([[o.data.vertices[v].co for v in p.vertices] for p in o.data.polygons]).reshape(-1, 3, 3)
+
         whole, meshes = {}, set(bpy.data.meshes)
         for frame in (1, 6):
             self.scene.frame_set(frame)

@@ -1,6 +1,8 @@
 """Reads back what addon_host_export_test.py had Blender's exporters write: by the libraries of the formats' makers.
 
-    PYTHON read_host_exports.py FOLDER      PYTHON: tests/hosts/hosts.py prepare readers; its last words: "N passed, M failed"
+    PYTHON read_host_exports.py FOLDER
+
+PYTHON is what `tests/hosts/hosts.py prepare readers` prints; the last words are "N passed, M failed".
 """
 import sys
 import unittest
@@ -16,8 +18,8 @@ MATERIALS = ["Paint", "Primer", "Sunder_Interior"]
 
 
 class Mesh:
-    """Of one frame: corners and velocities (t, 3, 3), or polygons' vertices where it is no triangle mesh; material: name of each
-    face's, "" for none."""
+    """Of one frame. points (v, 3); corners, velocities: (t, 3, 3), None of what is no triangle mesh; material: name of each
+    face's, "" for none; interface (t,) or None."""
 
     def __init__(self, points, counts, indices, velocities, material, interface=None):
         self.points, self.material, self.interface = points, material, interface
@@ -46,7 +48,8 @@ class UsdFile:
         mesh = self.meshes[name]
         matrix = np.array(UsdGeom.XformCache(frame).GetLocalToWorldTransform(mesh.GetPrim()))
         points = np.array(mesh.GetPointsAttr().Get(frame), float).reshape(-1, 3) @ matrix[:3, :3] + matrix[3, :3]
-        counts, indices = (np.array(a.Get(frame), int) for a in (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr()))
+        counts, indices = (np.array(a.Get(frame), int)
+                           for a in (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr()))
         velocities = mesh.GetVelocitiesAttr().Get(frame)
         interface = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("interface")
         return Mesh(points, counts, indices, None if velocities is None else np.array(velocities, float).reshape(-1, 3),
@@ -91,17 +94,18 @@ class ReadBack(unittest.TestCase):
     folder = None
 
     def files(self, *cases):
-        """(file, what it is to hold) of each format and case."""
+        """(name, file, what it is to hold) of each format and case."""
         for case in cases:
             wanted = np.load(self.folder / case / "wanted.npz")
             for kind, name in ((UsdFile, "shot.usdc"), (AlembicFile, "shot.abc")):
-                with self.subTest(case=case, file=name):
-                    yield kind(self.folder / case / name), {f: {n: wanted[f"{n}{f}"] for n in (
-                        "corners", "velocities", "material", "interface", "crate")} for f in FRAMES}
+                yield f"{case}/{name}", kind(self.folder / case / name), {f: {n: wanted[f"{n}{f}"] for n in (
+                    "corners", "velocities", "triangles", "material", "interface", "crate")} for f in FRAMES}
 
-    def assert_is(self, found, corners, velocities, size):
+    def assert_is(self, found, wanted, size, mine=slice(None)):
+        """`mine`: which triangles it is to have."""
+        corners, velocities = wanted["corners"][mine], wanted["velocities"][mine]
         self.assertEqual(found.faces, len(corners))
-        self.assertEqual(found.vertices, len({tuple(c) for c in found.corners.reshape(-1, 3)}))  # none that no face has
+        self.assertEqual(found.vertices, len(np.unique(wanted["triangles"][mine])))  # none that no face has
         if len(corners):
             self.assertLess(np.abs(found.corners - corners).max(), SHARE * size)
             self.assertLess(np.abs(found.velocities - velocities).max(), SHARE * np.abs(velocities).max())
@@ -112,49 +116,54 @@ class ReadBack(unittest.TestCase):
         return np.ptp(points, axis=0).max()
 
     def test_meshes_change_as_baked_where_they_are_whole(self):
-        for file, wanted in self.files("whole", "whole_by_file_menu"):
-            for frame in FRAMES:
-                w = wanted[frame]
-                self.assert_is(file.read("Block_fractured", frame), w["corners"], w["velocities"], self.size(wanted))
+        for name, file, wanted in self.files("whole", "whole_by_file_menu"):
+            with self.subTest(name):
+                for frame in FRAMES:
+                    self.assert_is(file.read("Block_fractured", frame), wanted[frame], self.size(wanted))
 
     def test_meshes_change_as_baked_where_break_surfaces_are_apart(self):
-        for file, wanted in self.files("apart", "apart_by_file_menu"):
-            for frame in FRAMES:
-                w = wanted[frame]
-                for name, mine in (("Block_fractured", w["material"] < 2), ("Block_fractured_inside", w["material"] >= 2)):
-                    self.assert_is(file.read(name, frame), w["corners"][mine], w["velocities"][mine], self.size(wanted))
+        for name, file, wanted in self.files("apart", "apart_by_file_menu"):
+            with self.subTest(name):
+                for frame in FRAMES:
+                    is_inside = wanted[frame]["material"] >= 2
+                    for thing, mine in (("Block_fractured", ~is_inside), ("Block_fractured_inside", is_inside)):
+                        self.assert_is(file.read(thing, frame), wanted[frame], self.size(wanted), mine)
 
     def test_rigid_bodies_move(self):
-        for file, wanted in self.files("apart", "whole", "apart_by_file_menu", "whole_by_file_menu"):
-            for frame in FRAMES:
-                found = file.read("Crate_moving", frame)
-                self.assertEqual(len(found.points), 8)
-                self.assertLess(np.abs(found.points - wanted[frame]["crate"]).max(), SHARE * self.size(wanted))
+        for name, file, wanted in self.files("apart", "whole", "apart_by_file_menu", "whole_by_file_menu"):
+            with self.subTest(name):
+                for frame in FRAMES:
+                    found = file.read("Crate_moving", frame)
+                    self.assertEqual(len(found.points), 8)
+                    self.assertLess(np.abs(found.points - wanted[frame]["crate"]).max(), SHARE * self.size(wanted))
 
     def test_break_surfaces_that_are_apart_keep_their_material(self):
-        for file, wanted in self.files("apart", "apart_by_file_menu"):
-            for frame in FRAMES:
-                material = wanted[frame]["material"]
-                outer, inner = (file.read(n, frame).material for n in ("Block_fractured", "Block_fractured_inside"))
-                self.assertEqual(outer.tolist(), [MATERIALS[m] for m in material if m < 2])
-                if isinstance(file, UsdFile):  # in Alembic faces have their material by the object that they are in
-                    self.assertEqual(inner.tolist(), [MATERIALS[m] for m in material if m == 2])
+        for name, file, wanted in self.files("apart", "apart_by_file_menu"):
+            with self.subTest(name):
+                for frame in FRAMES:
+                    material = wanted[frame]["material"]
+                    outer, inner = (file.read(n, frame).material for n in ("Block_fractured", "Block_fractured_inside"))
+                    self.assertEqual(outer.tolist(), [MATERIALS[m] for m in material if m < 2])
+                    if isinstance(file, UsdFile):  # in Alembic faces have their material by the object that they are in
+                        self.assertEqual(inner.tolist(), [MATERIALS[m] for m in material if m == 2])
 
     def test_in_whole_meshes_of_usd_the_interface_tells_break_surfaces(self):
         """The attribute is written at every frame, as materials are not."""
-        for file, wanted in self.files("whole", "whole_by_file_menu"):
-            if isinstance(file, UsdFile):
-                for frame in FRAMES:
-                    found = file.read("Block_fractured", frame)
-                    np.testing.assert_array_equal(found.interface, wanted[frame]["interface"])
-                    np.testing.assert_array_equal(found.interface >= 0, wanted[frame]["material"] >= 2)
+        for name, file, wanted in self.files("whole", "whole_by_file_menu"):
+            with self.subTest(name):
+                if isinstance(file, UsdFile):
+                    for frame in FRAMES:
+                        found = file.read("Block_fractured", frame)
+                        np.testing.assert_array_equal(found.interface, wanted[frame]["interface"])
+                        np.testing.assert_array_equal(found.interface >= 0, wanted[frame]["material"] >= 2)
 
     def test_in_whole_meshes_materials_are_lost_by_the_hosts_own_fault(self):
         """Once Blender writes them at each frame, its users can be told so."""
-        for file, wanted in self.files("whole"):
-            found, material = file.read("Block_fractured", 6).material, wanted[6]["material"]
-            self.assertEqual(found[material < 2].tolist(), [MATERIALS[m] for m in material if m < 2])
-            self.assertNotIn(MATERIALS[2], found[material == 2])
+        for name, file, wanted in self.files("whole"):
+            with self.subTest(name):
+                found, material = file.read("Block_fractured", 6).material, wanted[6]["material"]
+                self.assertEqual(found[material < 2].tolist(), [MATERIALS[m] for m in material if m < 2])
+                self.assertNotIn(MATERIALS[2], found[material == 2])
 
 
 if __name__ == "__main__":

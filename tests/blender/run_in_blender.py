@@ -2,7 +2,7 @@
 
     run_in_blender.py SCRIPT    runs one whose last words are "N passed, M failed" (addon_case.py)
 
-Files that a script leaves in read_back/ are read by readers outside Blender (tests/hosts/hosts.py), which say the same words.
+Files that it leaves in read_back/ are read by readers outside Blender (tests/hosts/hosts.py), which end with the same words.
 """
 import os
 import re
@@ -44,7 +44,7 @@ def _has_passed(done):
 
 
 def _read_back(folder):
-    """Whether readers found in files what they are to hold. A machine that cannot have them is told so, and has tested nothing."""
+    """Whether readers found in files what they are to hold. Where they cannot be had that is told, and nothing has passed."""
     sys.path.insert(0, str(HERE.parent / "hosts"))
     import hosts
 
@@ -53,8 +53,8 @@ def _read_back(folder):
     except hosts.Unavailable as error:
         print(f"WARNING: exports of Blender {' '.join(BLENDER)} were NOT READ BACK: {error}")
         return False
-    return _has_passed(subprocess.run([python, "-B", HERE / "read_host_exports.py", folder], text=True, stdin=subprocess.DEVNULL,
-                                      stdout=subprocess.PIPE, stderr=subprocess.STDOUT))
+    return _has_passed(subprocess.run([python, "-B", HERE / "read_host_exports.py", folder], text=True, timeout=120,
+                                      stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT))
 
 
 def main(script):

@@ -152,13 +152,14 @@ def _make_environment(folder, packages, within):
         return
     shutil.rmtree(folder, ignore_errors=True)
     within([PYTHON, "-m", "venv", "--without-pip", str(folder)])
-    within([PYTHON, "-m", "pip", "--python", str(folder / "bin/python"), "install", "-q", "--disable-pip-version-check", *packages])
+    within([PYTHON, "-m", "pip", "--python", str(folder / "bin/python"), "install", "-q", "--disable-pip-version-check",
+            *packages])
     (folder / ".ready").touch()
 
 
 def prepare_readers():
-    """The interpreter of a Python that reads USD and Alembic: neither Blender nor Sunder reads back what Blender's own exporters
-    wrote. Raises Unavailable."""
+    """The interpreter of a Python that reads USD and Alembic: what Blender wrote shall be read back by another. Raises
+    Unavailable."""
     CACHE.mkdir(parents=True, exist_ok=True)
     with open(CACHE / "readers.lock", "w") as lock:  # two tests at once: the second waits
         fcntl.flock(lock, fcntl.LOCK_EX)

@@ -74,8 +74,8 @@ class _OnResults(operators._OnTree):
 
 
 class SUNDER_OT_split_inside(_OnResults, bpy.types.Operator):
-    """Make the break surfaces of result objects objects of their own. Exporters write at the first frame alone which faces have
-    which material, and break surfaces are not there yet; an object of one material keeps it"""
+    """Make the break surfaces of result objects objects of their own. Exporters write at the first frame alone which faces
+    have which material, and break surfaces are not there yet; an object of one material keeps it"""
 
     bl_idname = "sunder.split_inside"
     bl_label = "Break Surfaces Apart"
@@ -124,7 +124,8 @@ class SUNDER_OT_export_host(_OnResults, bpy.types.Operator):
     format: EnumProperty(name="Format", items=[("ABC", "Alembic", ""), ("USD", "USD", "")])
     split_inside: BoolProperty(
         name="Break Surfaces Apart", default=True,
-        description="Write break surfaces as objects of their own, NAME inside: as one with the outer surface they lose their material",
+        description="Write break surfaces as objects of their own, NAME inside: as one with the outer surface they lose their "
+        "material",
     )
 
     @operators.told
@@ -166,8 +167,8 @@ class SUNDER_OT_export_host(_OnResults, bpy.types.Operator):
 
     def _tell(self, path, whole):
         if whole and not self.split_inside:
-            self.report({"WARNING"}, f"Sunder: {path}: break surfaces have lost their material there, for Blender writes that of the "
-                                     "first frame; with Break Surfaces Apart they keep it")
+            self.report({"WARNING"}, f"Sunder: {path}: break surfaces have lost their material there, for Blender writes that "
+                                     "of the first frame; with Break Surfaces Apart they keep it")
         else:
             apart = "".join(f"; break surfaces of '{t.name}' are '{t.name} inside'" for t in whole)
             self.report({"INFO"}, f"Sunder: {path}{apart}")

@@ -1,7 +1,7 @@
 """What makes result objects leave Blender whole: break surfaces as an object of their own, and things that count as moving.
 
-Blender's exporters write at the first frame alone which faces have which material, and there a shot has no break surfaces yet.
-An object of one material keeps it.
+Blender's exporters write at the first frame alone which faces have which material, and there a shot has no break surfaces
+yet. An object of one material keeps it.
 """
 import bpy
 
@@ -11,7 +11,8 @@ _MOVES = "Moves"  # a constraint that constrains nothing
 
 
 def count_as_moving(thing):
-    """Blender's exporters take an object without keys and constraints, and a mesh without modifiers, for one that stands still."""
+    """Blender's exporters take an object without keys and constraints, and a mesh without modifiers, for one that stands
+    still."""
     node = trees.find_node(thing.sunder.tree, thing.sunder.node)
     if node is None or thing.library is not None:
         return

@@ -133,7 +133,8 @@ def _show_mesh(thing, folder, manifest, shown, is_playing):
     node, mesh = thing.sunder.node, thing.data
     path, stamp = _file(folder, manifest, shown, node)
     part = thing.sunder.part
-    key = f"{node} {stamp} {thing.sunder.use_exact_normals} {thing.sunder.interior_slot}" + (f" {part}" if part != "ALL" else "")
+    key = f"{node} {stamp} {thing.sunder.use_exact_normals} {thing.sunder.interior_slot}"
+    key += f" {part}" if part != "ALL" else ""
     is_whole = rest_coordinates.is_whole(mesh)
     if mesh.get(SHOWN) == key and is_whole:
         return False

@@ -65,7 +65,8 @@ def write(mesh, positions, note, whole=None):
         result_mesh.set_property(mesh, "texco_mesh", None)
         return
     matrix = np.array(note.get("matrix", Matrix.Identity(4)), np.float64)
-    rest, space = ((p @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32) for p in (positions, positions if whole is None else whole))
+    rest, space = ((p @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32)
+                   for p in (positions, positions if whole is None else whole))
     result_mesh.write_attribute(mesh, ATTRIBUTE, "FLOAT_VECTOR", "POINT", rest)
     shape = _texture_mesh(mesh)
     if len(shape.vertices) != len(rest):
