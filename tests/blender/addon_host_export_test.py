@@ -94,6 +94,24 @@ class HostExports(AddonCase):
         bpy.ops.sunder.split_inside(tree=tree.name)
         self.write("apart_by_file_menu", tree, self.by_file_menu(tree))
 
+    def test_blenders_own_import_of_our_usd_knows_break_surfaces_by_their_interface(self):
+        """It takes materials of the first frame, too; the attribute arrives."""
+        tree = self.shot()
+        frame = addon("bake_reader").read_mesh_frame(str(self.cached(tree) / "mesh/deformer.0006.ply"))
+        path, before = str(self.folder / "shot.usda"), set(bpy.data.objects)
+        self.assertEqual(bpy.ops.sunder.export(tree=tree.name, filepath=path), {"FINISHED"})
+        if not addon("blender_versions").has_operator("wm", "usd_import"):
+            self.assertEqual(addon("export").host_formats(), [])  # a build without USD
+            return
+        bpy.ops.wm.usd_import(filepath=path)
+        thing, = (o for o in set(bpy.data.objects) - before if o.name.startswith("Block"))
+        self.scene.frame_set(6)
+        mesh = thing.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+        self.assertEqual(len(mesh.polygons), len(frame.triangles))
+        interface = np.array([value.value for value in mesh.attributes["interface"].data])
+        np.testing.assert_array_equal(interface, frame.interface)
+        self.assertNotIn(2, {p.material_index for p in mesh.polygons})  # the host's own fault
+
     def test_results_of_older_files_move_once_these_are_opened(self):
         tree = self.shot()
         block, crate = bpy.data.objects["Block fractured"], bpy.data.objects["Crate moving"]

@@ -59,7 +59,10 @@ class SUNDER_OT_export(operators._OnTree, bpy.types.Operator, ExportHelper):
         except package.Error as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, f"Sunder: {len(done['files'])} files exported" + (f"; {done['note']}" if done["note"] else ""))
+        notes = [done["note"]] if done["note"] else []
+        if any(str(file).endswith(".usda") for file in done["files"]):
+            notes.append("imported by Blender itself, break surfaces have the outer material; 0 or more in 'interface' tells them")
+        self.report({"INFO"}, "; ".join([f"Sunder: {len(done['files'])} files exported", *notes]))
         return {"FINISHED"}
 
 

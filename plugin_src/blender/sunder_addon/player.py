@@ -6,10 +6,13 @@ import numpy as np
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from mathutils import Matrix, Quaternion
 
-from . import bake_reader, cache, preview_source, rest_coordinates, result_mesh, runtime, tearing, tree as trees
+from . import (
+    bake_reader, blender_versions, cache, preview_source, rest_coordinates, result_mesh, runtime, tearing, tree as trees,
+)
 
 SHOWN = "sunder_shown"  # on the mesh, so that undo and files carry it along
-PLAYED_FACES = 20_000  # from so many on, exact normals wait until playing stops: they take several times as long as the rest
+# From so many on, exact normals wait until playing stops, where they take several times as long as the rest.
+PLAYED_FACES = np.inf if blender_versions.HAS_QUICK_NORMALS else 20_000
 PARTS = [
     ("ALL", "Whole", "The mesh as simulated"),
     ("OUTSIDE", "Outer Surface", "Without break surfaces"),
@@ -146,7 +149,8 @@ def _show_mesh(thing, folder, manifest, shown, is_playing):
     attributes = _attributes(folder, manifest, shown, node, frame)
     result_mesh.set_property(mesh, SHOWN, "")  # until all is written
     rest = cache.note(folder).get("rest_coordinates", {}).get(node, {})
-    stamp = result_mesh.face_stamp(frame, thing.sunder.uv_map, thing.sunder.color_attribute, interior, thing.sunder.interior_slot, rest)
+    stamp = result_mesh.face_stamp(frame, thing.sunder.uv_map, thing.sunder.color_attribute, interior,
+                                   thing.sunder.interior_slot, rest, mesh_name=mesh.name_full)
     if result_mesh.write_geometry(mesh, frame, stamp if is_whole else ""):
         _write_faces(thing, mesh, frame, interior)
         rest_coordinates.write(mesh, frame.rest, rest, frame.whole_rest)

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from . import result_mesh
+from . import blender_versions, result_mesh
 
 ATTRIBUTE = "rest_position"
 _MODIFIER, _OF = "Rest Coordinates", "sunder_of"
@@ -58,6 +58,10 @@ def remove(mesh):
         bpy.data.meshes.remove(own)
 
 
+def _moved(points, matrix):
+    return (points @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32)
+
+
 def write(mesh, positions, note, whole=None):
     """positions (v, 3) f32: rest positions in the cut's coordinates, None of bakes that tell none. note: of `describe`, {}
     for none. whole: positions of all that was cut, where the mesh shows a part of it."""
@@ -65,14 +69,14 @@ def write(mesh, positions, note, whole=None):
         result_mesh.set_property(mesh, "texco_mesh", None)
         return
     matrix = np.array(note.get("matrix", Matrix.Identity(4)), np.float64)
-    rest, space = ((p @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32)
-                   for p in (positions, positions if whole is None else whole))
+    rest = _moved(positions, matrix)
+    space = rest if whole is None else _moved(whole, matrix)
     result_mesh.write_attribute(mesh, ATTRIBUTE, "FLOAT_VECTOR", "POINT", rest)
     shape = _texture_mesh(mesh)
     if len(shape.vertices) != len(rest):
         shape.clear_geometry()
         shape.vertices.add(len(rest))
-    shape.vertices.foreach_set("co", rest.ravel())
+    blender_versions.write_positions(shape, rest)
     low, high = (space.min(0), space.max(0)) if len(space) else (np.zeros(3), np.ones(3))
     size = (high - low) / 2
     for thing in (mesh, shape):
