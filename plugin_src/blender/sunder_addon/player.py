@@ -134,9 +134,9 @@ def _interior_material(folder, manifest, node):
 
 def _show_mesh(thing, folder, manifest, shown, is_playing):
     node, mesh = thing.sunder.node, thing.data
-    path, stamp = _file(folder, manifest, shown, node)
+    path, content = _file(folder, manifest, shown, node)
     part = thing.sunder.part
-    key = f"{node} {stamp} {thing.sunder.use_exact_normals} {thing.sunder.interior_slot}"
+    key = f"{node} {content} {thing.sunder.use_exact_normals} {thing.sunder.interior_slot}"
     key += f" {part}" if part != "ALL" else ""
     is_whole = rest_coordinates.is_whole(mesh)
     if mesh.get(SHOWN) == key and is_whole:
@@ -149,7 +149,7 @@ def _show_mesh(thing, folder, manifest, shown, is_playing):
     attributes = _attributes(folder, manifest, shown, node, frame)
     result_mesh.set_property(mesh, SHOWN, "")  # until all is written
     rest = cache.note(folder).get("rest_coordinates", {}).get(node, {})
-    stamp = result_mesh.face_stamp(frame, thing.sunder.uv_map, thing.sunder.color_attribute, interior,
+    stamp = result_mesh.face_stamp(frame, content, part, thing.sunder.uv_map, thing.sunder.color_attribute, interior,
                                    thing.sunder.interior_slot, rest, mesh_name=mesh.name_full)
     if result_mesh.write_geometry(mesh, frame, stamp if is_whole else ""):
         _write_faces(thing, mesh, frame, interior)

@@ -38,21 +38,16 @@ def _foreach(sequence, attribute, values):
 FACES = "sunder_faces"  # on the mesh, so that undo and files carry it along: what its faces were written from
 
 
-def face_stamp(frame, *names, mesh_name=""):
-    """Of all that faces and their corners have but normals, and of rest positions; equal stamps, equal faces. `names`: what
-    else they are written from, slots and layers. `mesh_name`: of the mesh whose last stamp is looked at first, for most frames
-    have the faces of that before them, and to compare takes a tenth of the time to hash."""
-    names = repr((len(frame.positions), names))
+def face_stamp(frame, source, *names, mesh_name=""):
+    """Of all that faces and their corners have but normals, and of rest positions; equal stamps, equal faces: the hash of the
+    file that they come from, and `names`: what else they are written from, slots and layers. Most frames have the faces of
+    that before them: where mesh `mesh_name` was stamped last with the same ones, that stamp stays."""
+    names = repr(names)
     parts = (frame.triangles, frame.material, frame.fragment, frame.hidden, frame.uvs, frame.interface, frame.rim, frame.colors,
              frame.rest)
-    known_names, known_parts, known = runtime.face_stamps.get(mesh_name, ("", (), ""))
-    if names == known_names and all(_is_same(a, b) for a, b in zip(parts, known_parts)):
-        return known
-    digest = hashlib.blake2b(names.encode(), digest_size=16)
-    for values in parts:
-        digest.update(b"none" if values is None else np.ascontiguousarray(values))
-    stamp = digest.hexdigest()
-    if mesh_name:
+    known_names, known_parts, stamp = runtime.face_stamps.get(mesh_name, ("", (), ""))
+    if names != known_names or not all(_is_same(a, b) for a, b in zip(parts, known_parts)):
+        stamp = f"{source} {hashlib.blake2b(names.encode(), digest_size=16).hexdigest()}"
         runtime.face_stamps[mesh_name] = names, parts, stamp
     return stamp
 
