@@ -82,7 +82,8 @@ def read_ply(path):
 class MeshFrame:
     """positions (v, 3) f32, vertex_fragment (v,), velocities (v, 3) f32 or None, rest (v, 3) f32, in the mesh that was cut,
     or None; triangles (t, 3), corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None, material and fragment (t,), hidden (t,)
-    bool; interface (t,), rim (3t,) f32 and colors (3t, 4) f32 or None; whole numbers are int32. Of a part whole_rest: rest of all."""
+    bool; interface (t,), rim (3t,) f32 and colors (3t, 4) f32 or None; whole numbers are int32. Of a part `whole_rest` is rest
+    of all."""
 
 
 def _list(rows, name, kind):
@@ -107,9 +108,9 @@ def _part(vertex, face, corners, is_wanted):
     return vertex[is_used], face[is_wanted], (np.cumsum(is_used) - 1)[corners]
 
 
-def read_mesh_frame(path, choose=None):
+def read_mesh_frame(path, choose=None, needs_normals=True):
     """`choose`: (materials of triangles) -> which of them are wanted, bool; None: all, with every vertex.
-    (Of the vertices that are left out `whole_rest` tells.)"""
+    (Of the vertices that are left out `whole_rest` tells.) Normals that nobody needs are None."""
     ply, mesh = read_ply(path), MeshFrame()
     try:
         vertex, face = ply["vertex"], ply["face"]
@@ -125,7 +126,7 @@ def read_mesh_frame(path, choose=None):
         mesh.velocities = np.stack([vertex["v" + n] for n in "xyz"], 1) if has_velocities else None
         mesh.rest = _rest(vertex)
         mesh.triangles = np.ascontiguousarray(corners, np.int32)
-        mesh.corner_normals = _list(face, "corner_normals", np.float32).reshape(-1, 3)
+        mesh.corner_normals = _list(face, "corner_normals", np.float32).reshape(-1, 3) if needs_normals else None
         mesh.material, mesh.fragment = (np.ascontiguousarray(face[n], np.int32) for n in ("material", "fragment"))
         has_hidden = "hidden" in face.dtype.names  # constant topology: break surfaces that are not open yet
         mesh.hidden = face["hidden"] != 0 if has_hidden else np.zeros(len(face), bool)

@@ -139,6 +139,21 @@ class Shown(ObjectCase):
             player.PLAYED_FACES = exact
         self.assertEqual([len(thing.data.polygons), thing.data.has_custom_normals, wanted], [torn, True, False])
 
+    def test_exact_normals_that_are_off_cost_nothing_more(self):
+        """Also of faces that stay: each frame would have its normals worked out, which is most of its time."""
+        tree, _ = self.tree()
+        thing, = self.results(tree)
+        self.bake(tree)
+        self.scene.frame_set(1)
+        self.assertTrue(thing.data.has_custom_normals)
+        thing.sunder.use_exact_normals = False
+        self.scene.frame_set(2)  # in the air: nothing broke
+        self.assertFalse(thing.data.has_custom_normals)
+        self.assertGreater(len(thing.data.polygons), 0)
+        thing.sunder.use_exact_normals = True
+        self.scene.frame_set(1)
+        self.assertTrue(thing.data.has_custom_normals)
+
     def test_toughness_left_is_what_is_missing_to_the_toughness_at_the_frame(self):
         tree, nodes = self.tree(material={"toughness": 0.3})
         thing, = self.results(tree)

@@ -58,8 +58,8 @@ def in_python(folder, pieces):
     """Bakes, and times the library by itself."""
     import time
 
-    graph = sphere_graph(folder, LAST, pieces, {"position": [0, 0, 3], "angular_velocity": [0, 0, 7200], "youngs_modulus": 1e8,
-                                                "toughness": 1e-6}, {"preset": "preview"})
+    body = {"position": [0, 0, 3], "angular_velocity": [0, 0, 7200], "youngs_modulus": 1e8, "toughness": 1e-6}
+    graph = sphere_graph(folder, LAST, pieces, body, {"preset": "preview"})
     begin = time.perf_counter()
     graph.evaluate("pieces.fragments")
     print(f"cut into pieces                      {time.perf_counter() - begin:8.2f} s")

@@ -2,8 +2,9 @@
 
     python3 tests/blender/time_playback.py [HOST]...      (after ./sunder has built; hosts as in tests/hosts/hosts.py)
 
-A ball of 3,000 pieces tears on a floor. The host exports what it plays, and imports it again as a Mesh Sequence Cache; both are
-played by turns. Each frame counts with its least time. Frames are worked out whole, as a viewport asks for them; nothing is drawn.
+A ball of 3,000 pieces tears on a floor. The host exports what it plays, and imports it again as a Mesh Sequence Cache; both
+are played by turns. Each frame counts with its least time. Frames are worked out whole, as a viewport asks for them; nothing is
+drawn.
 """
 import os
 import subprocess
@@ -84,8 +85,9 @@ def in_blender(folder):
         for name, player in players.items():
             shown = [len(o.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.polygons) for o in player.objects]
             times = np.array(player.times)
-            print(f"ROW {'with' if is_exact else 'without'} normals, {name}: {times.sum():.0f} ms for {LAST} frames; median where edges "
-                  f"broke {np.median(times[changes]):.0f}, where none {np.median(times[~changes]):.0f}; {sum(shown)} triangles")
+            print(f"ROW {'with' if is_exact else 'without'} normals, {name}: {times.sum():.0f} ms for {LAST} frames; median where "
+                  f"edges broke {np.median(times[changes]):.0f}, where none {np.median(times[~changes]):.0f}; "
+                  f"{sum(shown)} triangles")
         if "Alembic" in players:
             ratio = sum(players["Sunder"].times) / sum(players["Alembic"].times)
             print(f"ROW {'with' if is_exact else 'without'} normals, Sunder / Alembic: {ratio:.2f}", flush=True)
@@ -106,8 +108,8 @@ def main(names):
             except hosts.Unavailable as error:
                 print(f"{host.name}: NOT RUN: {error}", flush=True)
                 continue
-            done = subprocess.run([*host.command(), "-b", "--factory-startup", "--addons", "sunder_addon", "--python", __file__,
-                                   "--", name], env=environment(folder, os.environ["SUNDER_ADDON_ROOT"]), text=True,
+            command = [*host.command(), "-b", "--factory-startup", "--addons", "sunder_addon", "--python", __file__, "--", name]
+            done = subprocess.run(command, env=environment(folder, os.environ["SUNDER_ADDON_ROOT"]), text=True,
                                   stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
             rows = [line[4:] for line in done.stdout.splitlines() if line.startswith("ROW ")]
             print(*[f"{host.name}: {row}" for row in rows], sep="\n", flush=True)

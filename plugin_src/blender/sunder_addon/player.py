@@ -145,13 +145,14 @@ def _show_mesh(thing, folder, manifest, shown, is_playing):
         raise bake_reader.BakeError(f"mesh '{mesh.name}' is linked from another file: make object and mesh local")
     interior = _interior_material(folder, manifest, node)
     choose = {"OUTSIDE": lambda material: material < interior, "INSIDE": lambda material: material >= interior}.get(part)
-    frame = bake_reader.read_mesh_frame(path, choose)
+    frame = bake_reader.read_mesh_frame(path, choose, thing.sunder.use_exact_normals)
     attributes = _attributes(folder, manifest, shown, node, frame)
     result_mesh.set_property(mesh, SHOWN, "")  # until all is written
     rest = cache.note(folder).get("rest_coordinates", {}).get(node, {})
     stamp = result_mesh.face_stamp(frame, content, part, thing.sunder.uv_map, thing.sunder.color_attribute, interior,
                                    thing.sunder.interior_slot, rest, mesh_name=mesh.name_full)
-    if result_mesh.write_geometry(mesh, frame, stamp if is_whole else ""):
+    is_written = is_whole and (thing.sunder.use_exact_normals or not blender_versions.keeps_corner_normals(mesh))
+    if result_mesh.write_geometry(mesh, frame, stamp if is_written else ""):
         _write_faces(thing, mesh, frame, interior)
         rest_coordinates.write(mesh, frame.rest, rest, frame.whole_rest)
         result_mesh.set_property(mesh, result_mesh.FACES, stamp)
@@ -159,7 +160,7 @@ def _show_mesh(thing, folder, manifest, shown, is_playing):
         result_mesh.write_attribute(mesh, name, kind, "POINT", values)
     if is_playing and thing.sunder.use_exact_normals and len(frame.triangles) >= PLAYED_FACES:
         return True  # and not marked as shown: it is written again once the frame rests
-    result_mesh.write_normals(mesh, frame.corner_normals if thing.sunder.use_exact_normals else None)
+    result_mesh.write_normals(mesh, frame.corner_normals)
     result_mesh.set_property(mesh, SHOWN, key)
     return False
 

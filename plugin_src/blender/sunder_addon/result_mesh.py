@@ -39,12 +39,12 @@ FACES = "sunder_faces"  # on the mesh, so that undo and files carry it along: wh
 
 
 def face_stamp(frame, source, *names, mesh_name=""):
-    """Of all that faces and their corners have but normals, and of rest positions; equal stamps, equal faces: the hash of the
-    file that they come from, and `names`: what else they are written from, slots and layers. Most frames have the faces of
-    that before them: where mesh `mesh_name` was stamped last with the same ones, that stamp stays."""
+    """Of all that faces and their corners have but normals, and of rest positions; equal stamps, equal faces. `source`: hash of
+    the file that they come from; `names`: what else they are written from, slots and layers. Most frames have the faces of
+    the frame before: where mesh `mesh_name` was stamped last with the same ones, that stamp stays."""
     names = repr(names)
-    parts = (frame.triangles, frame.material, frame.fragment, frame.hidden, frame.uvs, frame.interface, frame.rim, frame.colors,
-             frame.rest)
+    parts = (frame.triangles, frame.material, frame.fragment, frame.hidden, frame.uvs, frame.interface, frame.rim,
+             frame.colors, frame.rest)
     known_names, known_parts, stamp = runtime.face_stamps.get(mesh_name, ("", (), ""))
     if names != known_names or not all(_is_same(a, b) for a, b in zip(parts, known_parts)):
         stamp = f"{source} {hashlib.blake2b(names.encode(), digest_size=16).hexdigest()}"
