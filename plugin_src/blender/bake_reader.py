@@ -105,36 +105,63 @@ class MeshFrame:
     """positions (v, 3) f32, vertex_fragment (v,), velocities (v, 3) f32 or None, rest (v, 3) f32, in the mesh that was cut,
     or None; triangles (t, 3), corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None, material and fragment (t,), hidden (t,)
     bool; interface (t,), rim (3t,) f32 and colors (3t, 4) f32 or None; whole numbers are int32. mesh_layers: what else the
-    artist's mesh has, [Layer]."""
+    artist's mesh has, [Layer]. Of a part `whole_rest` is rest of all."""
 
 
-def read_mesh_frame(path):
+def _list(rows, name, kind):
+    """Entries of a list property (n, k). Taken as one block a row they come in a third of the time."""
+    entries = rows.dtype[name]
+    if entries.itemsize == 0 or entries.base != np.dtype(kind):
+        return np.ascontiguousarray(rows[name], kind)
+    block = np.dtype({"names": [name], "formats": [f"V{entries.itemsize}"], "offsets": [rows.dtype.fields[name][1]],
+                      "itemsize": rows.dtype.itemsize})
+    return np.ascontiguousarray(rows.view(block)[name]).view(entries.base).reshape(len(rows), *entries.shape)
+
+
+def _rest(vertex):
+    return np.stack([vertex["rest_" + n] for n in "xyz"], 1) if "rest_x" in vertex.dtype.names else None
+
+
+def _part(vertex, face, corners, is_wanted):
+    """Rows of the wanted triangles, of their vertices, and those by their new numbers."""
+    corners = corners[is_wanted]
+    is_used = np.zeros(len(vertex), bool)
+    is_used[corners.ravel()] = True
+    return vertex[is_used], face[is_wanted], (np.cumsum(is_used) - 1)[corners]
+
+
+def read_mesh_frame(path, choose=None, needs_normals=True):
+    """`choose`: (materials of triangles) -> which of them are wanted, bool; None: all, with every vertex.
+    (Of the vertices that are left out `whole_rest` tells.) Normals that nobody needs are None."""
     ply, mesh = read_ply(path), MeshFrame()
     try:
         vertex, face = ply["vertex"], ply["face"]
+        corners = _list(face, "vertex_indices", np.int32)
+        if corners.size and (corners.min() < 0 or corners.max() >= len(vertex)):
+            raise BakeError(f"{path}: a triangle names a vertex that is not there")
+        mesh.whole_rest = _rest(vertex) if choose is not None else None
+        if choose is not None:
+            vertex, face, corners = _part(vertex, face, corners, choose(face["material"]))
         mesh.positions = np.stack([vertex["x"], vertex["y"], vertex["z"]], 1).astype(np.float32)
         mesh.vertex_fragment = np.ascontiguousarray(vertex["fragment"], np.int32)
         has_velocities = "vx" in vertex.dtype.names
         mesh.velocities = np.stack([vertex["v" + n] for n in "xyz"], 1) if has_velocities else None
-        has_rest = "rest_x" in vertex.dtype.names
-        mesh.rest = np.stack([vertex["rest_" + n] for n in "xyz"], 1) if has_rest else None
-        mesh.triangles = np.ascontiguousarray(face["vertex_indices"], np.int32)
-        mesh.corner_normals = np.ascontiguousarray(face["corner_normals"], np.float32).reshape(-1, 3)
+        mesh.rest = _rest(vertex)
+        mesh.triangles = np.ascontiguousarray(corners, np.int32)
+        mesh.corner_normals = _list(face, "corner_normals", np.float32).reshape(-1, 3) if needs_normals else None
         mesh.material, mesh.fragment = (np.ascontiguousarray(face[n], np.int32) for n in ("material", "fragment"))
         has_hidden = "hidden" in face.dtype.names  # constant topology: break surfaces that are not open yet
         mesh.hidden = face["hidden"] != 0 if has_hidden else np.zeros(len(face), bool)
         has_uvs = "texcoord" in face.dtype.names
-        mesh.uvs = np.ascontiguousarray(face["texcoord"], np.float32).reshape(-1, 2) if has_uvs else None
+        mesh.uvs = _list(face, "texcoord", np.float32).reshape(-1, 2) if has_uvs else None
         there = face.dtype.names
         mesh.interface = np.ascontiguousarray(face["interface"], np.int32) if "interface" in there else None
-        mesh.rim = np.ascontiguousarray(face["rim"], np.float32).ravel() if "rim" in there else None
+        mesh.rim = _list(face, "rim", np.float32).ravel() if "rim" in there else None
         has_colors = "corner_colors" in there
-        mesh.colors = np.ascontiguousarray(face["corner_colors"], np.float32).reshape(-1, 4) if has_colors else None
+        mesh.colors = _list(face, "corner_colors", np.float32).reshape(-1, 4) if has_colors else None
         mesh.mesh_layers = _layers(vertex, ("point",)) + _layers(face, ("corner", "face"))
     except (KeyError, ValueError) as error:
         raise BakeError(f"{path}: not a mesh frame ({error})") from error
-    if mesh.triangles.size and (mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.positions)):
-        raise BakeError(f"{path}: a triangle names a vertex that is not there")
     return mesh
 
 

@@ -51,14 +51,17 @@ def write_corner_normals(mesh, normals, set_property=setattr):
             gc.enable()
 
 
+def keeps_corner_normals(mesh):
+    """Whether only new geometry brings back normals that Blender works out: before 4.5 it drops written ones in no other way,
+    and keeps and works out even those that are set to nothing."""
+    return not HAS_QUICK_NORMALS and mesh.has_custom_normals
+
+
 def clear_corner_normals(mesh):
-    """Back to normals that Blender works out."""
-    if HAS_QUICK_NORMALS:
-        attribute = mesh.attributes.get("custom_normal")
-        if attribute is not None:
-            mesh.attributes.remove(attribute)
-    elif mesh.has_custom_normals:
-        mesh.normals_split_custom_set([(0.0, 0.0, 0.0)] * len(mesh.loops))
+    """Back to normals that Blender works out, of a mesh that does not keep the others."""
+    attribute = mesh.attributes.get("custom_normal") if HAS_QUICK_NORMALS else None
+    if attribute is not None:
+        mesh.attributes.remove(attribute)
 
 
 def is_of_geometry(name):
@@ -82,12 +85,43 @@ def copy_geometry(source, target, set_property=setattr):
         set_property(target, "use_auto_smooth", source.has_custom_normals)
 
 
-def write_triangle_corners(mesh):
-    """Polygon i has corners 3i to 3i + 2. Their number is written until 3.5; later it follows from where they start."""
-    n = len(mesh.polygons)
+def _write(quick, slow, values):
+    """foreach_set by an attribute where there is one: in 0.3 ms what takes 20 to 80 by items. Both: (sequence, name)."""
+    sequence, name = quick or slow
+    sequence.foreach_set(name, np.ascontiguousarray(values).ravel())
+
+
+def write_positions(mesh, positions):
+    """(vertices, 3) f32; as an attribute from 3.5 on."""
+    attribute = mesh.attributes.get("position")
+    _write(attribute and (attribute.data, "vector"), (mesh.vertices, "co"), positions)
+
+
+def write_uvs(layer, uvs):
+    """(corners, 2) f32 of a UV map; as an attribute from 3.5 on."""
+    _write((layer.uv, "vector") if hasattr(layer, "uv") else None, (layer.data, "uv"), uvs)
+
+
+def replace_triangles(mesh, positions, triangles):
+    """Makes a mesh smooth triangles, (t, 3) int32, and nothing else; materials stay.
+
+    Polygon i has corners 3i to 3i + 2: their number is written until 3.5; later it follows from where they start. Corners are
+    an attribute from 3.6 on. What is not said to be sharp is smooth from 4.1 on.
+    """
+    n = len(triangles)
+    mesh.clear_geometry()
+    mesh.vertices.add(len(positions))
+    mesh.loops.add(3 * n)
+    mesh.polygons.add(n)
+    attribute = mesh.attributes.get(".corner_vert")
+    _write(attribute and (attribute.data, "value"), (mesh.loops, "vertex_index"), triangles)
+    if bpy.app.version < (4, 1, 0):
+        mesh.polygons.foreach_set("use_smooth", np.ones(n, bool))
     mesh.polygons.foreach_set("loop_start", np.arange(0, 3 * n, 3, dtype=np.int32))
     if not bpy.types.MeshPolygon.bl_rna.properties["loop_total"].is_readonly:
         mesh.polygons.foreach_set("loop_total", np.full(n, 3, np.int32))
+    write_positions(mesh, positions)
+    mesh.update(calc_edges=True)
 
 
 def has_nodes(thing):

@@ -94,17 +94,8 @@ def add_object(name, mesh, *materials):
 
 def write_mesh(mesh, positions, triangles, corner_normals, face_material):
     """Replaces the geometry of `mesh`; materials stay. Corners must be given as float32 and int32."""
-    mesh.clear_geometry()
-    n = len(triangles)
-    mesh.vertices.add(len(positions))
-    mesh.loops.add(3 * n)
-    mesh.polygons.add(n)
-    mesh.vertices.foreach_set("co", positions.ravel())
-    mesh.loops.foreach_set("vertex_index", triangles.ravel())
-    blender_versions.write_triangle_corners(mesh)
+    blender_versions.replace_triangles(mesh, positions, triangles)
     mesh.polygons.foreach_set("material_index", face_material)
-    mesh.polygons.foreach_set("use_smooth", np.ones(n, bool))
-    mesh.update(calc_edges=True)
     blender_versions.write_corner_normals(mesh, corner_normals)
 
 

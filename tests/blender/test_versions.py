@@ -28,6 +28,7 @@ GUARDED = {
     "use_gtao": "gone in 4.2",
     "use_soft_shadows": "gone in 4.2",
     "custom_normal": "normals of corners from 4.5 on",
+    ".corner_vert": "an attribute of meshes from 3.6 on",
     "draw_color": "of a socket: draw_color_simple from 4.0",
     "draw_color_simple": "new in 4.0",
     "2D_FLAT_COLOR": "FLAT_COLOR from 4.0",

@@ -6,6 +6,7 @@ A sphere is cut into as many pieces as give that many triangles once all is brok
 for each stage. What a mesh of exactly the paper's counts costs Blender is timed with vertices of its own for most corners.
 """
 import argparse
+import importlib
 import os
 import subprocess
 import sys
@@ -20,10 +21,8 @@ REPEATS = 7
 LAST = 14  # frame at which nearly all edges broke
 
 
-def in_python(folder, pieces):
-    """Bakes, and times the library by itself."""
-    import time
-
+def sphere_graph(folder, last, pieces, body, solver):
+    """A ball of 48,000 triangles over a floor, cut into pieces; `body` and `solver`: parameters of these nodes."""
     import numpy as np
 
     sys.path.insert(0, str(ADDON / "addons/sunder_addon"))
@@ -38,22 +37,29 @@ def in_python(folder, pieces):
     for r in range(rings - 2):
         a, b = r * segments + k, r * segments + (k + 1) % segments
         faces += np.stack([a, a + segments, b + segments], 1).tolist() + np.stack([a, b + segments, b], 1).tolist()
-    last = (rings - 2) * segments
-    faces += [(last + i, bottom, last + (i + 1) % segments) for i in range(segments)]
+    lowest = (rings - 2) * segments
+    faces += [(lowest + i, bottom, lowest + (i + 1) % segments) for i in range(segments)]
     with open(folder / "sphere.obj", "w") as file:
         file.writelines("v %.9g %.9g %.9g\n" % tuple(v) for v in p)
         file.writelines("f %d %d %d\n" % tuple(i + 1 for i in f) for f in faces)
-    graph = sunder.Graph.from_dict({"sunder": 1, "frame_range": [1, LAST], "nodes": {
+    return sunder.Graph.from_dict({"sunder": 1, "frame_range": [1, last], "nodes": {
         "mesh": {"type": "mesh_file", "path": str(folder / "sphere.obj")},
         "pieces": {"type": "prefracture", "mesh": "@mesh.mesh", "pieces": pieces},
-        "body": {"type": "body", "fragments": "@pieces.fragments", "position": [0, 0, 3], "angular_velocity": [0, 0, 7200],
-                 "youngs_modulus": 1e8, "toughness": 1e-6},
+        "body": {"type": "body", "fragments": "@pieces.fragments", **body},
         "floor": {"type": "collider"},
-        "solver": {"type": "solver", "bodies": ["@body.body"], "colliders": ["@floor.collider"], "preset": "preview"},
+        "solver": {"type": "solver", "bodies": ["@body.body"], "colliders": ["@floor.collider"], **solver},
         "deformer": {"type": "deformer", "body": "@body.body", "state": "@solver.state"},
         "deformer:bake": {"type": "bake_mesh", "mesh": "@deformer.mesh", "path": "mesh/deformer.####.ply"},
         "solver:bake": {"type": "bake_state", "state": "@solver.state", "path": "state/solver.####.ply"}}},
         base_folder=str(folder))
+
+
+def in_python(folder, pieces):
+    """Bakes, and times the library by itself."""
+    import time
+
+    body = {"position": [0, 0, 3], "angular_velocity": [0, 0, 7200], "youngs_modulus": 1e8, "toughness": 1e-6}
+    graph = sphere_graph(folder, LAST, pieces, body, {"preset": "preview"})
     begin = time.perf_counter()
     graph.evaluate("pieces.fragments")
     print(f"cut into pieces                      {time.perf_counter() - begin:8.2f} s")
@@ -67,17 +73,36 @@ def in_python(folder, pieces):
     graph.bake(str(folder / "bake"))
 
 
+def addon(name):
+    return importlib.import_module("sunder_addon." + name)
+
+
+def result_object(folder, last):
+    """In Blender, in a scene that has nothing else: an object that plays the bake, without a tree that could bake."""
+    import bpy
+
+    scene = bpy.context.scene
+    for thing in list(bpy.data.objects):
+        bpy.data.objects.remove(thing)
+    tree = bpy.data.node_groups.new("Largest", "SunderTree")
+    addon("runtime").former_homes.clear()
+    tree.cache_id = "bake"
+    addon("cache").home = lambda library=None: str(folder)
+    result = bpy.data.objects.new("result", bpy.data.meshes.new("result"))
+    addon("rest_coordinates").prepare(result)
+    scene.collection.objects.link(result)
+    result.sunder.tree, result.sunder.node = tree, "deformer"
+    scene.frame_start, scene.frame_end = 1, last
+    return result
+
+
 def in_blender(folder):
-    import importlib
     import time
 
     import bpy
     import gpu
     import numpy as np
     from mathutils import Matrix, Vector
-
-    def addon(name):
-        return importlib.import_module("sunder_addon." + name)
 
     def row(what, work, setup=lambda: None):
         best = []
@@ -89,8 +114,8 @@ def in_blender(folder):
         print(f"{what:52s}{min(best):9.0f} ms", flush=True)
 
     scene = bpy.context.scene
-    for thing in list(bpy.data.objects):
-        bpy.data.objects.remove(thing)
+    result = result_object(folder, LAST)
+    scene.collection.objects.unlink(result)
     reader, write, player = addon("bake_reader"), addon("result_mesh"), addon("player")
     manifest = addon("cache").manifest(str(folder / "bake"))
     bake = str(folder / "bake")
@@ -111,20 +136,12 @@ def in_blender(folder):
     row(f"write {v} v, {t} t: all new", lambda: write.write_geometry(mesh, big), mesh.clear_geometry)
     for name in ("material", "fragment", "hidden", "uvs", "interface", "rim", "colors", "rest"):
         setattr(big, name, None)
-    mesh[write.FACES] = write.face_stamp(big)
-    row("write: positions alone, same faces", lambda: write.write_geometry(mesh, big, write.face_stamp(big)))
+    mesh[write.FACES] = "same"
+    row("write: positions alone, same faces", lambda: write.write_geometry(mesh, big, "same"))
     row("Blender's own evaluation after it", lambda: (mesh.update_tag(), bpy.context.view_layer.update()))
     bpy.data.objects.remove(thing)
 
-    # A result object as the add-on plays it, without a tree that could bake.
-    tree = bpy.data.node_groups.new("Largest", "SunderTree")
-    addon("runtime").former_homes.clear()
-    tree.cache_id = "bake"
-    addon("cache").home = lambda library=None: str(folder)
-    result = bpy.data.objects.new("result", bpy.data.meshes.new("result"))
     scene.collection.objects.link(result)
-    result.sunder.tree, result.sunder.node = tree, "deformer"
-    scene.frame_start, scene.frame_end = 1, LAST
     for exact in (False, True):
         result.sunder.use_exact_normals = exact
         what = "with" if exact else "without"

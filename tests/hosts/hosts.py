@@ -1,11 +1,13 @@
 """Blenders that the add-on is tested in: where each comes from, how it is made ready, how it is started.
 
     python3 hosts.py prepare HOST     makes it ready (in the cache, kept between runs) and prints the words that start it
+    python3 hosts.py prepare readers  makes ready what reads their exports back, and prints its interpreter
 
 A host is Debian's own Blender, here or in a root of another Debian made by debootstrap, or an official build: the wheel `bpy`
 in a virtual environment. What is made lies below $XDG_CACHE_HOME/sunder/hosts (default: ~/.cache); a root is made and used
 by root alone.
 """
+import fcntl
 import json
 import os
 import shlex
@@ -26,6 +28,9 @@ TOOL_PACKAGES = ["fonts-dejavu-core", "imagemagick", "python3-numpy", "xdotool"]
 # Sunder's library is built for Debian 12: packages of another Debian that hold what it needs. What is in none of them is
 # taken from this system (`borrowed`), but for TBB, whose name the host's own has as well.
 LIBRARY_PACKAGES = ["libassimp5", "libgmp10", "libmpfr6", "libopenvdb10.0", "libxxhash0", "libzstd1"]
+# What reads exports back: libraries of the formats' own makers, bound to Python. The folder's name changes with them.
+READER_PACKAGES = ["usd-core==26.11", "alembic3d==1.8.12.1", "numpy<3"]
+READERS = CACHE / "readers-26.11-1.8.12"
 NEVER_BORROWED = ("libtbb.so", "libc.so", "libm.so", "libstdc++.so", "libgcc_s.so", "libpthread.so", "libdl.so", "librt.so",
                   "ld-linux")
 
@@ -113,15 +118,7 @@ class Host:
         stamp.write_text(" ".join(wanted) + "\n")
 
     def _make_environment(self):
-        if (self.environment / ".ready").exists():
-            return
-        shutil.rmtree(self.environment, ignore_errors=True)
-        python = self.environment / "bin/python"
-        within = self._inside if self.root else (lambda words: _run(words, " ".join(words)))
-        within([PYTHON, "-m", "venv", "--without-pip", str(self.environment)])
-        within([PYTHON, "-m", "pip", "--python", str(python), "install", "-q", "--disable-pip-version-check",
-                f"bpy=={self.wheel}"])
-        (self.environment / ".ready").touch()
+        _make_environment(self.environment, [f"bpy=={self.wheel}"], self._inside if self.root else _run_here)
 
     def _borrow(self):
         """Copies the libraries that the add-on's library misses in the root from this system, until none is missing."""
@@ -147,6 +144,32 @@ class Host:
             done = subprocess.run(command, text=True, stdin=subprocess.DEVNULL, capture_output=True)
             return done.stdout if done.returncode == 0 else ""
         return _run(command, f"{' '.join(words[:4])} in the root of {self.root}")
+
+
+def _make_environment(folder, packages, within):
+    """A virtual environment of packages; `within` runs a command where it is to be used."""
+    if (folder / ".ready").exists():
+        return
+    shutil.rmtree(folder, ignore_errors=True)
+    within([PYTHON, "-m", "venv", "--without-pip", str(folder)])
+    within([PYTHON, "-m", "pip", "--python", str(folder / "bin/python"), "install", "-q", "--disable-pip-version-check",
+            *packages])
+    (folder / ".ready").touch()
+
+
+def prepare_readers():
+    """The interpreter of a Python that reads USD and Alembic: what Blender wrote shall be read back by another. Raises
+    Unavailable."""
+    CACHE.mkdir(parents=True, exist_ok=True)
+    with open(CACHE / "readers.lock", "w") as lock:  # two tests at once: the second waits
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        _install_here(["python3-pip"])
+        _make_environment(READERS, READER_PACKAGES, _run_here)
+    return READERS / "bin/python"
+
+
+def _run_here(words):
+    return _run(words, " ".join(map(str, words)))
 
 
 def _needed(library):
@@ -195,10 +218,13 @@ HOSTS = {host.name: host for host in [
 
 
 def main(arguments):
-    if len(arguments) != 2 or arguments[0] != "prepare" or arguments[1] not in HOSTS:
+    if len(arguments) != 2 or arguments[0] != "prepare" or arguments[1] not in (*HOSTS, "readers"):
         sys.exit(f"{__doc__}\nHosts: {', '.join(HOSTS)}")
-    host = HOSTS[arguments[1]]
     try:
+        if arguments[1] == "readers":
+            print(prepare_readers())
+            return
+        host = HOSTS[arguments[1]]
         host.prepare()
     except Unavailable as error:
         sys.exit(f"hosts.py: error: {error}")

@@ -5,7 +5,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
-from . import blender_versions, cache, core, looks, operators, player
+from . import blender_versions, cache, core, looks, operators, parts, player
 
 HOST_FORMATS = {"ABC": ("alembic_export", ".abc"), "USD": ("usd_export", ".usdc")}
 
@@ -59,11 +59,65 @@ class SUNDER_OT_export(operators._OnTree, bpy.types.Operator, ExportHelper):
         except package.Error as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, f"Sunder: {len(done['files'])} files exported" + (f"; {done['note']}" if done["note"] else ""))
+        notes = [done["note"]] if done["note"] else []
+        if any(str(file).endswith(".usda") for file in done["files"]):
+            notes.append("imported by Blender itself, break surfaces have the outer material; 0 or more in 'interface' tells them")
+        self.report({"INFO"}, "; ".join([f"Sunder: {len(done['files'])} files exported", *notes]))
         return {"FINISHED"}
 
 
-class SUNDER_OT_export_host(operators._OnTree, bpy.types.Operator):
+class _OnResults(operators._OnTree):
+    def results(self, context):
+        """The tree's result objects in the scene; [] and a report if there are none."""
+        tree = self.find(context)
+        things = [t for t in player.result_objects(tree) if context.scene in t.users_scene] if tree else []
+        if tree and not things:
+            self.report({"ERROR"}, "the tree has no result object in this scene")
+        return things
+
+
+class SUNDER_OT_split_inside(_OnResults, bpy.types.Operator):
+    """Make the break surfaces of result objects objects of their own. Exporters write at the first frame alone which faces
+    have which material, and break surfaces are not there yet; an object of one material keeps it"""
+
+    bl_idname = "sunder.split_inside"
+    bl_label = "Break Surfaces Apart"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @operators.told
+    def execute(self, context):
+        things = [t for t in self.results(context) if parts.can_split(t)]
+        for thing in things:
+            parts.split(thing)
+        return _shown(context, things)
+
+
+class SUNDER_OT_unite_inside(_OnResults, bpy.types.Operator):
+    """Take break surfaces back into the result objects that they were split from"""
+
+    bl_idname = "sunder.unite_inside"
+    bl_label = "Break Surfaces Back"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @operators.told
+    def execute(self, context):
+        things = [t for t in self.results(context) if t.sunder.part == "OUTSIDE"]
+        insides = {inside.name_full: inside for thing in things for inside in parts.insides(thing)}
+        for thing in things:
+            parts.unite(thing, next(iter(parts.insides(thing)), None))
+        for inside in insides.values():
+            parts.remove(inside)
+        return _shown(context, things)
+
+
+def _shown(context, things):
+    if not things:
+        return {"CANCELLED"}
+    player.show_all(context.scene, things[0].sunder.tree)
+    return {"FINISHED"}
+
+
+class SUNDER_OT_export_host(_OnResults, bpy.types.Operator):
     """Write the result objects with Blender's own Alembic or USD exporter, where this Blender was built with it"""
 
     bl_idname = "sunder.export_host"
@@ -71,47 +125,61 @@ class SUNDER_OT_export_host(operators._OnTree, bpy.types.Operator):
 
     filepath: StringProperty(name="File", subtype="FILE_PATH")
     format: EnumProperty(name="Format", items=[("ABC", "Alembic", ""), ("USD", "USD", "")])
+    split_inside: BoolProperty(
+        name="Break Surfaces Apart", default=True,
+        description="Write break surfaces as objects of their own, NAME inside: as one with the outer surface they lose their "
+        "material",
+    )
 
     @operators.told
     def execute(self, context):
-        tree = self.find(context)
-        if tree is None:
-            return {"CANCELLED"}
         if self.format not in host_formats():
             self.report({"ERROR"}, f"this Blender was built without {self.format}; sunder.export writes .usda, .glb and .pc2")
             return {"CANCELLED"}
-        things = [t for t in player.result_objects(tree) if context.scene in t.users_scene]
+        things = self.results(context)
         if not things:
-            self.report({"ERROR"}, "the tree has no result object in this scene")
             return {"CANCELLED"}
+        whole = [thing for thing in things if parts.can_split(thing)]
         operator, ending = HOST_FORMATS[self.format]
         path = os.path.splitext(bpy.path.abspath(self.filepath))[0] + ending
         selected, active = context.selected_objects, context.view_layer.objects.active
         bpy.ops.object.select_all(action="DESELECT")
-        marks = []
-        previews = [(thing, thing.sunder.preview) for thing in things]
+        previews, split = [(t, t.sunder.preview) for t in things], []
         try:
             for thing in things:
                 thing.sunder.preview = "OFF"  # meshes behind a preview are written late, for the exporter too late
+                parts.count_as_moving(thing)
+            for thing in whole if self.split_inside else ():
+                split.append((thing, thing.data, parts.split(thing)))
+            for thing in things + [inside for _, _, inside in split]:
                 thing.select_set(True)
-                if thing.type == "MESH":  # exporters take a mesh without modifiers for one that does not move
-                    marks.append((thing, thing.modifiers.new("sunder export", "TRIANGULATE")))
             getattr(bpy.ops.wm, operator)(**self._options(path, context.scene))
         finally:
-            for thing, mark in marks:
-                thing.modifiers.remove(mark)
+            for thing, mesh, inside in split:
+                parts.unite(thing, inside)
+                parts.remove(inside)
+                parts.give_back(thing, mesh)
             for thing, preview in previews:
                 thing.sunder.preview = preview
             for thing in context.view_layer.objects:
                 thing.select_set(thing in selected)
             context.view_layer.objects.active = active
-        self.report({"INFO"}, f"Sunder: {path}")
+            player.show_all(context.scene, things[0].sunder.tree)
+        self._tell(path, whole)
         return {"FINISHED"}
+
+    def _tell(self, path, whole):
+        if whole and not self.split_inside:
+            self.report({"WARNING"}, f"Sunder: {path}: break surfaces have lost their material there, for Blender writes that "
+                                     "of the first frame; with Break Surfaces Apart they keep it")
+        else:
+            apart = "".join(f"; break surfaces of '{t.name}' are '{t.name} inside'" for t in whole)
+            self.report({"INFO"}, f"Sunder: {path}{apart}")
 
     def _options(self, path, scene):
         if self.format == "USD":
             return {"filepath": path, "selected_objects_only": True, "export_animation": True}
-        return {"filepath": path, "selected": True, "start": scene.frame_start, "end": scene.frame_end,
+        return {"filepath": path, "selected": True, "start": scene.frame_start, "end": scene.frame_end, "face_sets": True,
                 "as_background_job": False}
 
 
@@ -119,7 +187,7 @@ def draw_export_menu(self, _context):
     self.layout.operator("sunder.export", text="Sunder Bake (.usda/.glb/.pc2/.ply/.obj)")
 
 
-classes = [SUNDER_OT_export, SUNDER_OT_export_host]
+classes = [SUNDER_OT_export, SUNDER_OT_split_inside, SUNDER_OT_unite_inside, SUNDER_OT_export_host]
 
 
 def register():

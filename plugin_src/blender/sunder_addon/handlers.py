@@ -4,7 +4,7 @@ import os
 import bpy
 from bpy.app.handlers import persistent
 
-from . import cache, player, runtime, signature, tree as trees
+from . import cache, parts, player, runtime, signature, tree as trees
 
 _INTERVAL = 0.5  # s between looks whether bakes went out of date
 _late = {"frame": None}  # the frame at which meshes are not, or not wholly, written yet
@@ -40,6 +40,8 @@ def _refresh():
         tree.update()  # it was not looked at while classes were registered
     if not player.result_objects():
         return
+    for thing in player.result_objects():
+        parts.count_as_moving(thing)  # those of files that were made before
     player.lock_interface()
     player.show_all(bpy.context.scene)
 

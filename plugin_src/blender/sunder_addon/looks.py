@@ -5,7 +5,7 @@ import os
 import bpy
 from mathutils import Matrix, Vector
 
-from . import blender_versions, cache, core, mesh_export, pickers, player, scene_input, wiring
+from . import blender_versions, cache, core, mesh_export, parts, pickers, player, scene_input, wiring
 
 
 def _share(value):
@@ -47,13 +47,15 @@ def surface(material):
 def _of_bodies(tree, looks):
     for thing in player.result_objects(tree):
         deformer = next((n for n in wiring.needed(tree) if n.graph_name == thing.sunder.node), None)
-        if thing.type != "MESH" or deformer is None or deformer.sunder_type != "deformer":
+        if thing.type != "MESH" or deformer is None or deformer.sunder_type != "deformer" or thing.sunder.part == "INSIDE":
             continue
         body = wiring.upstream(deformer, "body")
         materials, interior = list(thing.data.materials), thing.sunder.interior_slot
         look = {"name": thing.name, "materials": [surface(m) for m in materials[:interior]]}
-        if interior < len(materials):
-            look["interior"] = surface(materials[interior])
+        inner = [o.data.materials[0] for o in parts.insides(thing) if o.data.materials] if thing.sunder.part != "ALL" else []
+        inner += materials[interior:]
+        if inner:
+            look["interior"] = surface(inner[0])
         looks.setdefault(body.graph_name, look)
 
 

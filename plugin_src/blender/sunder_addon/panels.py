@@ -1,7 +1,7 @@
 """Where the add-on shows itself: sidebars, menus, the panel of a result object, preferences."""
 import bpy
 
-from . import bake_status, core, drawing, nodes, operators, tree as trees
+from . import bake_status, blender_versions, core, drawing, nodes, operators, parts, tree as trees
 
 
 class SUNDER_PT_tree(bpy.types.Panel):
@@ -66,8 +66,16 @@ class SUNDER_PT_object(bpy.types.Panel):
         node = _draw_played(box, thing)
         if thing.type == "MESH" and node is not None and node.sunder_type == "deformer":
             bake_status.draw_preview(box, thing)
-            box.prop(thing.sunder, "interior_slot")
+            if thing.sunder.part != "INSIDE":
+                box.prop(thing.sunder, "interior_slot")
             box.prop(thing.sunder, "use_exact_normals")
+            if thing.sunder.use_exact_normals and not blender_versions.HAS_QUICK_NORMALS:
+                drawing.sentence(box, "Until Blender 4.4 these take most of a frame's time: off, frames come faster", "INFO")
+            if parts.can_split(thing):
+                drawing.sentence(box, "Alembic and USD lose the material of break surfaces, unless these are apart", "INFO")
+                box.operator("sunder.split_inside", icon="UNLINKED").tree = thing.sunder.tree.name
+            elif thing.sunder.part == "OUTSIDE":
+                box.operator("sunder.unite_inside", icon="LINKED").tree = thing.sunder.tree.name
 
 
 class SunderPreferences(bpy.types.AddonPreferences):

@@ -6,10 +6,19 @@ import numpy as np
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 from mathutils import Matrix, Quaternion, Vector
 
-from . import bake_reader, cache, mesh_layers, preview_source, rest_coordinates, result_mesh, runtime, tearing, tree as trees
+from . import (
+    bake_reader, blender_versions, cache, mesh_layers, preview_source, rest_coordinates, result_mesh, runtime, tearing,
+    tree as trees,
+)
 
 SHOWN = "sunder_shown"  # on the mesh, so that undo and files carry it along
-PLAYED_FACES = 20_000  # from so many on, exact normals wait until playing stops: they take several times as long as the rest
+# From so many on, exact normals wait until playing stops, where they take several times as long as the rest.
+PLAYED_FACES = np.inf if blender_versions.HAS_QUICK_NORMALS else 20_000
+PARTS = [
+    ("ALL", "Whole", "The mesh as simulated"),
+    ("OUTSIDE", "Outer Surface", "Without break surfaces"),
+    ("INSIDE", "Break Surfaces", "Break surfaces alone"),
+]
 _interiors = {}  # (folder, hash of the first frame's file): material number of break surfaces
 
 
@@ -39,8 +48,8 @@ class SunderObject(bpy.types.PropertyGroup):
         name="Exact Normals", default=True, options=set(),
         description="Smooth outside and sharp at breaks, as simulated. Off: plays faster, shades across breaks",
     )
-
-
+    part: EnumProperty(name="Shows", items=PARTS, default="ALL", options={"HIDDEN"},
+                       description="Which faces: an object of one material is what every exporter keeps")
     preview: EnumProperty(
         name="Preview", items=preview_source.MODES, default="OFF", options=set(), update=_switched,
         description="What viewports show. Previews are drawn by the graphics card and play faster than the mesh, which "
@@ -128,13 +137,16 @@ def _interior_material(folder, manifest, node):
 
 def _show_mesh(thing, folder, manifest, shown, is_playing, after):
     node, mesh = thing.sunder.node, thing.data
-    path, stamp = _file(folder, manifest, shown, node)
-    key = f"{node} {stamp} {thing.sunder.use_exact_normals} {thing.sunder.interior_slot}" + (f" {after}" if after else "")
+    path, content = _file(folder, manifest, shown, node)
+    part = thing.sunder.part
+    key = f"{node} {content} {thing.sunder.use_exact_normals} {thing.sunder.interior_slot}"
+    key += (f" {part}" if part != "ALL" else "") + (f" {after}" if after else "")
     is_whole = rest_coordinates.is_whole(mesh)
     if mesh.get(SHOWN) == key and is_whole:
         return False
-    frame = bake_reader.read_mesh_frame(path)
     interior = _interior_material(folder, manifest, node)
+    choose = {"OUTSIDE": lambda material: material < interior, "INSIDE": lambda material: material >= interior}.get(part)
+    frame = bake_reader.read_mesh_frame(path, choose, thing.sunder.use_exact_normals)
     attributes = _attributes(folder, manifest, shown, node, frame)
     if after:
         frame.positions = frame.positions + np.float32(after) * attributes["velocity"][1]
@@ -142,21 +154,23 @@ def _show_mesh(thing, folder, manifest, shown, is_playing, after):
     rest = cache.note(folder).get("rest_coordinates", {}).get(node, {})
     order = cache.note(folder).get("mesh_layers", {}).get(node, {})
     names = thing.sunder.uv_map, thing.sunder.color_attribute, *([order] if order else [])
-    stamp = result_mesh.face_stamp(frame, *names, interior, thing.sunder.interior_slot, rest)
+    stamp = result_mesh.face_stamp(frame, content, part, *names, interior, thing.sunder.interior_slot, rest,
+                                   mesh_name=mesh.name_full)
+    is_written = is_whole and (thing.sunder.use_exact_normals or not blender_versions.keeps_corner_normals(mesh))
     is_draft = is_playing and thing.sunder.use_exact_normals and len(frame.triangles) >= PLAYED_FACES
     with result_mesh.written(mesh) as target:
-        has_new_faces = result_mesh.write_geometry(target, frame, stamp if is_whole else "")
+        has_new_faces = result_mesh.write_geometry(target, frame, stamp if is_written else "")
         if has_new_faces:
             _write_faces(thing, target, frame, interior, order)
             at_rest = rest_coordinates.write(target, frame.rest, rest)
         for name, (kind, values) in attributes.items():
             result_mesh.write_attribute(target, name, kind, "POINT", values)
         if not is_draft:
-            result_mesh.write_normals(target, frame.corner_normals if thing.sunder.use_exact_normals else None)
+            result_mesh.write_normals(target, frame.corner_normals)
     if has_new_faces:
         if result_mesh.is_local(mesh):  # weights are written through the object, and Blender drops those of linked ones
             mesh_layers.write_groups(thing, frame.mesh_layers, order)
-        rest_coordinates.write_texture_space(mesh, at_rest, rest)
+        rest_coordinates.write_texture_space(mesh, at_rest, rest, frame.whole_rest)
         result_mesh.set_property(mesh, result_mesh.FACES, stamp)
     if not is_draft:  # else it is not marked as shown: it is written again once the frame rests
         result_mesh.set_property(mesh, SHOWN, key)

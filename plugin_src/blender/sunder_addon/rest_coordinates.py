@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from . import result_mesh
+from . import blender_versions, result_mesh
 
 ATTRIBUTE = "rest_position"
 _MODIFIER, _OF = "Rest Coordinates", "sunder_of"
@@ -52,19 +52,37 @@ def prepare(thing):
         nothing.show_expanded = False
 
 
+def remove(mesh):
+    """Removes a mesh, and its texture mesh where it has one of its own."""
+    own = mesh.texco_mesh if _is_own(mesh) else None
+    if own is not None and own.users > 1:  # Blender counts it as a texture mesh, too, which one of a file is not
+        mesh.texco_mesh = None
+    bpy.data.meshes.remove(mesh)
+    if own is not None:
+        bpy.data.meshes.remove(own)
+
+
+def _moved(points, matrix):
+    return (points @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32)
+
+
+def _matrix(note):
+    return np.array(note.get("matrix", Matrix.Identity(4)), np.float64)
+
+
 def write(mesh, positions, note):
     """positions (v, 3) f32: rest positions in the cut's coordinates, None of bakes that tell none. note: of `describe`, {}
     for none. Returns them in those of what was cut."""
     if positions is None:
         return None
-    matrix = np.array(note.get("matrix", Matrix.Identity(4)), np.float64)
-    rest = (positions @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32)
+    rest = _moved(positions, _matrix(note))
     result_mesh.write_attribute(mesh, ATTRIBUTE, "FLOAT_VECTOR", "POINT", rest)
     return rest
 
 
-def write_texture_space(mesh, rest, note):
-    """rest: as `write` returns it."""
+def write_texture_space(mesh, rest, note, whole=None):
+    """rest: as `write` returns it. whole: rest positions, in the cut's coordinates, of all that was cut, where the mesh shows
+    a part of it."""
     if rest is None:
         result_mesh.set_property(mesh, "texco_mesh", None)
         return
@@ -78,8 +96,9 @@ def write_texture_space(mesh, rest, note):
             if len(points.vertices) != len(rest):
                 points.clear_geometry()
                 points.vertices.add(len(rest))
-            points.vertices.foreach_set("co", rest.ravel())
-    low, high = (rest.min(0), rest.max(0)) if len(rest) else (np.zeros(3), np.ones(3))
+            blender_versions.write_positions(points, rest)
+    space = rest if whole is None else _moved(whole, _matrix(note))
+    low, high = (space.min(0), space.max(0)) if len(space) else (np.zeros(3), np.ones(3))
     size = (high - low) / 2
     for thing in (mesh, shape):
         result_mesh.set_property(thing, "use_auto_texspace", False)

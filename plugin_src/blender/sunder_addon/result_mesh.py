@@ -7,7 +7,7 @@ import time
 import bpy
 import numpy as np
 
-from . import bake_reader, blender_versions
+from . import bake_reader, blender_versions, runtime
 
 _PATIENCE, _PAUSE = 500, 0.004  # tries, and s between them
 
@@ -67,17 +67,23 @@ def _foreach(sequence, attribute, values):
 FACES = "sunder_faces"  # on the mesh, so that undo and files carry it along: what its faces were written from
 
 
-def face_stamp(frame, *names):
-    """Of all that faces and their corners have but normals, and of rest positions; equal stamps, equal faces. `names`: what
-    else they are written from, slots and layers."""
-    digest = hashlib.blake2b(repr((len(frame.positions), names)).encode(), digest_size=16)
-    for values in (frame.triangles, frame.material, frame.fragment, frame.hidden, frame.uvs, frame.interface, frame.rim,
-                   frame.colors, frame.rest):
-        digest.update(b"none" if values is None else np.ascontiguousarray(values))
-    for layer in frame.mesh_layers:
-        digest.update(repr((layer.name, layer.domain, layer.kind, layer.values.shape)).encode())
-        digest.update(np.ascontiguousarray(layer.values))
-    return digest.hexdigest()
+def face_stamp(frame, source, *names, mesh_name=""):
+    """Of all that faces and their corners have but normals, and of rest positions; equal stamps, equal faces. `source`: hash of
+    the file that they come from; `names`: what else they are written from, slots and layers. Most frames have the faces of
+    the frame before: where mesh `mesh_name` was stamped last with the same ones, that stamp stays."""
+    layers = [(layer.name, layer.domain, layer.kind) for layer in frame.mesh_layers]
+    names = repr((len(frame.positions), names, *layers))
+    parts = (frame.triangles, frame.material, frame.fragment, frame.hidden, frame.uvs, frame.interface, frame.rim,
+             frame.colors, frame.rest, *(layer.values for layer in frame.mesh_layers))
+    known_names, known_parts, stamp = runtime.face_stamps.get(mesh_name, ("", (), ""))
+    if names != known_names or not all(_is_same(a, b) for a, b in zip(parts, known_parts)):
+        stamp = f"{source} {hashlib.blake2b(names.encode(), digest_size=16).hexdigest()}"
+        runtime.face_stamps[mesh_name] = names, parts, stamp
+    return stamp
+
+
+def _is_same(a, b):
+    return a is None and b is None or a is not None and b is not None and np.array_equal(a, b)
 
 
 def write_geometry(mesh, frame, stamp=""):
@@ -86,19 +92,11 @@ def write_geometry(mesh, frame, stamp=""):
     n = len(frame.triangles)
     counts = (len(mesh.vertices), len(mesh.loops), len(mesh.polygons))
     if stamp and mesh.get(FACES) == stamp and counts == (len(frame.positions), 3 * n, n):
-        _foreach(mesh.vertices, "co", frame.positions)
+        blender_versions.write_positions(mesh, frame.positions)
         mesh.update()
         return False
     set_property(mesh, FACES, "")  # until all is written
-    mesh.clear_geometry()
-    mesh.vertices.add(len(frame.positions))
-    mesh.loops.add(3 * n)
-    mesh.polygons.add(n)
-    _foreach(mesh.loops, "vertex_index", frame.triangles)
-    blender_versions.write_triangle_corners(mesh)
-    _foreach(mesh.vertices, "co", frame.positions)
-    _foreach(mesh.polygons, "use_smooth", np.ones(n, bool))
-    mesh.update(calc_edges=True)
+    blender_versions.replace_triangles(mesh, frame.positions, frame.triangles)
     return True
 
 
@@ -114,7 +112,7 @@ def write_uvs(mesh, uvs, name):
     if uvs is None:
         return
     layer = mesh.uv_layers.get(name) or mesh.uv_layers.new(name=name, do_init=False)
-    _foreach(layer.data, "uv", uvs)
+    blender_versions.write_uvs(layer, uvs)
 
 
 def write_materials(mesh, material, interior, interior_slot):

@@ -4,7 +4,7 @@ import types
 import bpy
 import numpy as np
 
-from . import core, interiors, mesh_export, player, rest_coordinates, runtime, scene_input, wiring
+from . import core, interiors, mesh_export, parts, player, rest_coordinates, runtime, scene_input, wiring
 
 _NO_SLOT = types.SimpleNamespace(material=None)
 _TAKEN_OVER = ("pass_index", "color", "is_holdout", "is_shadow_catcher", "visible_camera", "visible_diffuse", "visible_glossy",
@@ -114,6 +114,7 @@ def add_rigid_results(node, scene):
         thing.parent, thing.hide_render = None, False
         _link(thing, scene, node.id_data, graph_name, source)
         thing.matrix_world = source.matrix_world
+        parts.count_as_moving(thing)
         made.append((source, thing))
     return made
 
@@ -129,6 +130,8 @@ def stand_back(source):
 def add_missing(tree, scene):
     """Result objects for all deformers and rigid bodies that have none yet; their sources stand back."""
     made = []
+    for thing in player.result_objects(tree):
+        parts.count_as_moving(thing)
     for node in wiring.needed(tree):
         if node.sunder_type == "deformer" and not _is_there(tree, node.graph_name):
             made.append(add_mesh_result(node, scene))
