@@ -21,10 +21,7 @@ struct Id {
     constexpr auto operator<=>(const Id&) const = default;
 };
 
-using ParticleId = Id<struct ParticleTag>;
-using EdgeId = Id<struct EdgeTag>;
 using FragmentId = Id<struct FragmentTag>;
-using InterfaceId = Id<struct InterfaceTag>;
 
 }  // namespace sunder
 
