@@ -2,7 +2,7 @@
 import re
 import unittest
 
-from thresholds import TABLE, UNKNOWN, definitions, rows, test_names, written
+from thresholds import TABLE, UNKNOWN, definitions, rows, names_of_tests, written
 
 
 class Thresholds(unittest.TestCase):
@@ -18,7 +18,7 @@ class Thresholds(unittest.TestCase):
             self.assertNotIn(UNKNOWN, cells, key)
 
     def test_tests_that_it_names_are_there(self):
-        there = test_names()
+        there = names_of_tests()
         for key, cells in rows(self.text).items():
             for name in re.findall(r"`(\w+\.\w+)`", cells[-1]):
                 self.assertIn(name, there, key)

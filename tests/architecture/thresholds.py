@@ -51,7 +51,7 @@ def written(text, found):
     return head + "\n".join(lines) + "\n"
 
 
-def test_names(root=ROOT):
+def names_of_tests(root=ROOT):
     """"suite.name" of all tests of the solver."""
     pattern = re.compile(r"^TEST(?:_F|_P)?\((\w+),\s*(\w+)\)", re.M)
     return {f"{suite}.{name}" for path in (root / "tests").rglob("*_test.cpp")
