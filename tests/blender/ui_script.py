@@ -291,13 +291,20 @@ def reopen():
     yield 1.0
     yield from drawn_preview()
     shot("8-reopened")
-    bpy.ops.preferences.addon_disable(module="sunder_addon")  # with a preview on the screen
-    yield 1.0
-    bpy.ops.preferences.addon_enable(module="sunder_addon")
-    yield from drawn_preview()
 
 
-STEPS = [arrange, make, wrong_wire, stop, finish, error, previews, render, undo, reopen]
+def toggle():
+    """Fifty times off and on with a preview on the screen; Blender draws in between, now and then until it is there again."""
+    for i in range(50):
+        bpy.ops.preferences.addon_disable(module="sunder_addon")
+        yield 0.05
+        bpy.ops.preferences.addon_enable(module="sunder_addon")
+        yield 0.05
+        if i % 10 == 9:
+            yield from drawn_preview()
+
+
+STEPS = [arrange, make, wrong_wire, stop, finish, error, previews, render, undo, reopen, toggle]
 
 
 def run():
