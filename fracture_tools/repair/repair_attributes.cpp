@@ -249,7 +249,7 @@ void replace_triangle(TriMesh& io_mesh, uint32_t triangle, std::span<const std::
         return out;
     };
     blend(io_mesh.corner_uvs, [&](const Vec3& w) { return sum(io_mesh.corner_uvs, w); });
-    blend(io_mesh.corner_colors, [&](const Vec3& w) { return blended_color(io_mesh, triangle, w); });
+    blend(io_mesh.corner_colors, [&](const Vec3& w) { return blended(io_mesh.corner_colors, triangle, w); });
     blend(io_mesh.corner_normals, [&](const Vec3& w) { return Vec3f(sum(io_mesh.corner_normals, w).normalized()); });
     for (MeshLayer& layer : io_mesh.layers) {
         if (layer.domain == LayerDomain::point) continue;
