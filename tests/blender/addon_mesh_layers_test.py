@@ -147,13 +147,15 @@ class Layers(ObjectCase):
         finally:
             for name, function in plain.items():
                 setattr(layers, name, function)
-        frame = addon("bake_reader").read_mesh_frame(str(self.cached(tree) / "mesh/deformer.0001.ply"))
-        stamp = addon("result_mesh").face_stamp
-        before = stamp(frame)
+        path = str(self.cached(tree) / "mesh/deformer.0001.ply")
+        read = lambda: addon("bake_reader").read_mesh_frame(path)
+        stamp = lambda frame, source: addon("result_mesh").face_stamp(frame, source, mesh_name="a mesh")
         for change in (lambda l: l.values.__iadd__(1), lambda l: setattr(l, "name", l.name + "x")):
-            changed = addon("bake_reader").read_mesh_frame(str(self.cached(tree) / "mesh/deformer.0001.ply"))
+            before = stamp(read(), "one file")
+            self.assertEqual(stamp(read(), "another file"), before)  # of the same faces
+            changed = read()
             change(changed.mesh_layers[-1])
-            self.assertNotEqual(stamp(changed), before)
+            self.assertNotEqual(stamp(changed, "another file"), before)
 
     def test_bones_that_have_moved_the_mesh_leave_their_groups_behind(self):
         thing = self.source()
