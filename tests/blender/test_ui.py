@@ -32,7 +32,7 @@ class Window(unittest.TestCase):
         done = subprocess.run(
             [*BLENDER, "--factory-startup", "--window-geometry", "0", "0", *SIZE.split("x"), "--addons", "sunder_addon",
              "--python", str(Path(__file__).with_name("ui_script.py")), "--", str(PICTURES)],
-            env=names, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=280)
+            env=names, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=540)
         print(done.stdout)
         for report in Path(folder.name).rglob("*.crash.txt"):
             print(report.read_text())
