@@ -22,6 +22,7 @@ void __wrap_sincos(double x, double* sine, double* cosine) {
     *sine = both.sine, *cosine = both.cosine;
 }
 double __wrap_tan(double x) { return sunder::math::tan(x); }
+double __wrap_atan(double x) { return sunder::math::atan2(x, 1); }
 double __wrap_atan2(double y, double x) { return sunder::math::atan2(y, x); }
 double __wrap_asin(double x) { return sunder::math::asin(x); }
 double __wrap_acos(double x) { return sunder::math::acos(x); }

@@ -47,7 +47,7 @@ def test_the_tunables_change_what_libm_does():
 
 def test_the_first_graph_of_the_readme(tmp_path):
     graph, = (block for block in re.findall(r"```json\n(.*?)```", (ROOT / "README.md").read_text(), re.S)
-              if '"sunder": 1' in block)
+              if '"sunder": 2' in block)
     (tmp_path / "beam.json").write_text(graph)
     expect_same_bits(tmp_path / "beam.json", tmp_path, 2 * 36)
 
