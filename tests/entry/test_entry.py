@@ -86,6 +86,21 @@ class Entry(unittest.TestCase):
         done = subprocess.run(["bash", self.project / "sunder", "test"], env=environment, text=True, capture_output=True)
         self.assertNotIn("WARNING", done.stderr)
 
+    def test_the_official_blender_is_taken_in_or_missed_loudly(self):
+        (self.project / "tests/hosts").mkdir(parents=True)
+        self.write("ask.sh", "#!/bin/sh\necho \"$SUNDER_BLENDER.\" >> asked\n")
+        (self.project / "ask.sh").chmod(0o755)
+        self.write("tests.cmake", 'add_test(NAME a COMMAND "${CMAKE_SOURCE_DIR}/ask.sh")\nadd_test(NAME b COMMAND true)\n'
+                   "set_tests_properties(a PROPERTIES LABELS blender_host)")
+        self.write("tests/hosts/hosts.py", "print('the official one')")
+        done = self.run_entry("test")
+        self.assertEqual((done.returncode, done.stdout.splitlines()[-1]), (0, "3 passed, 0 failed"), done.stderr)
+        self.assertEqual((self.project / "build/asked").read_text(), ".\nthe official one.\n")
+        self.write("tests/hosts/hosts.py", "import sys\nsys.exit('no wheel')")
+        done = self.run_entry("test")
+        self.assertEqual((done.returncode, done.stdout.splitlines()[-1]), (0, "2 passed, 0 failed"), done.stderr)
+        self.assertRegex(done.stderr, "(?s)no wheel.*WARNING: the official Blender .* was NOT TESTED")
+
     def test_chart_tells_what_it_takes(self):
         for wrong in (["--fast"], ["-o"]):
             done = self.run_entry("chart", *wrong)

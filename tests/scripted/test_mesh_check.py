@@ -88,4 +88,4 @@ def test_seams_that_do_not_meet_are_told_with_the_distance_that_welds_them(sunde
     run = sunder(*options, "--weld-distance", "0")
     assert run.status == 3 and "weld_distance" in run.lines[0]
     run = sunder(*options, "--weld-distance", "some")
-    assert run.status == 3 and "takes a number, not \"some\" (or auto)" in run.lines[0]
+    assert run.status == 3 and "takes a number, not \"some\" (or \"auto\")" in run.lines[0]
