@@ -90,6 +90,9 @@ class RenderBake(unittest.TestCase):
         bare = self.folder / "bare"
         subprocess.run(["/usr/bin/python3", "-m", "venv", "--without-pip", bare], check=True)
         done = self.render("--engine", "workbench", path=str(bare / "bin"))
+        if BLENDER != ["blender"]:  # an official build brings its own Python, a root has its own PATH: neither looks here
+            self.assertEqual(done.returncode, 0, done.stdout)
+            return
         self.assertEqual(done.returncode, 3, done.stdout)
         self.assertIn("start it with PATH=/usr/bin:$PATH", done.stdout)
 

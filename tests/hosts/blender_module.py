@@ -3,7 +3,8 @@
     python blender_module.py [-b] [--factory-startup] [--addons A,B] [FILE.blend] [--python-exit-code N]
         [--python-expr TEXT] [--python SCRIPT] [-- ARGUMENTS]
 
-Arguments are executed in their order, as Blender does. By itself the module starts with factory settings; without
+Arguments are executed in their order, as Blender does. The process ends without the module's own tidying up: 4.5 waits there for
+a thread of its own for ever, once it has closed files. By itself the module starts with factory settings; without
 `--factory-startup` the preferences and the startup file of the profile are read, as Blender reads them.
 """
 import os
@@ -20,13 +21,17 @@ def _run(script, status):
     """Calls what runs a script as __main__. With a status of errors an exception ends the process with it."""
     try:
         script()
-    except SystemExit:
-        raise
+    except SystemExit as end:
+        _leave(end.code if isinstance(end.code, int) else end.code is not None)
     except BaseException:
         traceback.print_exc(file=sys.stdout)
-        sys.stdout.flush()
         if status:
-            os._exit(status)
+            _leave(status)
+
+
+def _leave(status):
+    sys.stdout.flush(), sys.stderr.flush()
+    os._exit(status)
 
 
 def main(arguments):
@@ -58,3 +63,4 @@ def main(arguments):
 
 if __name__ == "__main__":
     main(sys.argv[1:])
+    _leave(0)
