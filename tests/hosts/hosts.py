@@ -25,6 +25,8 @@ MODULE_PACKAGES = ["libegl1", "libgl1", "libgl1-mesa-dri", "libgomp1", "libice6"
                    "libxi6", "libxkbcommon0", "libxrender1", "libxxf86vm1"]
 # What the tests run beside Blender.
 TOOL_PACKAGES = ["fonts-dejavu-core", "imagemagick", "python3-numpy", "xdotool"]
+# What Debian's Blender 5.2 needs to start without a traceback of its own, and does not ask for.
+LACKING_PACKAGES = ["python3-cattrs"]
 # Sunder's library is built for Debian 12: packages of another Debian that hold what it needs. What is in none of them is
 # taken from this system (`borrowed`), but for TBB, whose name the host's own has as well.
 LIBRARY_PACKAGES = ["libassimp5", "libgmp10", "libmpfr6", "libopenvdb10.0", "libxxhash0", "libzstd1"]
@@ -107,7 +109,7 @@ class Host:
             if Path("/", file).exists():
                 (self.folder / file).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy(Path("/", file), self.folder / file)
-        wanted = [*TOOL_PACKAGES, *MODULE_PACKAGES, *LIBRARY_PACKAGES, "python3", "python3-pip", "blender"]
+        wanted = [*TOOL_PACKAGES, *LACKING_PACKAGES, *MODULE_PACKAGES, *LIBRARY_PACKAGES, "python3", "python3-pip", "blender"]
         stamp = self.folder / ".sunder_packages"
         if stamp.exists() and stamp.read_text().split("\n")[0] == " ".join(wanted):
             return
