@@ -26,7 +26,7 @@ MODULE_PACKAGES = ["libegl1", "libgl1", "libgl1-mesa-dri", "libgomp1", "libice6"
 # What the tests run beside Blender.
 TOOL_PACKAGES = ["fonts-dejavu-core", "imagemagick", "python3-numpy", "xdotool"]
 # What Debian's Blender 5.2 needs to start without a traceback of its own, and does not ask for.
-LACKING_PACKAGES = ["python3-cattr"]
+LACKING_PACKAGES = ["python3-cattr", "python3-requests"]
 # Sunder's library is built for Debian 12: packages of another Debian that hold what it needs. What is in none of them is
 # taken from this system (`borrowed`), but for TBB, whose name the host's own has as well.
 LIBRARY_PACKAGES = ["libassimp5", "libgmp10", "libmpfr6", "libopenvdb10.0", "libxxhash0", "libzstd1"]
