@@ -1,7 +1,6 @@
 """The add-on is turned off and on, reloaded, and files are opened and undone, with a tree, a bake and a preview: Blender lives.
 
-A crash ends the process, so that the number of tests passed is never told (run_in_blender.py). Undoing beyond the time that it was
-off is not among these: Blender 3.4.1 crashes there now and then (docs/blender.md).
+A crash ends the process, so that the number of tests passed is never told (run_in_blender.py).
 """
 import bpy
 import numpy as np
@@ -87,6 +86,16 @@ class Toggle(AddonCase):
             bpy.ops.ed.redo()
             self.plays()
             self.preview()
+
+    def test_undone_beyond_the_time_it_was_off(self):
+        for i in range(TIMES):
+            bpy.ops.ed.undo_push(message="before")
+            self.off_and_on()
+            bpy.ops.ed.undo_push(message="after")
+            bpy.ops.ed.undo()
+            self.plays()
+            bpy.ops.ed.redo()
+            self.plays()
 
     def test_the_tree_is_looked_at_once_all_is_there(self):
         """While classes register nothing looks at it: its wires are known afterwards."""

@@ -21,6 +21,8 @@ def environment(folder, scripts=None):
     """`scripts`: a folder that holds addons/; None for a clean profile."""
     names = {**os.environ, "BLENDER_USER_RESOURCES": str(folder / "profile"), "TMPDIR": str(folder / "tmp"),
              "PYTHONDONTWRITEBYTECODE": "1",
+             # What is freed is overwritten at once: whoever still reads it crashes every time, and not now and then.
+             "GLIBC_TUNABLES": "glibc.malloc.perturb=165:glibc.malloc.tcache_count=0",
              "PATH": "/usr/bin:" + os.environ["PATH"]}  # Debian's Blender takes the first python3 there for its own
     for name in ("DISPLAY", "SUNDER_LIBRARY", "PYTHONPATH", "BLENDER_USER_SCRIPTS"):
         names.pop(name, None)

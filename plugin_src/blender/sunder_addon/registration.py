@@ -45,6 +45,15 @@ def _drop_evaluated_trees():
         holder.tree = known
 
 
+def _drop_wrappers():
+    """Makes Blender forget what it keeps of trees for Python: each is of a class that is gone, in memory that is freed.
+
+    It looks at the class where a tree is asked for, and drops what does not fit; where it calls `update`, after an undo, it does not.
+    """
+    for _ in bpy.data.node_groups:
+        pass
+
+
 def unregister():
     runtime.is_registered = False
     for job in list(runtime.jobs.values()):
@@ -59,3 +68,4 @@ def unregister():
     player.unregister()
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)
+    _drop_wrappers()

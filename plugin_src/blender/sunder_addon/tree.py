@@ -95,7 +95,7 @@ class SunderTree(bpy.types.NodeTree):
     def update(self):
         """Called by Blender on every edit of nodes and wires, also while they are half made, or their classes are. (What is
         not looked at then is looked at when all is there: handlers._refresh.)"""
-        if not runtime.is_registered or not hasattr(self, "name_full"):  # undo may bring back one of a class that is gone
+        if not runtime.is_registered:
             return
         runtime.signatures.pop(self.name_full, None)
         for link in list(self.links):
