@@ -162,13 +162,16 @@ def _show_mesh(thing, folder, manifest, shown, is_playing, after):
         has_new_faces = result_mesh.write_geometry(target, frame, stamp if is_written else "")
         if has_new_faces:
             _write_faces(thing, target, frame, interior, order)
+            if target != mesh and thing.vertex_groups:
+                names = [group.name for group in thing.vertex_groups]
+                mesh_layers.write_linked_groups(names, result_mesh.stage_object(target), frame.mesh_layers)
             at_rest = rest_coordinates.write(target, frame.rest, rest)
         for name, (kind, values) in attributes.items():
             result_mesh.write_attribute(target, name, kind, "POINT", values)
         if not is_draft:
             result_mesh.write_normals(target, frame.corner_normals)
     if has_new_faces:
-        if result_mesh.is_local(mesh):  # weights are written through the object, and Blender drops those of linked ones
+        if result_mesh.is_local(mesh):
             mesh_layers.write_groups(thing, frame.mesh_layers, order)
         rest_coordinates.write_texture_space(mesh, at_rest, rest, frame.whole_rest)
         result_mesh.set_property(mesh, result_mesh.FACES, stamp)

@@ -60,6 +60,21 @@ def written(mesh):
         stage.clear_geometry()
 
 
+def stage_object(stage):
+    """An object of the mesh that `written` gives in place of a linked one: weights are written through objects."""
+    thing = bpy.data.objects.get((_STAGE, None)) or bpy.data.objects.new(_STAGE, stage)
+    if thing.data != stage:
+        thing.data = stage
+    return thing
+
+
+def drop_stage_object():
+    """Before a file is saved: the mesh would count as used, and be kept."""
+    thing = bpy.data.objects.get((_STAGE, None))
+    if thing is not None:
+        bpy.data.objects.remove(thing)
+
+
 def _foreach(sequence, attribute, values):
     sequence.foreach_set(attribute, np.ascontiguousarray(values).ravel())
 
