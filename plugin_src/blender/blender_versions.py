@@ -51,6 +51,12 @@ def write_corner_normals(mesh, normals, set_property=setattr):
             gc.enable()
 
 
+def let_normals_count(mesh):
+    """What a modifier reads of normals is what renders and viewports show; a switch until 4.0."""
+    if hasattr(mesh, "use_auto_smooth"):
+        mesh.use_auto_smooth = True
+
+
 def keeps_corner_normals(mesh):
     """Whether only new geometry brings back normals that Blender works out: before 4.5 it drops written ones in no other way,
     and keeps and works out even those that are set to nothing."""
@@ -108,8 +114,13 @@ def replace_triangles(mesh, positions, triangles):
     Polygon i has corners 3i to 3i + 2: their number is written until 3.5; later it follows from where they start. Corners are
     an attribute from 3.6 on. What is not said to be sharp is smooth from 4.1 on.
     """
-    n = len(triangles)
     mesh.clear_geometry()
+    fill_with_triangles(mesh, positions, triangles)
+
+
+def fill_with_triangles(mesh, positions, triangles):
+    """As replace_triangles, of a mesh that is empty: what attributes it has it keeps, of what is new."""
+    n = len(triangles)
     mesh.vertices.add(len(positions))
     mesh.loops.add(3 * n)
     mesh.polygons.add(n)

@@ -258,6 +258,13 @@ def _is_shown(thing, scene, graphs):
     return not scenes or scene in scenes or any(thing.evaluated_get(graph).is_evaluated for graph in graphs)
 
 
+def shown_objects(scene, tree):
+    """The tree's result objects that are in a scene, or in what it instances."""
+    graphs = [layer.depsgraph for layer in scene.view_layers if layer.depsgraph]
+    return [thing for thing in result_objects(tree)
+            if scene in thing.users_scene or any(thing.evaluated_get(graph).is_evaluated for graph in graphs)]
+
+
 def show_all(scene, tree=None, skip_previewed=False, is_playing=False, depsgraph=None):
     """All result objects at the scene's frame but those of other scenes; meshes that two share are written once.
 
