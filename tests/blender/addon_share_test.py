@@ -185,6 +185,33 @@ class Whole(PlayCase):
         self.assertEqual([path.exists() for path in self.paths()], [False, True])
         self.everywhere()
 
+    def test_textures_stick_to_the_pieces(self):
+        """By Generated coordinates and by rest positions, as UV maps that materials of the shared file read."""
+        if not self.has_alembic():
+            return
+        material = bpy.data.materials["Primer"]
+        self.reads(material, "rest_position")
+        nodes, links = material.node_tree.nodes, material.node_tree.links
+        texture = nodes.new("ShaderNodeTexNoise")
+        links.new(texture.outputs[0], nodes["Principled BSDF"].inputs["Metallic"])
+        before = {n.name for n in nodes}, len(links)
+        self.assertEqual(self.click(), {"FINISHED"})
+        self.assertEqual(({n.name for n in nodes}, len(links)), before)
+        found, result = self.elsewhere("link"), bpy.data.objects["Block fractured"]
+        for frame in FRAMES:
+            self.scene.frame_set(frame)
+            mesh = result.data
+            rest = np.array([v.vector for v in mesh.attributes["rest_position"].data])[self.wanted[frame]["triangles"]]
+            generated = (rest - np.array(mesh.texspace_location)) / (2 * np.array(mesh.texspace_size)) + 0.5
+            mine = self.wanted[frame]["material"] != "Sunder Interior"
+            shown = found[frame]["Block fractured shared"]
+            self.assertEqual(set(shown["material"]), {"Paint", "Primer shared"})
+            for name, wanted in (("rest_position", rest[mine]), ("generated", generated[mine])):
+                maps = [shown[f"uv {name}_{axes}"].reshape(-1, 3, 2) for axes in ("xy", "z")]
+                vectors = np.concatenate([maps[0], maps[1][:, :, :1]], 2)
+                turns = [np.abs(np.roll(vectors, turn, 1) - wanted).max((1, 2)) for turn in range(3)]
+                self.assertLess(np.min(turns, 0).max(), 1e-5)
+
     def test_both_are_moved_together(self):
         self.click()
         away = self.folder / "moved"
@@ -331,13 +358,13 @@ class Click(ShareCase):
         self.refuses("did not become whole")
 
     def test_what_is_lost_is_told(self):
-        self.reads(bpy.data.materials["Primer"], "rest_position")
+        self.reads(bpy.data.materials["Primer"], "fragment")
         if not self.has_alembic():
             return
         share = addon("share")
         path, notes = share.share(self.block_tree, self.scene, addon("player").result_objects(self.block_tree))
         self.assertEqual((path, len(notes)), (str(self.paths()[1]), 1))
-        self.assertRegex(notes[0], "does not hold: rest_position")
+        self.assertRegex(notes[0], "does not hold: fragment")
 
 
 class Elsewhere(PlayCase):

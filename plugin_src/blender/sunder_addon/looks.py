@@ -9,7 +9,7 @@ from . import blender_versions, cache, core, mesh_export, parts, pickers, player
 
 
 # Textures that take Generated coordinates where nothing is plugged in.
-_BY_GENERATED = {"TEX_BRICK", "TEX_CHECKER", "TEX_GABOR", "TEX_GRADIENT", "TEX_MAGIC", "TEX_MUSGRAVE", "TEX_NOISE", "TEX_VORONOI",
+BY_GENERATED = {"TEX_BRICK", "TEX_CHECKER", "TEX_GABOR", "TEX_GRADIENT", "TEX_MAGIC", "TEX_MUSGRAVE", "TEX_NOISE", "TEX_VORONOI",
                  "TEX_WAVE"}
 
 
@@ -70,7 +70,7 @@ def attributes_read(material):
 def reads_generated(material):
     """Whether a material has a texture by Generated coordinates: by a wire, or where nothing is plugged in."""
     return any(node.outputs["Generated"].is_linked if node.type == "TEX_COORD"
-               else node.type in _BY_GENERATED and not node.inputs["Vector"].is_linked for node in _nodes(material))
+               else node.type in BY_GENERATED and not node.inputs["Vector"].is_linked for node in _nodes(material))
 
 
 def _of_bodies(tree, looks):

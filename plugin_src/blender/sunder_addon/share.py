@@ -12,14 +12,14 @@ from bpy.props import EnumProperty
 
 from . import blender_versions, cache, core, drawing, operators, player, runtime, share_cache, share_meshes
 
-_MADE = ("scenes", "collections", "objects", "meshes", "materials", "cache_files", "actions")
+_MADE = ("scenes", "collections", "objects", "meshes", "materials", "node_groups", "cache_files", "actions")
 _PART = ".part"  # before the ending of what is not whole yet
 _SHARE_OF_BAKE = {True: 1.5, False: 4}  # of the bake's meshes: at most what a cache, and what meshes in a .blend, take
 _LAST_BLOCK = 64  # bytes at the end of a .blend that hold the block by which it ends
 KINDS = [
     ("AUTO", "As This Blender Can", "A cache where it was built with Alembic, meshes where not"),
     ("CACHE", "Alembic Cache", "A mesh is read from the cache at each frame. Break surfaces are objects of their own; of "
-     "attributes UV maps, velocities and, in 8 bits, colours and what materials read come along"),
+     "attributes UV maps, velocities, colours (in 8 bits) and what materials read come along"),
     ("MESHES", "A Mesh a Frame", "All meshes lie in the .blend, with all that they carry. Large, and plays in any Blender"),
 ]
 

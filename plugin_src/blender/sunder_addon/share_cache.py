@@ -2,7 +2,7 @@
 
 Blender writes at the first frame alone which faces have which material, and in an order of its own; and it takes no
 attributes along but UV maps, velocities and colours of bytes. So outer and break surfaces are objects of their own, slots are
-found out by looking, and floats travel as colours.
+found out by looking, numbers travel as colours and vectors as UV maps (share_materials.py).
 """
 import os
 import re
@@ -10,7 +10,7 @@ import re
 import bpy
 import numpy as np
 
-from . import blender_versions, core, looks, parts, rest_coordinates, result_mesh, results
+from . import blender_versions, core, looks, parts, rest_coordinates, result_mesh, results, share_materials
 
 _SLOT = "sunder_slot_"
 _BYTES = "BYTE_COLOR"
@@ -79,8 +79,11 @@ def _pieces(thing, stage):
 def make(things, frames, stage, shared, written, path):
     """Writes the file `written`, that will be `path`, in scene `stage`, and fills collection `shared`. Returns notes."""
     pieces = [piece for thing in things for piece in _pieces(thing, stage)]
-    read = _read_attributes(things)
-    carrier = _Carrier([p.copy.data.name for p in pieces if p.is_mesh], read)
+    read, vectors = _read_attributes(things), share_materials.vectors_read(things)
+    adapter = share_materials.Adapter(vectors)
+    for piece in pieces:
+        piece.materials = [adapter.material(material) for material in piece.materials]
+    carrier = _Carrier([p.copy.data.name for p in pieces if p.is_mesh], read, vectors)
     bpy.app.handlers.frame_change_post.append(carrier.on_frame)
     try:
         _export(pieces, frames, stage, written)
@@ -201,11 +204,11 @@ def _read_attributes(things):
 
 
 class _Carrier:
-    """After each frame is written: makes colours, and the numbers that materials read, colours of bytes; and puts a triangle
-    without extent where a mesh has none."""
+    """After each frame is written: makes colours, and the numbers that materials read, colours of bytes, and the vectors UV
+    maps; and puts a triangle without extent where a mesh has none."""
 
-    def __init__(self, meshes, read):
-        self._meshes, self._read = meshes, read
+    def __init__(self, meshes, read, vectors):
+        self._meshes, self._read, self.vectors = meshes, read, vectors
         self.carried, self.clipped = set(), set()
 
     def on_frame(self, *_):
@@ -214,6 +217,7 @@ class _Carrier:
         for mesh in meshes:
             if not len(mesh.polygons):  # of one the exporter leaves out layers, and later ones move to its frame
                 blender_versions.fill_with_triangles(mesh, np.tile(np.float32(point), (3, 1)), np.int32([[0, 1, 2]]))
+            share_materials.write_maps(mesh, self.vectors)
             for name, kind in [(a.name, a.data_type) for a in mesh.attributes]:
                 if kind == "FLOAT_COLOR" or kind == "FLOAT" and name in self._read:
                     self._replace(mesh, name, kind)
@@ -248,15 +252,11 @@ def _of_corners(mesh, domain):
 
 def _notes(pieces, carrier, read):
     """What is not there as it is with Sunder."""
-    held = carrier.carried | {"velocity"} | {m.name for p in pieces if p.is_mesh for m in p.copy.data.uv_layers}
+    held = carrier.carried | carrier.vectors | {"velocity"} | {m.name for p in pieces if p.is_mesh for m in p.copy.data.uv_layers}
     notes = []
     if read - held:
         notes.append(f"materials read what Alembic does not hold: {', '.join(sorted(read - held))} "
                      "(with Holds set to A Mesh a Frame it comes along)")
-    swimming = {m.name for p in pieces if p.is_mesh for m in p.materials if m and looks.reads_generated(m)}
-    if swimming:
-        notes.append(f"textures by Generated coordinates swim in {', '.join(sorted(swimming))}, for Blender takes them from "
-                     "where the cache has points now (with Holds set to A Mesh a Frame they stick)")
     if carrier.clipped:
         notes.append(f"numbers below 0 and above 1 are cut off in {', '.join(sorted(carrier.clipped))}")
     mixed = [p.thing.name for p in pieces if p.part == "OUTSIDE" and len(p.materials) > 1 and len(p.copy.modifiers) > 1]
