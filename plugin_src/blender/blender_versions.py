@@ -12,6 +12,8 @@ import numpy as np
 NEWEST = (5, 2)  # the last that Sunder was tried in
 # An attribute of vectors counts as normals of corners from 4.5 on: written in 2 ms where the call takes a second.
 HAS_QUICK_NORMALS = bpy.app.version >= (4, 5, 0)
+# Where Cycles takes one normal of each point but splits points at sharp edges; normals by attribute mark none.
+HAS_SPLITTING_CYCLES = (4, 5, 0) <= bpy.app.version < (5, 2, 0)
 # Names that a Principled BSDF's sockets have, or had: the first that is there.
 TRANSMISSION = ("Transmission Weight", "Transmission")  # 4.0 and later; before
 
@@ -41,6 +43,7 @@ def write_corner_normals(mesh, normals, set_property=setattr):
             attribute = None
         attribute = attribute or mesh.attributes.new("custom_normal", "FLOAT_VECTOR", "CORNER")
         attribute.data.foreach_set("vector", np.ascontiguousarray(normals, np.float32).ravel())
+        _mark_sharp_edges(mesh, normals)
         return
     was_collecting = gc.isenabled()
     gc.disable()  # a list for each corner, and no cycle among them: looking for one would take longer than the rest
@@ -51,6 +54,33 @@ def write_corner_normals(mesh, normals, set_property=setattr):
             gc.enable()
 
 
+def _mark_sharp_edges(mesh, normals):
+    """Of a closed mesh of triangles: edges at one of whose ends the normals (corners, 3) of its two faces differ."""
+    if not HAS_SPLITTING_CYCLES or "sharp_edge" in mesh.attributes:  # gone where faces are new
+        return
+    vertex, edge = np.empty(len(mesh.loops), np.int32), np.empty(len(mesh.loops), np.int32)
+    mesh.attributes[".corner_vert"].data.foreach_get("value", vertex)  # as attributes in a tenth of the time
+    mesh.attributes[".corner_edge"].data.foreach_get("value", edge)  # to the next corner of the face
+    normals, corner = np.asarray(normals, np.float32), np.arange(len(vertex), dtype=np.int32)
+    here, there = np.zeros(len(mesh.edges), np.int32), np.zeros(len(mesh.edges), np.int32)
+    here[edge], there[edge[::-1]] = corner, corner[::-1]  # the last and the first corner of each edge: of its two faces
+    after = (corner.reshape(-1, 3)[:, [1, 2, 0]]).ravel()
+    turned = vertex[here] == vertex[there]  # both faces go along it the same way
+    begin, end = np.where(turned, there, after[there]), np.where(turned, after[there], there)
+
+    def differ(a, b):
+        return np.abs(normals[a] - normals[b]).max(1) > 1e-3
+
+    sharp = differ(here, begin) | differ(after[here], end)
+    mesh.attributes.new("sharp_edge", "BOOLEAN", "EDGE").data.foreach_set("value", sharp)
+
+
+def let_normals_count(mesh):
+    """What a modifier reads of normals is what renders and viewports show; a switch until 4.0."""
+    if hasattr(mesh, "use_auto_smooth"):
+        mesh.use_auto_smooth = True
+
+
 def keeps_corner_normals(mesh):
     """Whether only new geometry brings back normals that Blender works out: before 4.5 it drops written ones in no other way,
     and keeps and works out even those that are set to nothing."""
@@ -59,9 +89,10 @@ def keeps_corner_normals(mesh):
 
 def clear_corner_normals(mesh):
     """Back to normals that Blender works out, of a mesh that does not keep the others."""
-    attribute = mesh.attributes.get("custom_normal") if HAS_QUICK_NORMALS else None
-    if attribute is not None:
-        mesh.attributes.remove(attribute)
+    for name in ("custom_normal", "sharp_edge") if HAS_QUICK_NORMALS else ():
+        attribute = mesh.attributes.get(name)
+        if attribute is not None:
+            mesh.attributes.remove(attribute)
 
 
 def is_of_geometry(name):
@@ -108,8 +139,13 @@ def replace_triangles(mesh, positions, triangles):
     Polygon i has corners 3i to 3i + 2: their number is written until 3.5; later it follows from where they start. Corners are
     an attribute from 3.6 on. What is not said to be sharp is smooth from 4.1 on.
     """
-    n = len(triangles)
     mesh.clear_geometry()
+    fill_with_triangles(mesh, positions, triangles)
+
+
+def fill_with_triangles(mesh, positions, triangles):
+    """As replace_triangles, of a mesh that is empty: what attributes it has it keeps, of what is new."""
+    n = len(triangles)
     mesh.vertices.add(len(positions))
     mesh.loops.add(3 * n)
     mesh.polygons.add(n)

@@ -98,6 +98,35 @@ class Linked(LinkCase):
             np.testing.assert_array_equal(linked[name], values, name)
         self.assertGreater(len(np.unique(linked["slots"])), 1)
 
+    def test_vertex_groups_arrive_with_their_weights(self):
+        """Blender drops weights that are written through a linked object; in a whole mesh they come."""
+        def weights(frame):
+            self.scene.frame_set(frame)
+            return [[(g.group, g.weight) for g in v.groups] for v in self.result().data.vertices]
+
+        self.second("groups.blend")
+        block = self.cube()
+        block.vertex_groups.new(name="Top").add([1, 3, 5, 7], 0.5, "REPLACE")
+        block.vertex_groups.new(name="Corner").add([0], 1, "REPLACE")
+        tree, _ = self.tree(block)
+        self.results(tree)
+        self.bake(tree)
+        there = {frame: weights(frame) for frame in FRAMES}  # it is saved at another frame than the first visited
+        self.assertGreater(len({len(found) for found in there.values()}), 1)
+        self.assertTrue(all(any(found) for found in there.values()))
+        self.save("groups.blend")
+        self.second()
+        self.scene.collection.objects.link(self.linked("objects", "Block fractured", "groups.blend"))
+        for name in ("x/b.blend", None):
+            self.assertEqual({frame: weights(frame) for frame in FRAMES}, there)
+            self.assertEqual(self.result().vertex_groups.keys(), ["Top", "Corner"])
+            if name:
+                self.save(name)
+                self.second("other.blend")
+                with bpy.data.libraries.load(str(self.folder / name)) as (saved, _):
+                    self.assertNotIn("Sunder stage", [*saved.objects, *saved.meshes])
+                self.reopen(name)
+
     def test_without_exact_normals(self):
         self.reopen("a.blend")
         self.result().sunder.use_exact_normals = False

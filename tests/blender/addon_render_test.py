@@ -102,6 +102,17 @@ class Render(AddonCase):
         self.assertEqual(addon("player").nearest_frame(self.scene), 2)
         self.assertLess(blurred, 0.8 * sharp)
 
+    def test_outer_surfaces_are_lit_as_if_no_break_met_them(self):
+        """Their points are those of break surfaces, too, whose normals are others: apart they cannot take these."""
+        self.scene.render.engine = "CYCLES"
+        self.scene.cycles.samples, self.scene.cycles.use_denoising, self.scene.cycles.seed = 16, False, 1
+        sun = bpy.data.objects.new("sun", bpy.data.lights.new("sun", "SUN"))
+        sun.data.energy, sun.rotation_euler = 3, (0.6, 0.3, 0.2)
+        self.scene.collection.objects.link(sun)
+        whole = self.still(12, "whole")
+        bpy.ops.sunder.split_inside(tree=self.shot.name)
+        apart = self.still(12, "apart")
+        self.assertLess((np.abs(whole - apart).max(2) > 0.1).mean(), 0.005)
 
     def test_eevee_blurs_it_too(self):
         """EEVEE takes points at the opening and the closing of the shutter: both must be nearest to the frame itself."""

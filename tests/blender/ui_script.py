@@ -293,6 +293,32 @@ def reopen():
     shot("8-reopened")
 
 
+def share():
+    """By the click in the panel, with a preview on and while the animation plays."""
+    thing = result()
+    with within("VIEW_3D"):
+        bpy.context.view_layer.objects.active = thing
+        bpy.ops.screen.animation_play()
+    yield 0.5
+    with within("VIEW_3D"):
+        assert bpy.ops.sunder.make_shareable("INVOKE_DEFAULT") == {"FINISHED"}
+    assert not window().screen.is_animation_playing and thing.sunder.preview == "PIECES"
+    path = addon("share").found(tree())
+    assert path and os.path.dirname(path) == FOLDER, path
+    yield 1.0
+    shot("9-shared")
+    with within("VIEW_3D"):
+        bpy.ops.ed.undo_push(message="shared")
+        assert bpy.ops.sunder.use_shared() == {"FINISHED"}
+        bpy.ops.ed.undo_push(message="linked")
+    bpy.context.scene.frame_set(14)
+    yield 1.0
+    shot("10-linked-what-was-shared")
+    with within("VIEW_3D"):
+        bpy.ops.ed.undo()
+    yield from drawn_preview()
+
+
 def toggle():
     """Fifty times off and on with a preview on the screen; Blender draws in between, now and then until it is there again."""
     for i in range(50):
@@ -304,7 +330,7 @@ def toggle():
             yield from drawn_preview()
 
 
-STEPS = [arrange, make, wrong_wire, stop, finish, error, previews, render, undo, reopen, toggle]
+STEPS = [arrange, make, wrong_wire, stop, finish, error, previews, render, undo, reopen, share, toggle]
 
 
 def run():

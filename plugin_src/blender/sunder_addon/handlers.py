@@ -4,7 +4,7 @@ import os
 import bpy
 from bpy.app.handlers import persistent
 
-from . import cache, parts, player, runtime, signature, tree as trees
+from . import cache, parts, player, result_mesh, runtime, signature, tree as trees
 
 _INTERVAL = 0.5  # s between looks whether bakes went out of date
 _late = {"frame": None}  # the frame at which meshes are not, or not wholly, written yet
@@ -81,6 +81,7 @@ def on_edit(_scene, depsgraph):
 @runtime.guarded
 def on_save_pre(*_):
     """The file may be about to move: it goes on playing its bakes where they lie."""
+    result_mesh.drop_stage_object()
     _before_save["home"] = cache.home()
     if bpy.data.filepath:
         for tree in trees.trees():

@@ -8,6 +8,11 @@ from mathutils import Matrix, Vector
 from . import blender_versions, cache, core, mesh_export, parts, pickers, player, scene_input, wiring
 
 
+# Textures that take Generated coordinates where nothing is plugged in.
+BY_GENERATED = {"TEX_BRICK", "TEX_CHECKER", "TEX_GABOR", "TEX_GRADIENT", "TEX_MAGIC", "TEX_MUSGRAVE", "TEX_NOISE", "TEX_VORONOI",
+                 "TEX_WAVE"}
+
+
 def _share(value):
     return scene_input.decimal(min(1.0, max(0.0, float(value))))
 
@@ -42,6 +47,30 @@ def surface(material):
             found[field] = _share(values[name])
     found["transmission"] = _share(next((values[n] for n in blender_versions.TRANSMISSION if n in values), 0.0))
     return found
+
+
+def _nodes(material):
+    """All nodes of a material, those in groups included."""
+    pending, seen = [material.node_tree] if blender_versions.has_nodes(material) else [], set()
+    while pending:
+        tree = pending.pop()
+        if tree is None or tree.name_full in seen:
+            continue
+        seen.add(tree.name_full)
+        yield from tree.nodes
+        pending += [node.node_tree for node in tree.nodes if node.type == "GROUP"]
+
+
+def attributes_read(material):
+    """Names of the attributes that a material reads of what it is on."""
+    names = {node.attribute_name for node in _nodes(material) if node.type == "ATTRIBUTE" and node.attribute_type == "GEOMETRY"}
+    return (names | {node.layer_name for node in _nodes(material) if node.type == "VERTEX_COLOR"}) - {""}
+
+
+def reads_generated(material):
+    """Whether a material has a texture by Generated coordinates: by a wire, or where nothing is plugged in."""
+    return any(node.outputs["Generated"].is_linked if node.type == "TEX_COORD"
+               else node.type in BY_GENERATED and not node.inputs["Vector"].is_linked for node in _nodes(material))
 
 
 def _of_bodies(tree, looks):

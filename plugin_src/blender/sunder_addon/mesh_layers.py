@@ -173,6 +173,21 @@ def write_groups(thing, found, order_of):
     weights = _in_order([l for l in found if l.kind == "weight"], order_of.get("groups", ()))
     if not weights:
         return
+    _write_weights(thing, weights)
+    active = thing.vertex_groups.get(order_of.get("group", ""))
+    thing.vertex_groups.active_index = active.index if active else 0
+
+
+def write_linked_groups(names, stage, found):
+    """Weights of a frame for a linked mesh that has groups of these names: Blender drops what is written to them, but weights
+    come along with a whole mesh, by the groups' numbers. `stage`: a local object of the mesh that is handed over."""
+    known = {layer.name: layer for layer in found if layer.kind == "weight"}
+    if known.keys() & set(names):
+        none = np.zeros((len(stage.data.vertices), 1), np.float32)
+        _write_weights(stage, [known.get(name) or Layer(name, "point", "weight", none) for name in names])
+
+
+def _write_weights(thing, weights):
     thing.vertex_groups.clear()
     for layer in weights:
         group, values = thing.vertex_groups.new(name=layer.name), layer.values[:, 0]
@@ -181,5 +196,3 @@ def write_groups(thing, found, order_of):
         different, first = np.unique(values[inside], return_index=True)  # a call for each weight
         for weight, members in zip(different.tolist(), np.split(inside, first[1:])):
             group.add(members.tolist(), weight, "REPLACE")
-    active = thing.vertex_groups.get(order_of.get("group", ""))
-    thing.vertex_groups.active_index = active.index if active else 0

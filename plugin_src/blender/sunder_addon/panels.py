@@ -1,7 +1,7 @@
 """Where the add-on shows itself: sidebars, menus, the panel of a result object, preferences."""
 import bpy
 
-from . import bake_status, blender_versions, core, drawing, nodes, operators, parts, tree as trees
+from . import bake_status, blender_versions, core, drawing, nodes, operators, parts, share, tree as trees
 
 
 class SUNDER_PT_tree(bpy.types.Panel):
@@ -58,12 +58,14 @@ class SUNDER_PT_object(bpy.types.Panel):
                 box = layout.box()
                 box.label(text=shown.name, icon="MESH_DATA")
                 _draw_played(box, shown)
+                share.draw(box, shown.sunder.tree)
         if not thing.sunder.tree:
             return
         box = layout.box()
         box.label(text="Result Object", icon="MESH_DATA")
         box.prop(thing.sunder, "tree")
         node = _draw_played(box, thing)
+        share.draw(box, thing.sunder.tree)
         if thing.type == "MESH" and node is not None and node.sunder_type == "deformer":
             bake_status.draw_preview(box, thing)
             if thing.sunder.part != "INSIDE":

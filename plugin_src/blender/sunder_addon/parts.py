@@ -22,11 +22,20 @@ def count_as_moving(thing):
         thing.constraints.new("LIMIT_LOCATION").name = _MOVES
 
 
+def shows_mesh(thing):
+    """Whether a result object shows meshes of a deformer, and does not move as a whole."""
+    node = trees.find_node(thing.sunder.tree, thing.sunder.node)
+    return thing.type == "MESH" and node is not None and node.sunder_type == "deformer"
+
+
+def has_motion(thing):
+    """Whether a result object may move besides what it shows."""
+    return thing.parent is not None or thing.animation_data is not None or len(thing.constraints) > 0
+
+
 def can_split(thing):
     """Whether a result object shows outer and break surfaces as one."""
-    node = trees.find_node(thing.sunder.tree, thing.sunder.node)
-    return thing.type == "MESH" and node is not None and node.sunder_type == "deformer" and thing.sunder.part == "ALL" \
-        and thing.library is None and thing.data.library is None
+    return shows_mesh(thing) and thing.sunder.part == "ALL" and thing.library is None and thing.data.library is None
 
 
 def insides(thing):

@@ -162,13 +162,16 @@ def _show_mesh(thing, folder, manifest, shown, is_playing, after):
         has_new_faces = result_mesh.write_geometry(target, frame, stamp if is_written else "")
         if has_new_faces:
             _write_faces(thing, target, frame, interior, order)
+            if target != mesh and thing.vertex_groups:
+                names = [group.name for group in thing.vertex_groups]
+                mesh_layers.write_linked_groups(names, result_mesh.stage_object(target), frame.mesh_layers)
             at_rest = rest_coordinates.write(target, frame.rest, rest)
         for name, (kind, values) in attributes.items():
             result_mesh.write_attribute(target, name, kind, "POINT", values)
         if not is_draft:
             result_mesh.write_normals(target, frame.corner_normals)
     if has_new_faces:
-        if result_mesh.is_local(mesh):  # weights are written through the object, and Blender drops those of linked ones
+        if result_mesh.is_local(mesh):
             mesh_layers.write_groups(thing, frame.mesh_layers, order)
         rest_coordinates.write_texture_space(mesh, at_rest, rest, frame.whole_rest)
         result_mesh.set_property(mesh, result_mesh.FACES, stamp)
@@ -253,6 +256,13 @@ def _is_shown(thing, scene, graphs):
     """Whether a scene shows an object, or nothing tells that it does not."""
     scenes = thing.users_scene  # none: it is there as part of an instanced collection
     return not scenes or scene in scenes or any(thing.evaluated_get(graph).is_evaluated for graph in graphs)
+
+
+def shown_objects(scene, tree):
+    """The tree's result objects that are in a scene, or in what it instances."""
+    graphs = [layer.depsgraph for layer in scene.view_layers if layer.depsgraph]
+    return [thing for thing in result_objects(tree)
+            if scene in thing.users_scene or any(thing.evaluated_get(graph).is_evaluated for graph in graphs)]
 
 
 def show_all(scene, tree=None, skip_previewed=False, is_playing=False, depsgraph=None):

@@ -2,13 +2,13 @@
 import bpy
 
 from . import (
-    compiler, core, export, handlers, nodes, operators, panels, player, preview, quick_fracture, runtime, sockets, tree,
+    compiler, core, export, handlers, nodes, operators, panels, player, preview, quick_fracture, runtime, share, sockets, tree,
 )
 
 # Trees come after what is in them: Blender gives a file's trees their class as soon as it is there, and updates them.
 _CLASSES = [
     *sockets.classes, *nodes.classes, *tree.classes, *player.classes, *operators.classes, *quick_fracture.classes,
-    *export.classes, *panels.classes,
+    *export.classes, *share.classes, *panels.classes,
 ]
 
 

@@ -60,6 +60,21 @@ def written(mesh):
         stage.clear_geometry()
 
 
+def stage_object(stage):
+    """An object of the mesh that `written` gives in place of a linked one: weights are written through objects."""
+    thing = bpy.data.objects.get((_STAGE, None)) or bpy.data.objects.new(_STAGE, stage)
+    if thing.data != stage:
+        thing.data = stage
+    return thing
+
+
+def drop_stage_object():
+    """Before a file is saved: the mesh would count as used, and be kept."""
+    thing = bpy.data.objects.get((_STAGE, None))
+    if thing is not None:
+        bpy.data.objects.remove(thing)
+
+
 def _foreach(sequence, attribute, values):
     sequence.foreach_set(attribute, np.ascontiguousarray(values).ravel())
 
@@ -125,8 +140,8 @@ def write_materials(mesh, material, interior, interior_slot):
 
 
 def write_attribute(mesh, name, kind, domain, values):
-    """kind: of Blender's types those that mesh_layers.py writes, among them INT, FLOAT, BOOLEAN, FLOAT_VECTOR and FLOAT_COLOR;
-    domain: POINT, FACE or CORNER."""
+    """kind: of Blender's types those that mesh_layers.py writes, among them INT, FLOAT, BOOLEAN, FLOAT_VECTOR and FLOAT_COLOR,
+    or BYTE_COLOR (in: linear floats); domain: POINT, FACE or CORNER."""
     attribute = mesh.attributes.get(name)
     if attribute is not None and (attribute.data_type != kind or attribute.domain != domain):
         mesh.attributes.remove(attribute)
@@ -134,7 +149,8 @@ def write_attribute(mesh, name, kind, domain, values):
     attribute = attribute or mesh.attributes.new(name, kind, domain)
     if attribute is None:  # a name that Blender keeps for itself
         return
-    _foreach(attribute.data, {"FLOAT2": "vector", "FLOAT_VECTOR": "vector", "FLOAT_COLOR": "color"}.get(kind, "value"), values)
+    fields = {"FLOAT2": "vector", "FLOAT_VECTOR": "vector", "FLOAT_COLOR": "color", "BYTE_COLOR": "color"}
+    _foreach(attribute.data, fields.get(kind, "value"), values)
 
 
 def state_attributes(rows, body, frame, toughness=None, factor=1.0):

@@ -40,7 +40,7 @@ def _survey(sources, depsgraph):
     return areas or [0], uv_map or "UVMap", color_attribute or "Color"
 
 
-def _take_over(thing, source):
+def take_over(thing, source):
     """What a source is to renders and scripts besides its mesh."""
     for name in _TAKEN_OVER:
         setattr(thing, name, getattr(source, name))
@@ -94,7 +94,7 @@ def add_mesh_result(deformer, scene):
     thing.sunder.interior_slot = len(outer)
     thing.sunder.uv_map, thing.sunder.color_attribute = uv_map, color_attribute
     if sources:
-        _take_over(thing, sources[0])
+        take_over(thing, sources[0])
     rest_coordinates.prepare(thing)
     _link(thing, scene, deformer.id_data, deformer.graph_name, sources[0] if sources else None)
     return thing
@@ -116,6 +116,26 @@ def add_rigid_results(node, scene):
         thing.matrix_world = source.matrix_world
         parts.count_as_moving(thing)
         made.append((source, thing))
+    return made
+
+
+def twin(thing, name, data=None):
+    """A result's copy that plays nothing: where it stands now, with its modifiers, its own data, or `data`."""
+    made, place = thing.copy(), thing.matrix_world.copy()
+    if made.override_library is not None:
+        made = made.make_local()
+    if data is not None:
+        made.data = data
+    elif made.data is not None and made.data.library is not None:
+        made.data = made.data.copy()
+    made.name = name
+    made.sunder.tree, made.sunder.node = None, ""
+    if made.sunder.preview != "OFF":
+        made.sunder.preview = "OFF"
+    made.animation_data_clear()
+    made.constraints.clear()
+    made.parent, made.hide_render, made.hide_viewport = None, False, False
+    made.matrix_world = place
     return made
 
 

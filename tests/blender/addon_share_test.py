@@ -1,0 +1,474 @@
+"""Where others pick a shot up without Sunder it plays: what one click writes, read by a Blender that has no add-on."""
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from unittest import mock
+
+import bpy
+import numpy as np
+
+from addon_case import FOLDER, AddonCase, addon, main, positions
+
+HERE = Path(__file__).resolve().parent
+FRAMES = (6, 2, 5, 1, 3, 4)
+SHARE = 1e-5  # of the shot's size: what positions may be off
+BYTE = 1.5 / 255  # what colours may be off that travel as bytes
+
+
+class ShareCase(AddonCase):
+    """a.blend: a block of two materials, with colours and two UV maps, that breaks, and a box that falls and turns."""
+
+    def setUp(self):
+        super().setUp()
+        self.save("a.blend")
+        block = self.cube()
+        for name in ("Paint", "Primer"):
+            block.data.materials.append(bpy.data.materials.new(name))
+        block.data.polygons[0].material_index = 1
+        block.data.uv_layers.new(name="Second")
+        paint = block.data.color_attributes.new("paint", "FLOAT_COLOR", "CORNER")
+        paint.data.foreach_set("color", np.linspace(0, 1, 4 * len(paint.data)).astype(np.float32))
+        self.reads(bpy.data.materials["Paint"], "toughness_left")
+        self.block_tree, nodes = self.tree(block)
+        crate = self.cube(size=0.3, location=(1, 0, 1), name="Crate")
+        crate.scale, crate.rotation_euler = (1, 2, 0.5), (0.3, 0.2, 0.1)
+        bpy.context.view_layer.update()
+        node = self.node(self.block_tree, "rigid_body", shape="box", mass=5, velocity=(0.5, 0, -1),
+                         angular_velocity=(100, 300, 50))
+        node.source, node.object = "OBJECT", crate
+        self.connect(node, "rigid_body", nodes["solver"], "rigid_bodies")
+        self.scene.render.fps = 24
+        self.results(self.block_tree)
+        self.bake(self.block_tree)
+        self.scene.frame_set(1)
+        self.save("a.blend")
+        self.wanted = {frame: self.shown(frame) for frame in FRAMES}
+        self.scene.frame_set(1)
+        everything = np.concatenate([shown["points"] for shown in self.wanted.values()])
+        self.size = np.ptp(everything, axis=0).max()
+        self.assertGreater(np.abs(self.wanted[6]["crate"] - self.wanted[1]["crate"]).max(), 0.2)
+        self.assertGreater(len(self.wanted[6]["triangles"]), len(self.wanted[1]["triangles"]))
+
+    @staticmethod
+    def reads(material, name):
+        addon("blender_versions").turn_on_nodes(material)
+        nodes = material.node_tree.nodes
+        node = nodes.new("ShaderNodeAttribute")
+        node.attribute_name = name
+        material.node_tree.links.new(node.outputs["Fac"], nodes["Principled BSDF"].inputs["Roughness"])
+
+    def shown(self, frame):
+        """What the bake holds at a frame; colours and normals as the result object has them."""
+        mesh = addon("bake_reader").read_mesh_frame(
+            str(self.cached(self.block_tree) / f"mesh/deformer.{frame:04d}.ply"))
+        self.scene.frame_set(frame)
+        result, crate = bpy.data.objects["Block fractured"].data, bpy.data.objects["Crate moving"]
+        corners = {}
+        for name in ("paint", "toughness_left"):
+            values = [tuple(v.color) if name == "paint" else v.value for v in result.attributes[name].data]
+            corners[name] = np.array(values, np.float32)
+        corners["toughness_left"] = corners["toughness_left"][mesh.triangles.ravel()]
+        for layer in result.uv_layers:
+            corners[f"uv {layer.name}"] = np.array([v.uv for v in layer.data])
+        rest = np.array([(*v.co, 1) for v in crate.data.vertices])
+        names = np.array(["Paint", "Primer", "Sunder Interior"])
+        return {"points": mesh.positions, "triangles": mesh.triangles, "velocity": mesh.velocities,
+                "material": names[mesh.material], "normal": addon("blender_versions").corner_normals(result),
+                "crate": (rest @ np.array(crate.matrix_world).T)[:, :3], **corners}
+
+    def click(self, **options):
+        return bpy.ops.sunder.make_shareable(tree=self.block_tree.name, **options)
+
+    def has_alembic(self):
+        return "ABC" in addon("export").host_formats()
+
+    def paths(self):
+        return [self.folder / f"a_Block_Fracture_shared.{ending}" for ending in ("abc", "blend")]
+
+    def elsewhere(self, how, path=None, frames=FRAMES):
+        """What a Blender without Sunder has of a file: {frame: {object: {field: array}}}."""
+        profile, out = self.folder / "profile", self.folder / "read.npz"
+        words = [bpy.app.binary_path] if bpy.app.binary_path else [sys.executable, HERE.parent / "hosts/blender_module.py"]
+        names = {n: v for n, v in os.environ.items() if n not in ("BLENDER_USER_SCRIPTS", "SUNDER_ADDON_ROOT")}
+        done = subprocess.run(
+            [*words, "-b", "--factory-startup", "--python-exit-code", "9", "--python", HERE / "read_shared.py", "--", how,
+             path or self.paths()[1], out, *map(str, frames)], env={**names, "BLENDER_USER_RESOURCES": str(profile)},
+            text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120)
+        self.assertIn("READ", done.stdout, done.stdout)
+        found = {frame: {} for frame in frames}
+        with np.load(out) as file:
+            for key in file:
+                if key == "range":
+                    self.range = file[key].tolist()
+                    continue
+                name, frame, field = key.split("/")
+                found[int(frame)].setdefault(name, {})[field] = file[key]
+        return found
+
+
+class PlayCase(ShareCase):
+    """A part of a frame that is shown is what was baked."""
+
+    def assert_is(self, found, wanted, mine, place, byte):
+        """`mine`: which triangles it is to have. Corners of a face may begin anywhere."""
+        corners = found["points"][found["triangles"]]
+        if not mine.any() and len(corners):  # a triangle without extent, for the exporter's sake
+            self.assertEqual((len(corners), np.ptp(corners, 1).max()), (1, 0))
+            return
+        self.assertEqual(len(corners), mine.sum())
+        if not len(corners):
+            return
+        there = wanted["points"][wanted["triangles"][mine]] + place
+        turns = [np.abs(np.roll(corners, turn, 1) - there).max((1, 2)) for turn in range(3)]
+        turn = np.argmin(turns, 0)
+        self.assertLess(np.min(turns, 0).max(), SHARE * self.size)
+        self.assertEqual(len(found["points"]), len(np.unique(wanted["triangles"][mine])))
+
+        def same(values, target, tolerance):
+            values = values.reshape(len(corners), 3, -1)
+            values = np.stack([np.roll(values[i], turn[i], 0) for i in range(len(values))])
+            target = target.reshape(len(wanted["triangles"]), 3, -1)[mine]
+            self.assertLess(np.abs(values - target).max(), tolerance)
+
+        self.assertEqual(found["material"].tolist(), wanted["material"][mine].tolist())
+        same(found["velocity"][found["triangles"]], wanted["velocity"][wanted["triangles"]],
+             SHARE * np.abs(wanted["velocity"]).max())
+        for name in ("uv UVMap", "uv Second"):
+            same(found[name], wanted[name], 1e-6)
+        same(found["normal"], wanted["normal"], 2e-3)  # Blender keeps directions in two times 16 bits
+        same(found["paint"], wanted["paint"], byte)
+        same(found["toughness_left"][:, :3], wanted["toughness_left"][:, None], byte)
+
+    def plays(self, found, place=(0, 0, 0)):
+        for frame in FRAMES:
+            wanted, shown = self.wanted[frame], found[frame]
+            is_inside = wanted["material"] == "Sunder Interior"
+            names = set(shown) - {"Crate moving shared"}
+            with self.subTest(frame=frame):
+                if "Block fractured shared" in names:  # of a cache
+                    self.assertEqual(names - {"Block fractured shared inside"}, {"Block fractured shared"})
+                    self.assert_is(shown["Block fractured shared"], wanted, ~is_inside, place, BYTE)
+                    inside = shown.get("Block fractured shared inside")
+                    if inside is None:  # an instance of nothing
+                        self.assertFalse(is_inside.any())
+                    else:
+                        self.assert_is(inside, wanted, is_inside, place, BYTE)
+                else:
+                    self.assertEqual(names, {f"Block fractured shared {frame:04d}"})
+                    self.assert_is(*[shown[n] for n in names], wanted, np.full(len(is_inside), True), place, 1e-6)
+                crate = shown["Crate moving shared"]["points"] - place
+                self.assertLess(np.abs(crate - wanted["crate"]).max(), SHARE * self.size)
+
+    def everywhere(self):
+        for how in ("open", "link", "append", "instance"):
+            with self.subTest(how):
+                self.plays(self.elsewhere(how), (3, 1, 2) if how == "instance" else (0, 0, 0))
+                if how == "open":
+                    self.assertEqual(self.range, [1, 6, 24])
+
+
+class Whole(PlayCase):
+    def test_a_cache_plays_everywhere(self):
+        if not self.has_alembic():
+            with self.assertRaisesRegex(RuntimeError, "built without Alembic"):
+                self.click(kind="CACHE")
+            self.assertEqual([path.exists() for path in self.paths()], [False, False])
+            return
+        self.assertEqual(self.click(), {"FINISHED"})
+        self.assertEqual([path.exists() for path in self.paths()], [True, True])
+        self.everywhere()
+
+    def test_meshes_play_everywhere(self):
+        self.assertEqual(self.click(kind="MESHES"), {"FINISHED"})
+        self.assertEqual([path.exists() for path in self.paths()], [False, True])
+        self.everywhere()
+
+    def test_textures_stick_to_the_pieces(self):
+        """By Generated coordinates and by rest positions, as UV maps that materials of the shared file read."""
+        if not self.has_alembic():
+            return
+        material = bpy.data.materials["Primer"]
+        self.reads(material, "rest_position")
+        nodes, links = material.node_tree.nodes, material.node_tree.links
+        texture = nodes.new("ShaderNodeTexNoise")
+        links.new(texture.outputs[0], nodes["Principled BSDF"].inputs["Metallic"])
+        before = {n.name for n in nodes}, len(links)
+        self.assertEqual(self.click(), {"FINISHED"})
+        self.assertEqual(({n.name for n in nodes}, len(links)), before)
+        found, result = self.elsewhere("link"), bpy.data.objects["Block fractured"]
+        for frame in FRAMES:
+            self.scene.frame_set(frame)
+            mesh = result.data
+            rest = np.array([v.vector for v in mesh.attributes["rest_position"].data])[self.wanted[frame]["triangles"]]
+            generated = (rest - np.array(mesh.texspace_location)) / (2 * np.array(mesh.texspace_size)) + 0.5
+            mine = self.wanted[frame]["material"] != "Sunder Interior"
+            shown = found[frame]["Block fractured shared"]
+            self.assertEqual(set(shown["material"]), {"Paint", "Primer shared"})
+            for name, wanted in (("rest_position", rest[mine]), ("generated", generated[mine])):
+                maps = [shown[f"uv {name}_{axes}"].reshape(-1, 3, 2) for axes in ("xy", "z")]
+                vectors = np.concatenate([maps[0], maps[1][:, :, :1]], 2)
+                turns = [np.abs(np.roll(vectors, turn, 1) - wanted).max((1, 2)) for turn in range(3)]
+                self.assertLess(np.min(turns, 0).max(), 1e-5)
+
+    def test_both_are_moved_together(self):
+        self.click()
+        away = self.folder / "moved"
+        away.mkdir()
+        for path in self.paths():
+            if path.exists():
+                shutil.move(path, away / path.name)
+        self.plays(self.elsewhere("link", away / self.paths()[1].name))
+
+    def test_from_where_it_is_linked(self):
+        self.save("a.blend")
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        self.save("b.blend")
+        with bpy.data.libraries.load(str(self.folder / "a.blend"), link=True) as (there, wanted):
+            wanted.objects = ["Block fractured", "Crate moving"]
+        for thing in wanted.objects:
+            bpy.context.scene.collection.objects.link(thing)
+        self.assertEqual(bpy.ops.sunder.make_shareable(), {"FINISHED"})
+        self.plays(self.elsewhere("link", self.folder / "b_Block_Fracture_shared.blend"))
+
+    def test_where_break_surfaces_are_apart(self):
+        bpy.ops.sunder.split_inside(tree=self.block_tree.name)
+        self.assertEqual(self.click(), {"FINISHED"})
+        if not self.has_alembic():
+            return
+        found = self.elsewhere("open")
+        for shown in found.values():
+            shown["Block fractured shared inside"] = shown.pop("Block fractured inside shared")
+        self.plays(found)
+
+    def test_a_result_that_is_moved(self):
+        thing = bpy.data.objects["Block fractured"]
+        handle = bpy.data.objects.new("Handle", None)
+        self.scene.collection.objects.link(handle)
+        thing.parent = handle
+        for frame in (1, 6):
+            handle.location = (frame, 0, 2)
+            handle.keyframe_insert("location", frame=frame)
+        for kind in ("AUTO", "MESHES"):
+            self.click(kind=kind)
+            found = self.elsewhere("open")
+            for frame in FRAMES:
+                self.scene.frame_set(frame)
+                place = np.array(thing.evaluated_get(bpy.context.evaluated_depsgraph_get()).matrix_world)[:3, 3]
+                points = np.concatenate([s["points"] for n, s in found[frame].items() if "Block" in n])
+                wanted = self.wanted[frame]["points"] + place
+                for side in (np.min, np.max):
+                    np.testing.assert_allclose(side(points, 0), side(wanted, 0), atol=SHARE * self.size)
+
+
+class Click(ShareCase):
+    def files(self):
+        return {path.name: path.read_bytes() for path in self.folder.iterdir() if path.is_file()}
+
+    def things(self):
+        return {kind: [thing.name for thing in getattr(bpy.data, kind)] for kind in addon("share")._MADE}
+
+    def refuses(self, sentence, **options):
+        before, things = self.files(), self.things()
+        with self.assertRaisesRegex(RuntimeError, sentence):
+            self.click(**options)
+        self.assertEqual(self.files(), before)
+        self.assertEqual(self.things(), things)
+
+    def test_this_file_stays_as_it_is(self):
+        self.scene.frame_set(4)
+        thing = bpy.data.objects["Block fractured"]
+        thing.sunder.preview = "PIECES"
+        before, shown = self.things(), positions(thing)
+        selected = [o.name for o in bpy.context.selected_objects]
+        for kind in ("AUTO", "MESHES", "AUTO"):
+            self.click(kind=kind)
+            self.assertEqual(self.things(), before)
+            np.testing.assert_array_equal(positions(thing), shown)
+        self.assertEqual([o.name for o in bpy.context.selected_objects], selected)
+        self.assertEqual((self.scene.frame_current, thing.sunder.preview, bpy.context.scene), (4, "PIECES", self.scene))
+        self.assertEqual(sorted(p.name for p in self.folder.iterdir() if "part" in p.name), [])
+
+    def test_what_cannot_be_shared_is_refused_by_a_sentence(self):
+        tree = self.block_tree
+        things = [thing for thing in addon("player").result_objects(tree)]
+        for thing in things:
+            thing.sunder.tree = None
+        self.refuses("no result object")
+        for thing in things:
+            thing.sunder.tree = tree
+        for path in self.paths()[0 if self.has_alembic() else 1:]:
+            path.mkdir()
+            self.refuses("is a folder")
+            path.rmdir()
+        bpy.ops.sunder.free_bake(tree=tree.name)
+        self.refuses("bake first")
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        self.scene = bpy.context.scene
+        tree, _ = self.tree()
+        self.results(tree)
+        with self.assertRaisesRegex(RuntimeError, "save this file first"):
+            bpy.ops.sunder.make_shareable(tree=tree.name)
+
+    def test_a_disk_that_gets_full_leaves_what_was_shared_before(self):
+        """Of meshes; at a cache the exporter ends Blender, so that room is looked for first."""
+        import resource
+        import signal
+
+        self.click()
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        known = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20000, known[1]))
+        try:
+            self.refuses("cannot be written", kind="MESHES")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, known)
+
+    def test_without_room_nothing_is_begun(self):
+        self.click()
+        usage = shutil._ntuple_diskusage(10**9, 10**9 - 50_000, 50_000)
+        with mock.patch("shutil.disk_usage", return_value=usage):
+            for kind in ("AUTO", "MESHES"):
+                self.refuses("no room in .* and 0.1 MB are free", kind=kind)
+
+    def test_a_folder_that_cannot_be_written(self):
+        with mock.patch("os.access", return_value=False):
+            self.refuses("cannot be written")
+
+    def test_what_is_stopped_leaves_nothing(self):
+        places = [("share", "_write", "MESHES"), ("share", "_write", "AUTO"), ("share_meshes", "_key_place", "MESHES")]
+        for module, name, kind in places + ([("share_cache", "_open", "AUTO")] if self.has_alembic() else []):
+            with mock.patch.object(addon(module), name, side_effect=KeyboardInterrupt):
+                before, things = self.files(), self.things()
+                try:
+                    self.click(kind=kind)
+                except (RuntimeError, KeyboardInterrupt):
+                    pass
+                self.assertEqual((self.files(), self.things()), (before, things))
+            self.assertEqual(len(bpy.app.handlers.frame_change_post), 1)
+
+    def test_a_cache_that_ends_early_is_no_cache(self):
+        if not self.has_alembic():
+            return
+        share = addon("share_cache")
+        self.addCleanup(setattr, share, "_export", share._export)
+        write = share._export
+        share._export = lambda pieces, frames, stage, path: write(pieces, frames[:2], stage, path)
+        self.refuses("did not become whole")
+
+    def test_what_is_lost_is_told(self):
+        self.reads(bpy.data.materials["Primer"], "fragment")
+        if not self.has_alembic():
+            return
+        share = addon("share")
+        path, notes = share.share(self.block_tree, self.scene, addon("player").result_objects(self.block_tree))
+        self.assertEqual((path, len(notes)), (str(self.paths()[1]), 1))
+        self.assertRegex(notes[0], "does not hold: fragment")
+
+
+class Elsewhere(PlayCase):
+    def pick_up(self):
+        """b.blend with the results linked; returns the deformer's."""
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        self.save("b.blend")
+        with bpy.data.libraries.load(str(self.folder / "a.blend"), link=True) as (there, wanted):
+            wanted.objects = ["Block fractured"]
+        self.scene = bpy.context.scene
+        self.scene.collection.objects.link(wanted.objects[0])
+        return wanted.objects[0]
+
+    def test_without_sunder_a_linked_shot_shows_the_frame_it_was_saved_at(self):
+        self.scene.frame_set(5)
+        shot = bpy.data.collections.new("Shot")
+        self.scene.collection.children.link(shot)
+        for name in ("Block fractured", "Crate moving"):
+            self.scene.collection.objects.unlink(bpy.data.objects[name])
+            shot.objects.link(bpy.data.objects[name])
+        self.save("a.blend")
+        for how in ("open", "link", "append"):
+            found = self.elsewhere(how, self.folder / "a.blend", (5, 2, 6))
+            for frame in (5, 2, 6):
+                np.testing.assert_array_equal(found[frame]["Block fractured"]["points"],
+                                              self.wanted[5]["points"].astype(np.float32))
+                np.testing.assert_allclose(found[frame]["Crate moving"]["points"], self.wanted[5]["crate"],
+                                           atol=SHARE * self.size)
+
+    def test_without_its_bake_the_shared_file_is_offered_and_plays(self):
+        self.click()
+        thing = self.pick_up()
+        (self.folder / "sunder_cache").rename(self.folder / "away")
+        share = addon("share")
+        self.assertFalse(share.has_bake(thing.sunder.tree))
+        self.assertEqual(share.found(thing.sunder.tree), str(self.paths()[1]))
+        self.assertIn("sunder.use_shared", Drawn.of(share.draw, thing.sunder.tree))
+        self.assertEqual(bpy.ops.sunder.use_shared(), {"FINISHED"})
+        self.assertTrue(thing.hide_get())
+        self.assertEqual(bpy.ops.sunder.use_shared(), {"CANCELLED"})  # once is enough
+        self.scene.frame_end = 6
+        self.save("b.blend")
+        found = self.elsewhere("open", self.folder / "b.blend")
+        for frame in FRAMES:
+            points = np.concatenate([s["points"] for n, s in found[frame].items() if n.startswith("Block fractured shared")])
+            wanted = self.wanted[frame]["points"]
+            np.testing.assert_allclose(points.min(0), wanted.min(0), atol=SHARE * self.size)
+
+    def test_the_panel_says_where_to_click(self):
+        thing = self.pick_up()
+        draw = addon("share").draw
+        self.assertIn("sunder.make_shareable", Drawn.of(draw, thing.sunder.tree))
+        shutil.rmtree(self.folder / "sunder_cache")
+        told = Drawn.of(draw, thing.sunder.tree)
+        self.assertNotIn("sunder.make_shareable", told)
+        self.assertRegex(" ".join(told), "cannot play here.* Open a.blend .*Share Without Sunder")
+        with self.assertRaisesRegex(RuntimeError, "nothing was shared"):
+            bpy.ops.sunder.use_shared()
+
+    def test_in_its_own_file_the_results_stand_back(self):
+        self.click()
+        self.assertEqual(bpy.ops.sunder.use_shared(tree=self.block_tree.name), {"FINISHED"})
+        for name in ("Block fractured", "Crate moving"):
+            self.assertEqual((bpy.data.objects[name].hide_render, bpy.data.objects[name].hide_get()), (True, True))
+
+    def test_what_is_linked_here_is_read_again_when_it_is_shared_again(self):
+        for kind in ("AUTO", "MESHES", "AUTO"):
+            self.click(kind=kind)
+            if kind == "AUTO":
+                bpy.ops.sunder.use_shared(tree=self.block_tree.name)
+            shown = {}
+            for instance in bpy.context.evaluated_depsgraph_get().object_instances:
+                if instance.object.type == "MESH" and instance.object.library or "shared" in instance.object.name:
+                    shown[instance.object.name] = len(getattr(instance.object.data, "vertices", ()))
+            self.assertIn(len(self.wanted[1]["points"]), shown.values())
+        self.plays(self.elsewhere("open"))
+
+
+class Drawn:
+    """Stands in for a layout: what a panel draws, as texts and names of operators."""
+
+    def __init__(self):
+        self.told = []
+
+    @classmethod
+    def of(cls, draw, *arguments):
+        layout = cls()
+        draw(layout, *arguments)
+        return layout.told
+
+    def column(self, **_):
+        return self
+
+    row = column
+
+    def label(self, text="", **_):
+        self.told.append(text)
+
+    def operator(self, name, *_, **__):
+        self.told.append(name)
+        return self
+
+    operator_menu_enum = operator
+
+
+if __name__ == "__main__":
+    main()
