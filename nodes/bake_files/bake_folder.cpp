@@ -11,6 +11,7 @@
 #include "nodes/files/compression.h"
 #include "nodes/files/mesh_frame_file.h"
 #include "nodes/files/state_file.h"
+#include "nodes/graph/json.h"
 
 namespace sunder {
 namespace {

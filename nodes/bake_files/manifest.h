@@ -10,7 +10,7 @@
 
 #include "nodes/files/content_key.h"
 #include "nodes/files/file_io.h"
-#include "nodes/graph/description.h"
+#include "nodes/graph/json.h"
 #include "solver/data/progress.h"
 #include "solver/data/result.h"
 

@@ -9,6 +9,7 @@
 #include "nodes/files/file_io.h"
 #include "nodes/files/layer_columns.h"
 #include "nodes/files/ply_file.h"
+#include "nodes/graph/json.h"
 
 namespace sunder {
 namespace {

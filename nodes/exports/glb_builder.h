@@ -11,6 +11,7 @@
 #include "nodes/exports/shot_looks.h"
 #include "nodes/files/byte_buffer.h"
 #include "nodes/graph/description.h"
+#include "nodes/graph/json.h"
 
 namespace sunder {
 

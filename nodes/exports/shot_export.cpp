@@ -8,6 +8,7 @@
 #include "nodes/files/compression.h"
 #include "nodes/files/mesh_frame_file.h"
 #include "nodes/files/output_pattern.h"
+#include "nodes/graph/json.h"
 #include "nodes/graph/nearest_name.h"
 
 namespace sunder {

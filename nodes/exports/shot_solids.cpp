@@ -8,6 +8,7 @@
 #include "nodes/files/state_file.h"
 #include "nodes/graph/common_parameters.h"
 #include "nodes/graph/graph.h"
+#include "nodes/graph/json.h"
 #include "nodes/types/shape_mesh.h"
 
 namespace sunder {

@@ -83,7 +83,7 @@ ParameterDescription size_parameter() {
             .sentence = "Lengths of the box's sides"};
 }
 
-std::vector<ParameterDescription> region_parameters(std::string sentence, std::vector<Json> choices,
+std::vector<ParameterDescription> region_parameters(std::string sentence, std::vector<JsonValue> choices,
                                                     std::string group_sentence) {
     return {{.name = "region",
              .label = "Region",

@@ -18,7 +18,7 @@ ParameterDescription radius_parameter(std::string sentence);  // "radius", m
 ParameterDescription size_parameter();                        // "size" of a box, m
 
 /// "region" with its choices, and what "box" ("box_min", "box_max"), "sphere" ("center", "radius") and "group" take.
-std::vector<ParameterDescription> region_parameters(std::string sentence, std::vector<Json> choices,
+std::vector<ParameterDescription> region_parameters(std::string sentence, std::vector<JsonValue> choices,
                                                     std::string group_sentence);
 
 /// "compression" of a bake node's files.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "nodes/graph/json.h"
+
 namespace sunder {
 
 const SocketDescription* NodeDescription::find_input(std::string_view name) const {
@@ -69,14 +71,14 @@ Json to_json(const ParameterDescription& p) {
     Json json = {{"name", p.name}, {"label", p.label}, {"type", name_of(p.type)}, {"unit", p.unit}};
     if (p.min) json[p.min_excluded ? "above" : "min"] = *p.min;
     if (p.max) json[p.max_excluded ? "below" : "max"] = *p.max;
-    json["default"] = p.default_value;
+    json["default"] = p.default_value.get();
     json["sentence"] = p.sentence;
     json["animatable"] = p.animatable;
     json["nullable"] = p.nullable;
     json["automatic"] = p.automatic;
     for (const FormerDefault& former : p.former_defaults)
-        json["former_defaults"].push_back({{"last_version", former.last_version}, {"default", former.value}});
-    if (!p.choices.empty()) json["choices"] = p.choices;
+        json["former_defaults"].push_back({{"last_version", former.last_version}, {"default", former.value.get()}});
+    for (const JsonValue& choice : p.choices) json["choices"].push_back(choice.get());
     if (!p.aliases.empty()) json["aliases"] = p.aliases;
     return json;
 }

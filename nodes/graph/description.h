@@ -2,16 +2,14 @@
 // JSON validation, the CLI's listing, the C ABI, Python, Blender's sockets and the node reference all read this.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-namespace sunder {
+#include "nodes/graph/json_value.h"
 
-/// Keeps the order in which a file names things, so that what is read and written again looks the same.
-using Json = nlohmann::ordered_json;
+namespace sunder {
 
 /// What runs through a wire. The order is that of the alternatives of Value (value.h).
 enum class SocketType { mesh, fragments, body, rigid_body, collider, pin, force, state, visual_mesh, bake_item };
@@ -45,7 +43,7 @@ constexpr const char* kAutomatic = "auto";
 /// What a parameter was left at before it got another default.
 struct FormerDefault {
     int last_version;  // of graphs that have it
-    Json value;
+    JsonValue value;
 };
 
 struct ParameterDescription {
@@ -55,16 +53,16 @@ struct ParameterDescription {
     std::string unit = {};                     // "m", "Pa", ...; empty: a pure number
     std::optional<double> min = {}, max = {};  // of each component
     bool min_excluded = false, max_excluded = false;
-    Json default_value = {};
+    JsonValue default_value = {};
     std::string sentence = {};  // what it does, limits that the range cannot tell
     bool animatable = false;    // may be {"keys": [[frame, value], ...], "interpolation": "linear"|"step"}
     bool nullable = false;      // may be null; the sentence says what that means
     bool automatic = false;     // may be "auto"; the sentence says what that means
     std::vector<FormerDefault> former_defaults = {};  // ascending by version
-    std::vector<Json> choices = {};                   // permitted values of a choice (texts) or an integer (numbers)
+    std::vector<JsonValue> choices = {};              // permitted values of a choice (texts) or an integer (numbers)
     std::vector<std::string> aliases = {};            // names that it had before; files that use them still load
-    std::vector<std::pair<Json, Json>> former_values =
-        {};  // of a choice: what it took before, and which choice that is
+    /// Of a choice: what it took before, and which choice that is.
+    std::vector<std::pair<JsonValue, JsonValue>> former_values = {};
 
     /// In graphs of that version.
     const Json& default_of(int graph_version) const;

@@ -1,4 +1,4 @@
-// What fields of a struct (solver/data/fields.h) are as parameters of a node, in keys and in JSON.
+// What fields of a struct (solver/data/fields.h) are as parameters of a node and in keys. (In JSON: field_json.h.)
 #pragma once
 
 #include "nodes/files/content_key.h"
@@ -7,10 +7,10 @@
 
 namespace sunder {
 
-/// Infinity in JSON, and null read as it.
-Json json_of_number(double may_be_infinite);
+/// Null for infinity.
+JsonValue value_of_number(double may_be_infinite);
 
-ParameterDescription parameter_of(const FieldDescription& field, ParameterType type, Json default_value);
+ParameterDescription parameter_of(const FieldDescription& field, ParameterType type, JsonValue default_value);
 
 /// A field as a parameter; by default it is what a T begins with.
 template <class T>
@@ -20,9 +20,9 @@ ParameterDescription parameter_of(const Field<T>& field) {
         if constexpr (std::is_same_v<decltype(value), bool>)
             return parameter_of(field.description, ParameterType::boolean, value);
         else if constexpr (std::is_integral_v<decltype(value)>)
-            return parameter_of(field.description, ParameterType::integer, value);
+            return parameter_of(field.description, ParameterType::integer, static_cast<int>(value));
         else
-            return parameter_of(field.description, ParameterType::number, json_of_number(value));
+            return parameter_of(field.description, ParameterType::number, value_of_number(value));
     });
 }
 
@@ -38,13 +38,17 @@ std::vector<ParameterDescription> parameters_of(std::span<const Field<T>> fields
 template <class T>
 void read_fields(const Parameters& parameters, std::span<const Field<T>> fields, T& io_values) {
     for (const Field<T>& field : fields) {
-        const Json value = parameters.value(field.description.name);
-        if (value.is_string()) continue;
+        const char* name = field.description.name;
+        if (parameters.is_automatic(name)) continue;
         field.visit(io_values, [&]<class N>(N& io_value) {
-            if (!value.is_null())
-                io_value = value.get<N>();
-            else if constexpr (std::is_floating_point_v<N>)
-                io_value = std::numeric_limits<N>::infinity();
+            if constexpr (std::is_floating_point_v<N>)
+                io_value = parameters.number_or(name, std::numeric_limits<N>::infinity());
+            else if (parameters.is_null(name))
+                return;
+            else if constexpr (std::is_same_v<N, bool>)
+                io_value = parameters.boolean(name);
+            else
+                io_value = static_cast<N>(parameters.integer(name));
         });
     }
 }
@@ -52,19 +56,6 @@ void read_fields(const Parameters& parameters, std::span<const Field<T>> fields,
 template <class T>
 void add_fields(KeyHasher& io_hasher, std::span<const Field<T>> fields, const T& values) {
     for (const Field<T>& field : fields) field.visit(values, [&](auto value) { io_hasher.add(value); });
-}
-
-template <class T>
-Json json_of_fields(std::span<const Field<T>> fields, const T& values) {
-    Json json = Json::object();
-    for (const Field<T>& field : fields)
-        json[field.description.name] = field.visit(values, [](auto value) {
-            if constexpr (std::is_floating_point_v<decltype(value)>)
-                return json_of_number(value);
-            else
-                return Json(value);
-        });
-    return json;
 }
 
 }  // namespace sunder

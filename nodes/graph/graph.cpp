@@ -5,6 +5,7 @@
 #include <set>
 
 #include "nodes/graph/graph_impl.h"
+#include "nodes/graph/json.h"
 #include "nodes/graph/nearest_name.h"
 
 namespace sunder {

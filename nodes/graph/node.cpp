@@ -1,6 +1,15 @@
 #include "nodes/graph/node.h"
 
+#include "nodes/graph/json.h"
+
 namespace sunder {
+
+bool Parameters::is_null(std::string_view name) const { return value(name).is_null(); }
+bool Parameters::is_automatic(std::string_view name) const { return value(name) == kAutomatic; }
+bool Parameters::boolean(std::string_view name) const { return value(name).get<bool>(); }
+int Parameters::integer(std::string_view name) const { return value(name).get<int>(); }
+double Parameters::number(std::string_view name) const { return value(name).get<double>(); }
+std::string Parameters::text(std::string_view name) const { return value(name).get<std::string>(); }
 
 double Parameters::number_or(std::string_view name, double if_null) const {
     const Json v = value(name);

@@ -29,13 +29,13 @@ public:
     virtual ~Parameters() = default;
     virtual Json value(std::string_view name) const = 0;
 
-    bool is_null(std::string_view name) const { return value(name).is_null(); }
-    bool is_automatic(std::string_view name) const { return value(name) == kAutomatic; }
-    bool boolean(std::string_view name) const { return value(name).get<bool>(); }
-    int integer(std::string_view name) const { return value(name).get<int>(); }
-    double number(std::string_view name) const { return value(name).get<double>(); }
+    bool is_null(std::string_view name) const;
+    bool is_automatic(std::string_view name) const;
+    bool boolean(std::string_view name) const;
+    int integer(std::string_view name) const;
+    double number(std::string_view name) const;
     double number_or(std::string_view name, double if_null) const;
-    std::string text(std::string_view name) const { return value(name).get<std::string>(); }
+    std::string text(std::string_view name) const;
     Vec3 vector3(std::string_view name) const;
     std::array<int, 3> integer3(std::string_view name) const;
     std::vector<Vec3> points(std::string_view name) const;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "nodes/graph/evaluation.h"
+#include "nodes/graph/json.h"
 
 namespace sunder {
 

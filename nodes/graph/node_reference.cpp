@@ -2,6 +2,7 @@
 #include <array>
 
 #include "nodes/graph/graph.h"
+#include "nodes/graph/json.h"
 
 namespace sunder {
 namespace {
@@ -20,8 +21,7 @@ std::string code(std::string_view text) { return "`" + std::string(text) + "`"; 
 
 std::string permitted(const ParameterDescription& p) {
     std::string text = range_text(p);
-    for (const Json& choice : p.choices)
-        text += (text.empty() ? "" : ", ") + code(choice.is_string() ? choice.get<std::string>() : choice.dump());
+    for (const JsonValue& choice : p.choices) text += (text.empty() ? "" : ", ") + code(choice.text());
     return text;
 }
 
@@ -46,11 +46,11 @@ std::string parameter_row(const ParameterDescription& p) {
     for (const std::string& alias : p.aliases) sentence += " Formerly " + code(alias) + ".";
     for (const FormerDefault& former : p.former_defaults)
         sentence += " Left out in a graph of version " + std::to_string(former.last_version) + ": " +
-                    code(former.value.dump()) + ".";
+                    code(former.value.get().dump()) + ".";
     for (const auto& [former, choice] : p.former_values)
-        sentence += " Formerly " + code(former.dump()) + " for " + code(choice.get<std::string>()) + ".";
+        sentence += " Formerly " + code(former.text()) + " for " + code(choice.text()) + ".";
     return "| " + code(p.name) + " | " + p.label + " | " + type + " | " + cell(p.unit) + " | " +
-           code(p.default_value.dump()) + " | " +
+           code(p.default_value.get().dump()) + " | " +
            cell(permitted(p)) + " | " + cell(sentence) + " |\n";
 }
 

@@ -122,7 +122,7 @@ private:
                          "permitted: whole numbers up to " + std::to_string(most));
         const Json result(static_cast<int64_t>(number));
         if (!description_.choices.empty() &&
-            std::ranges::find(description_.choices, result) == description_.choices.end())
+            std::ranges::find(description_.choices, result, &JsonValue::get) == description_.choices.end())
             return error(shown(result) + " is not one of its choices", "permitted: " + list_text(choice_texts()));
         return result;
     }
@@ -151,13 +151,13 @@ private:
 
     Result<Json> text(const Json& value) const {
         for (const auto& [former, choice] : description_.former_values)
-            if (value == former) return choice;
+            if (value == former.get()) return choice.get();
         if (!value.is_string()) return wrong_type(value);
         const std::string& text = value.get_ref<const std::string&>();
         if (std::ranges::any_of(text, [](unsigned char c) { return c < 0x20 || c == 0x7f; }))
             return error("contains a control character");
         if (description_.type == ParameterType::choice &&
-            std::ranges::find(description_.choices, value) == description_.choices.end())
+            std::ranges::find(description_.choices, value, &JsonValue::get) == description_.choices.end())
             return error("'" + text + "' is not one of its choices", permitted_text(text, choice_texts()));
         if (description_.type == ParameterType::output_path)
             if (Status ok = check_output_pattern(text); !ok) return error(ok.error().what, ok.error().mend);
@@ -183,7 +183,7 @@ private:
 
     std::vector<std::string> choice_texts() const {
         std::vector<std::string> texts;
-        for (const Json& c : description_.choices) texts.push_back(c.is_string() ? c.get<std::string>() : c.dump());
+        for (const JsonValue& c : description_.choices) texts.push_back(c.text());
         return texts;
     }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "nodes/graph/description.h"
+#include "nodes/graph/json.h"
 #include "solver/data/result.h"
 
 namespace sunder {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "nodes/graph/json.h"
 #include "nodes/graph/node_list.h"
 
 namespace sunder {

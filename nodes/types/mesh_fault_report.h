@@ -6,6 +6,7 @@
 
 #include "nodes/files/byte_buffer.h"
 #include "nodes/graph/description.h"
+#include "nodes/graph/json.h"
 #include "solver/data/tri_mesh.h"
 
 namespace sunder {

@@ -3,6 +3,7 @@
 
 #include "fracture_tools/mesh/mesh_io.h"
 #include "nodes/graph/common_parameters.h"
+#include "nodes/graph/json.h"
 #include "nodes/graph/node_list.h"
 
 namespace sunder {
@@ -83,7 +84,7 @@ NodeType mesh_file_node() {
         {.name = "groups",
          .label = "Vertex Groups",
          .type = ParameterType::vertex_groups,
-         .default_value = Json::object(),
+         .default_value = JsonValue::empty_object(),
          .sentence = "Named lists of vertices (numbered as read, equal positions being one vertex), for pins"}};
     return {.description = d, .cook = cook, .check = check};
 }

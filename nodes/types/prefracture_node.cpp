@@ -32,8 +32,8 @@ auto chosen(const Choices& choices, const std::string& name) {
     return std::ranges::find(choices, name, [](const auto& c) { return std::string(c.first); })->second;
 }
 template <class Choices>
-std::vector<Json> names(const Choices& choices) {
-    std::vector<Json> list;
+std::vector<JsonValue> names(const Choices& choices) {
+    std::vector<JsonValue> list;
     for (const auto& [name, value] : choices) list.emplace_back(name);
     return list;
 }
@@ -110,7 +110,7 @@ std::vector<ParameterDescription> site_parameters() {
          .unit = "m",
          .min = -1e6,
          .max = 1e6,
-         .default_value = Json::array(),
+         .default_value = JsonValue::empty_list(),
          .sentence = "In the mesh's coordinates: where it is hit (sites impact), or the sites themselves (sites "
                      "points)"},
         {.name = "impact_shape",

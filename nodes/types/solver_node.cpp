@@ -197,9 +197,9 @@ std::vector<SocketDescription> inputs() {
              .sentence = "Acceleration fields and winds, added up"}};
 }
 
-std::vector<Json> preset_names() {
-    std::vector<Json> names;
-    for (const Preset& preset : kPresets) names.push_back(preset.name);
+std::vector<JsonValue> preset_names() {
+    std::vector<JsonValue> names;
+    for (const Preset& preset : kPresets) names.emplace_back(std::string(preset.name));
     return names;
 }
 

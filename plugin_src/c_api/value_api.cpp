@@ -7,6 +7,7 @@
 #include "nodes/bake_files/manifest.h"
 #include "nodes/exports/fragment_folder.h"
 #include "nodes/exports/shot_export.h"
+#include "nodes/graph/json.h"
 #include "plugin_src/c_api/handles.h"
 
 using sunder::bad_usage;

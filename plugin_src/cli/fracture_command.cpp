@@ -110,11 +110,9 @@ void add_parameters(CLI::App* command, const char* node, const char* type, Optio
         std::replace(name.begin(), name.end(), '_', '-');
         std::string help = p.sentence + (p.unit.empty() ? "" : ", " + p.unit);
         if (const std::string range = range_text(p); !range.empty()) help += "; " + range;
-        for (const Json& c : p.choices)
-            help += (&c == &p.choices.front() ? "; " : "|") + (c.is_string() ? c.get<std::string>() : c.dump());
-        const std::string fallback =
-            p.default_value.is_string() ? p.default_value.get<std::string>() : p.default_value.dump();
-        command->add_option("--" + name, io_options.parameters[node][p.name], help + " [" + fallback + "]")
+        for (const JsonValue& c : p.choices) help += (&c == &p.choices.front() ? "; " : "|") + c.text();
+        help += " [" + p.default_value.text() + "]";
+        command->add_option("--" + name, io_options.parameters[node][p.name], help)
             ->type_name(std::string(name_of(p.type)));
     }
 }

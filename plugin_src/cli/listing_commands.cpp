@@ -4,6 +4,7 @@
 
 #include "nodes/bake_files/manifest.h"
 #include "nodes/file_info.h"
+#include "nodes/graph/json.h"
 #include "nodes/graph/registry.h"
 #include "plugin_src/cli/commands.h"
 #include "plugin_src/cli/progress_bar.h"
@@ -15,8 +16,6 @@ namespace {
 struct Listing {
     bool as_json = false, as_markdown = false;
 };
-
-std::string value_text(const Json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
 
 void print_sockets(const char* heading, const std::vector<SocketDescription>& sockets, bool are_inputs) {
     for (const SocketDescription& s : sockets) {
@@ -32,12 +31,12 @@ void print_node(const NodeDescription& d) {
     print_sockets("out", d.outputs, false);
     for (const ParameterDescription& p : d.parameters) {
         std::string kind(name_of(p.type));
-        for (const Json& c : p.choices) kind += (&c == &p.choices.front() ? " " : "|") + value_text(c);
+        for (const JsonValue& c : p.choices) kind += (&c == &p.choices.front() ? " " : "|") + c.text();
         if (p.automatic) kind += std::string(" or ") + kAutomatic;
         if (const std::string range = range_text(p); !range.empty()) kind += ", " + range;
         if (!p.unit.empty()) kind += " " + p.unit;
         std::printf("  %-7s %-22s %-30s %s [%s%s]\n", "", p.name.c_str(), kind.c_str(), p.sentence.c_str(),
-                    value_text(p.default_value).c_str(), p.animatable ? ", animatable" : "");
+                    p.default_value.text().c_str(), p.animatable ? ", animatable" : "");
     }
     std::printf("\n");
 }

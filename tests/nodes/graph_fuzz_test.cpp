@@ -5,6 +5,7 @@
 #include <random>
 
 #include "nodes/graph/graph.h"
+#include "nodes/graph/json.h"
 
 namespace sunder {
 namespace {

@@ -1,6 +1,7 @@
 #include "nodes/bake_files/manifest.h"
 
 #include "nodes/bake_files/bake_folder.h"
+#include "nodes/graph/json.h"
 #include "tests/nodes/temporary_folder.h"
 
 namespace sunder {

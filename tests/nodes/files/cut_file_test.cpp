@@ -9,6 +9,7 @@
 
 #include "nodes/files/file_io.h"
 #include "nodes/graph/graph.h"
+#include "nodes/graph/json.h"
 #include "tests/nodes/temporary_folder.h"
 
 namespace sunder {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "nodes/graph/json.h"
 #include "tests/nodes/number_nodes.h"
 
 namespace sunder {

@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "nodes/graph/json.h"
 #include "nodes/graph/parameter.h"
 #include "nodes/graph/registry.h"
 
@@ -24,7 +25,7 @@ TEST(Description, every_default_fits_its_own_description) {
             const Result<ParameterValue> value = ParameterValue::check(p, p.default_value, type.description.type);
             EXPECT_TRUE(value) << value.error().text();
             if (!value) continue;
-            EXPECT_EQ(value->to_json().dump(), p.default_value.dump()) << p.name << ": written as its type";
+            EXPECT_EQ(value->to_json().dump(), p.default_value.get().dump()) << p.name << ": written as its type";
         }
 }
 
@@ -37,11 +38,13 @@ TEST(Description, names_are_unique_and_nothing_is_left_unsaid) {
             EXPECT_TRUE(names.insert(p.name).second) << d.type << "." << p.name;
             for (const std::string& alias : p.aliases)
                 EXPECT_TRUE(names.insert(alias).second) << d.type << "." << alias;
-            for (const auto& [former, choice] : p.former_values)
-                EXPECT_TRUE(std::ranges::count(p.choices, choice) == 1 && std::ranges::count(p.choices, former) == 0);
+            for (const auto& [former, choice] : p.former_values) {
+                EXPECT_EQ(std::ranges::count(p.choices, choice.get(), &JsonValue::get), 1) << d.type << "." << p.name;
+                EXPECT_EQ(std::ranges::count(p.choices, former.get(), &JsonValue::get), 0) << d.type << "." << p.name;
+            }
             EXPECT_FALSE(p.label.empty() || p.sentence.empty()) << d.type << "." << p.name;
             EXPECT_FALSE(p.sentence.ends_with(".")) << d.type << "." << p.name;
-            EXPECT_EQ(p.type == ParameterType::choice, !p.choices.empty() && p.choices[0].is_string())
+            EXPECT_EQ(p.type == ParameterType::choice, !p.choices.empty() && p.choices[0].get().is_string())
                 << d.type << "." << p.name;
         }
         for (const SocketDescription& s : d.outputs)

@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "nodes/graph/graph.h"
+#include "nodes/graph/json.h"
 #include "tests/nodes/number_nodes.h"
 
 namespace sunder {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "nodes/graph/json.h"
 #include "tests/nodes/number_nodes.h"
 
 namespace sunder {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "nodes/graph/graph.h"
+#include "nodes/graph/json.h"
 #include "nodes/graph/value_arrays.h"
 
 namespace sunder {

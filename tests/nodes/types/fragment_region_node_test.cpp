@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "nodes/graph/graph.h"
+#include "nodes/graph/json.h"
 
 namespace sunder {
 namespace {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "nodes/graph/graph.h"
+#include "nodes/graph/json.h"
 #include "solver/presets.h"
 
 namespace sunder {
