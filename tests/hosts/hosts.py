@@ -43,10 +43,11 @@ class Unavailable(Exception):
 
 class Host:
     """name: as `--blender` takes it; sentence: what it is. root: suite of Debian that it runs in, None for this system;
-    wheel: version of `bpy`, None for Debian's package of Blender."""
+    wheel: version of `bpy`, None for Debian's package of Blender; packages: what the root has, Blender with all that the tests
+    want unless told."""
 
-    def __init__(self, name, sentence, root=None, wheel=None):
-        self.name, self.sentence, self.root, self.wheel = name, sentence, root, wheel
+    def __init__(self, name, sentence, root=None, wheel=None, packages=None):
+        self.name, self.sentence, self.root, self.wheel, self.packages = name, sentence, root, wheel, packages
 
     @property
     def folder(self):
@@ -78,7 +79,7 @@ class Host:
         """Makes it ready; raises Unavailable."""
         CACHE.mkdir(parents=True, exist_ok=True)
         if self.root:
-            self._make_root()
+            self.prepare_root()
         elif self.wheel:
             _install_here(["python3-pip", *MODULE_PACKAGES])
         if self.wheel:
@@ -97,7 +98,13 @@ class Host:
                 return json.loads(line[9:])
         raise Unavailable(f"Blender {self.name} does not start: {done.stdout.strip()[-400:]}")
 
-    def _make_root(self):
+    def inside(self, *words):
+        """The words that run others in the root."""
+        return [str(HERE / "in_root.sh"), str(self.folder), *map(str, words)]
+
+    def prepare_root(self):
+        """Makes the root alone ready; raises Unavailable."""
+        CACHE.mkdir(parents=True, exist_ok=True)
         if os.geteuid() != 0:
             raise Unavailable(f"a root of Debian {self.root} is made and entered by root alone")
         if not (self.folder / ".debootstrapped").exists():
@@ -109,7 +116,8 @@ class Host:
             if Path("/", file).exists():
                 (self.folder / file).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy(Path("/", file), self.folder / file)
-        wanted = [*TOOL_PACKAGES, *LACKING_PACKAGES, *MODULE_PACKAGES, *LIBRARY_PACKAGES, "python3", "python3-pip", "blender"]
+        wanted = self.packages or [*TOOL_PACKAGES, *LACKING_PACKAGES, *MODULE_PACKAGES, *LIBRARY_PACKAGES, "python3", "python3-pip",
+                                   "blender"]
         stamp = self.folder / ".sunder_packages"
         if stamp.exists() and stamp.read_text().split("\n")[0] == " ".join(wanted):
             return
@@ -141,7 +149,7 @@ class Host:
 
     def _inside(self, words, may_fail=False):
         """Output of a command in the root; "" for one that may fail and did."""
-        command = [str(HERE / "in_root.sh"), str(self.folder), *words]
+        command = self.inside(*words)
         if may_fail:
             done = subprocess.run(command, text=True, stdin=subprocess.DEVNULL, capture_output=True)
             return done.stdout if done.returncode == 0 else ""
@@ -217,6 +225,9 @@ HOSTS = {host.name: host for host in [
     Host("5.2", "official build, LTS, in Debian 13", root="trixie", wheel="5.2.3"),
     Host("sid", "Debian sid's own", root="sid"),
 ]}
+# What the portable package is tried in beside this system; the oldest has no Blender that the add-on knows.
+OLD_DEBIAN = Host("bullseye", "Debian 11, Python alone", root="bullseye", packages=["python3", "python3-numpy", "python3-pip"])
+PACKAGE_ROOTS = {host.root: host for host in (OLD_DEBIAN, HOSTS["4.3"], HOSTS["sid"])}
 
 
 def main(arguments):
