@@ -147,3 +147,19 @@ def test_the_program_runs_and_its_bakes_verify(place, installed, beam, tmp_path)
     assert output(*inside(place, program, "--version")) == output(ROOT / "build/plugin_src/sunder", "--version")
     output(*inside(place, program, "bake", beam[0], "-o", tmp_path / "bake", "--frames", "1:2"))
     output(*inside(place, program, "verify", tmp_path / "bake"))
+
+
+@pytest.mark.parametrize("old, new, sentence", [
+    (b"GLIBC_2.25\0", b"GLIBC_2.99\0", "needs GLIBC 2.99, and this system has glibc 2."),
+    (b"\x3e\0\1\0\0\0", b"\xb7\0\1\0\0\0", "is for 64-bit programs on ARM64, and this is a 64-bit Python on x86_64"),
+    (b"\x7fELF\2", b"\x7fELF\1", "is for 32-bit programs on x86-64, and this is a 64-bit Python on x86_64"),
+])
+def test_one_that_this_system_cannot_load_is_refused_by_a_sentence(old, new, sentence, tmp_path):
+    """Copies of the library that ask for a later glibc, and whose heads name another processor and width."""
+    copy = tmp_path / "libsunder.so"
+    data = LIBRARY.read_bytes()
+    assert old in data
+    copy.write_bytes(data.replace(old, new, 1))
+    done = subprocess.run([PYTHON, "-c", "import sunder"], env={**os.environ, **PLAIN, "SUNDER_LIBRARY": str(copy)}, text=True,
+                          capture_output=True)
+    assert f"{copy}: {sentence}" in done.stderr
