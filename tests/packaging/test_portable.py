@@ -69,14 +69,17 @@ def installed(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def beam(tmp_path_factory):
-    """The README's first graph as a file, and the hashes that the plain build bakes."""
-    folder = tmp_path_factory.mktemp("beam")
-    graph, = (block for block in re.findall(r"```json\n(.*?)```", (ROOT / "README.md").read_text(), re.S) if '"sunder": 2' in block)
-    (folder / "beam.json").write_text(graph)
-    hashes = result(output(PYTHON, "-B", HERE / "bake_hashes.py", folder / "beam.json", folder / "plain", **PLAIN))
-    assert len(hashes) == 2 * 36
-    return folder / "beam.json", hashes
+def graphs(tmp_path_factory):
+    """{name: (file, last frame, hashes that the plain build bakes)} of the README's first graph and the demo's first second."""
+    folder = tmp_path_factory.mktemp("plain")
+    beam, = (block for block in re.findall(r"```json\n(.*?)```", (ROOT / "README.md").read_text(), re.S) if '"sunder": 2' in block)
+    (folder / "beam.json").write_text(beam)
+    made = {}
+    for file, last, n_files in ((folder / "beam.json", 36, 2 * 36), (ROOT / "tests/scenes/demo.json", 24, 3 * 24)):
+        hashes = result(output(PYTHON, "-B", HERE / "bake_hashes.py", file, folder / file.stem, last, **PLAIN))
+        assert len(hashes) == n_files
+        made[file.stem] = file, last, hashes
+    return made
 
 
 @pytest.mark.parametrize("file", [LIBRARY, PROGRAM])
@@ -131,21 +134,21 @@ def test_it_works_beside_a_hosts_own_libraries_whichever_comes_first(host, insta
         assert result(output(interpreter(host), "-B", HERE / "beside.py", *order, PYTHONPATH=str(installed("here")))) == alone, order
 
 
+@pytest.mark.parametrize("graph", ["beam", "demo"])
 @pytest.mark.parametrize("place", PLACES)
-def test_beam_has_the_bits_of_the_plain_build(place, installed, beam, tmp_path):
-    graph, plain = beam
-    packages = installed(place)
-    words = inside(place, "env", f"PYTHONPATH={packages}", PYTHON, "-B", HERE / "bake_hashes.py", graph, tmp_path / "bake")
+def test_it_bakes_the_bits_of_the_plain_build(place, graph, installed, graphs, tmp_path):
+    file, last, plain = graphs[graph]
+    words = inside(place, "env", f"PYTHONPATH={installed(place)}", PYTHON, "-B", HERE / "bake_hashes.py", file, tmp_path / "bake", last)
     hashes = result(output(*words))
     assert hashes.keys() == plain.keys()
     assert [name for name in plain if hashes[name] != plain[name]] == []
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_the_program_runs_and_its_bakes_verify(place, installed, beam, tmp_path):
+def test_the_program_runs_and_its_bakes_verify(place, installed, graphs, tmp_path):
     program = installed(place) / "bin/sunder"
     assert output(*inside(place, program, "--version")) == output(ROOT / "build/plugin_src/sunder", "--version")
-    output(*inside(place, program, "bake", beam[0], "-o", tmp_path / "bake", "--frames", "1:2"))
+    output(*inside(place, program, "bake", graphs["beam"][0], "-o", tmp_path / "bake", "--frames", "1:2"))
     output(*inside(place, program, "verify", tmp_path / "bake"))
 
 

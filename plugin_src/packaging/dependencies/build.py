@@ -5,6 +5,7 @@
 import fcntl
 import hashlib
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from sources import Failed
 HERE = Path(__file__).resolve().parent
 PACKAGING = HERE.parent
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "sunder/package"
+COMPILER = 12
 TOOLCHAIN = PACKAGING / "linux-x64.cmake"
 RECIPES = [sources.LIST, TOOLCHAIN, *(HERE / name for name in ("CMakeLists.txt", "no_documentation.mk", "sources.py"))]
 
@@ -23,6 +25,9 @@ RECIPES = [sources.LIST, TOOLCHAIN, *(HERE / name for name in ("CMakeLists.txt",
 def build():
     """The folder with everything. Raises Failed."""
     compiler = subprocess.run(["g++", "--version"], text=True, capture_output=True).stdout.split("\n")[0]
+    if not re.search(rf" {COMPILER}\.\d+\.\d+$", compiler):
+        raise Failed(f"the portable package is made by g++ {COMPILER}, on Debian 12, and this is {compiler or 'none'}: the runtime of "
+                     "another asks for more of a C library than glibc_2_28.c has")
     key = hashlib.sha256(b"".join(file.read_bytes() for file in RECIPES) + compiler.encode()).hexdigest()[:12]
     folder = CACHE / key
     folder.mkdir(parents=True, exist_ok=True)
