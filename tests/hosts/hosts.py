@@ -81,7 +81,7 @@ class Host:
         if self.root:
             self.prepare_root()
         elif self.wheel:
-            _install_here(["python3-pip", *MODULE_PACKAGES])
+            install_here(["python3-pip", *MODULE_PACKAGES])
         if self.wheel:
             self._make_environment()
         if self.root:
@@ -108,7 +108,7 @@ class Host:
         if os.geteuid() != 0:
             raise Unavailable(f"a root of Debian {self.root} is made and entered by root alone")
         if not (self.folder / ".debootstrapped").exists():
-            _install_here(["debootstrap"])
+            install_here(["debootstrap"])
             shutil.rmtree(self.folder, ignore_errors=True)
             _run(["debootstrap", "--variant=minbase", self.root, str(self.folder), _mirror()], f"debootstrap of {self.root}")
             (self.folder / ".debootstrapped").touch()
@@ -173,7 +173,7 @@ def prepare_readers():
     CACHE.mkdir(parents=True, exist_ok=True)
     with open(CACHE / "readers.lock", "w") as lock:  # two tests at once: the second waits
         fcntl.flock(lock, fcntl.LOCK_EX)
-        _install_here(["python3-pip"])
+        install_here(["python3-pip"])
         _make_environment(READERS, READER_PACKAGES, _run_here)
     return READERS / "bin/python"
 
@@ -195,7 +195,8 @@ def _run(words, what):
     return done.stdout
 
 
-def _install_here(packages):
+def install_here(packages):
+    """Packages of Debian, of which those that are missing are installed in this system; raises Unavailable."""
     told = subprocess.run(["dpkg-query", "-W", "-f", "${db:Status-Abbrev} ${Package}\n", *packages], text=True,
                           capture_output=True).stdout
     there = {line.split()[1].split(":")[0] for line in told.splitlines() if line[1:2] == "i"}

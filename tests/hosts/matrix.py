@@ -62,6 +62,10 @@ def _ctest(arguments, environment, name):
 def _package():
     """The portable package, made and tried here and in roots of other Debians; then the scripted tests with it in the place of
     the plain build."""
+    try:
+        hosts.install_here(["python3-pip"])
+    except hosts.Unavailable as error:
+        return Result(not_run=str(error))
     made = subprocess.run([str(REPOSITORY / "sunder"), "package"], stdin=subprocess.DEVNULL)
     if made.returncode:
         return Result(failed=["./sunder package"])
