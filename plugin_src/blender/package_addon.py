@@ -1,6 +1,6 @@
 """Puts the Blender add-on together: sources, Python package, library, node descriptions; as a folder and as a zip.
 
-    python3 package_addon.py --library libsunder.so --package plugin_src/python/sunder --platform linux-x64 OUT
+    python3 package_addon.py --library libsunder.so --package plugin_src/python/sunder --platform linux-x64 [--licences DIR] OUT
 
 OUT/addons/sunder_addon is what the zip OUT/sunder_addon-VERSION-PLATFORM.zip holds. The same sources give the same zip.
 """
@@ -22,7 +22,7 @@ def descriptions(library):
     return json.loads(function())
 
 
-def files(library, package, platform):
+def files(library, package, platform, licences):
     """{path below the add-on: bytes}."""
     content = {}
     for source in sorted((HERE / NAME).glob("*")):
@@ -35,6 +35,8 @@ def files(library, package, platform):
     for source in sorted(package.glob("*.py")):
         content[f"sunder/{source.name}"] = source.read_bytes()
     content["sunder/" + library.name] = library.read_bytes()
+    for source in sorted(licences.iterdir()) if licences else []:
+        content[f"licences/{source.name}"] = source.read_bytes()
     content["nodes.json"] = json.dumps(descriptions(library), indent=1).encode()
     return content
 
@@ -45,8 +47,9 @@ def main():
     parser.add_argument("--library", type=Path, required=True)
     parser.add_argument("--package", type=Path, required=True)
     parser.add_argument("--platform", required=True)
+    parser.add_argument("--licences", type=Path, help="texts of what is linked in")
     given = parser.parse_args()
-    content = files(given.library, given.package, given.platform)
+    content = files(given.library, given.package, given.platform, given.licences)
     folder = given.out / "addons" / NAME
     shutil.rmtree(folder, ignore_errors=True)
     for name, data in content.items():

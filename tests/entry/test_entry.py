@@ -107,6 +107,11 @@ class Entry(unittest.TestCase):
             self.assertEqual(done.returncode, 2)
             self.assertIn("error", done.stderr)
 
+    def test_package_takes_nothing(self):
+        done = self.run_entry("package", "windows")
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn("error: package takes nothing, not windows", done.stderr)
+
     def test_hands_arguments_on_from_any_folder(self):
         elsewhere = self.home / "some where"
         elsewhere.mkdir()

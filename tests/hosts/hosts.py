@@ -43,10 +43,11 @@ class Unavailable(Exception):
 
 class Host:
     """name: as `--blender` takes it; sentence: what it is. root: suite of Debian that it runs in, None for this system;
-    wheel: version of `bpy`, None for Debian's package of Blender."""
+    wheel: version of `bpy`, None for Debian's package of Blender; packages: what the root has, Blender with all that the tests
+    want unless told."""
 
-    def __init__(self, name, sentence, root=None, wheel=None):
-        self.name, self.sentence, self.root, self.wheel = name, sentence, root, wheel
+    def __init__(self, name, sentence, root=None, wheel=None, packages=None):
+        self.name, self.sentence, self.root, self.wheel, self.packages = name, sentence, root, wheel, packages
 
     @property
     def folder(self):
@@ -78,9 +79,9 @@ class Host:
         """Makes it ready; raises Unavailable."""
         CACHE.mkdir(parents=True, exist_ok=True)
         if self.root:
-            self._make_root()
+            self.prepare_root()
         elif self.wheel:
-            _install_here(["python3-pip", *MODULE_PACKAGES])
+            install_here(["python3-pip", *MODULE_PACKAGES])
         if self.wheel:
             self._make_environment()
         if self.root:
@@ -97,11 +98,17 @@ class Host:
                 return json.loads(line[9:])
         raise Unavailable(f"Blender {self.name} does not start: {done.stdout.strip()[-400:]}")
 
-    def _make_root(self):
+    def inside(self, *words):
+        """The words that run others in the root."""
+        return [str(HERE / "in_root.sh"), str(self.folder), *map(str, words)]
+
+    def prepare_root(self):
+        """Makes the root alone ready; raises Unavailable."""
+        CACHE.mkdir(parents=True, exist_ok=True)
         if os.geteuid() != 0:
             raise Unavailable(f"a root of Debian {self.root} is made and entered by root alone")
         if not (self.folder / ".debootstrapped").exists():
-            _install_here(["debootstrap"])
+            install_here(["debootstrap"])
             shutil.rmtree(self.folder, ignore_errors=True)
             _run(["debootstrap", "--variant=minbase", self.root, str(self.folder), _mirror()], f"debootstrap of {self.root}")
             (self.folder / ".debootstrapped").touch()
@@ -109,7 +116,8 @@ class Host:
             if Path("/", file).exists():
                 (self.folder / file).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy(Path("/", file), self.folder / file)
-        wanted = [*TOOL_PACKAGES, *LACKING_PACKAGES, *MODULE_PACKAGES, *LIBRARY_PACKAGES, "python3", "python3-pip", "blender"]
+        wanted = self.packages or [*TOOL_PACKAGES, *LACKING_PACKAGES, *MODULE_PACKAGES, *LIBRARY_PACKAGES, "python3", "python3-pip",
+                                   "blender"]
         stamp = self.folder / ".sunder_packages"
         if stamp.exists() and stamp.read_text().split("\n")[0] == " ".join(wanted):
             return
@@ -141,7 +149,7 @@ class Host:
 
     def _inside(self, words, may_fail=False):
         """Output of a command in the root; "" for one that may fail and did."""
-        command = [str(HERE / "in_root.sh"), str(self.folder), *words]
+        command = self.inside(*words)
         if may_fail:
             done = subprocess.run(command, text=True, stdin=subprocess.DEVNULL, capture_output=True)
             return done.stdout if done.returncode == 0 else ""
@@ -165,7 +173,7 @@ def prepare_readers():
     CACHE.mkdir(parents=True, exist_ok=True)
     with open(CACHE / "readers.lock", "w") as lock:  # two tests at once: the second waits
         fcntl.flock(lock, fcntl.LOCK_EX)
-        _install_here(["python3-pip"])
+        install_here(["python3-pip"])
         _make_environment(READERS, READER_PACKAGES, _run_here)
     return READERS / "bin/python"
 
@@ -187,7 +195,8 @@ def _run(words, what):
     return done.stdout
 
 
-def _install_here(packages):
+def install_here(packages):
+    """Packages of Debian, of which those that are missing are installed in this system; raises Unavailable."""
     told = subprocess.run(["dpkg-query", "-W", "-f", "${db:Status-Abbrev} ${Package}\n", *packages], text=True,
                           capture_output=True).stdout
     there = {line.split()[1].split(":")[0] for line in told.splitlines() if line[1:2] == "i"}
@@ -217,6 +226,9 @@ HOSTS = {host.name: host for host in [
     Host("5.2", "official build, LTS, in Debian 13", root="trixie", wheel="5.2.3"),
     Host("sid", "Debian sid's own", root="sid"),
 ]}
+# What the portable package is tried in beside this system; the oldest has no Blender that the add-on knows.
+OLD_DEBIAN = Host("bullseye", "Debian 11, Python alone", root="bullseye", packages=["python3", "python3-numpy", "python3-pip"])
+PACKAGE_ROOTS = {host.root: host for host in (OLD_DEBIAN, HOSTS["4.3"], HOSTS["sid"])}
 
 
 def main(arguments):

@@ -59,6 +59,39 @@ def _ctest(arguments, environment, name):
     return Result(passed, failed)
 
 
+def _package():
+    """The portable package, made and tried here and in roots of other Debians; then the scripted tests with it in the place of
+    the plain build."""
+    try:
+        hosts.install_here(["python3-pip"])
+    except hosts.Unavailable as error:
+        return Result(not_run=str(error))
+    made = subprocess.run([str(REPOSITORY / "sunder"), "package"], stdin=subprocess.DEVNULL)
+    if made.returncode:
+        return Result(failed=["./sunder package"])
+    out = BUILD / "package"
+    portable = {"SUNDER_LIBRARY": str(out / "libsunder.so"), "SUNDER_PROGRAM": str(out / "sunder"),
+                "SUNDER_USD_READER": str(BUILD / "usd_reader"), "PYTHONPATH": str(REPOSITORY / "plugin_src/python")}
+    results = [_pytest(folder, portable, f"package_{folder.name}") for folder in
+               (REPOSITORY / "tests/packaging", REPOSITORY / "tests/scripted")]
+    return Result(sum(r.passed for r in results), sum((r.failed for r in results), []))
+
+
+def _pytest(folder, environment, name):
+    report = KEPT / f"{name}.xml"
+    report.unlink(missing_ok=True)
+    subprocess.run([hosts.PYTHON, "-B", "-m", "pytest", "-q", "-p", "no:cacheprovider", "--junitxml", str(report), str(folder)],
+                   env={**os.environ, **environment}, stdin=subprocess.DEVNULL)
+    if not report.exists():
+        return Result(failed=[f"pytest of {folder.name} itself"])
+    passed, failed = 0, []
+    for case in xml.parse(report).getroot().iter("testcase"):
+        bad = [child for child in case if child.tag in ("failure", "error", "skipped")]
+        passed += not bad
+        failed += [case.get("name") + (f" (did not run: {child.get('message')})" if child.tag == "skipped" else "") for child in bad]
+    return Result(passed, failed)
+
+
 def _in_host(host, arguments, name):
     """Tests by ctest with a Blender of the matrix in the place of this system's."""
     try:
@@ -74,7 +107,8 @@ def _in_host(host, arguments, name):
 
 def parts():
     made = [Part("suite", "all that `./sunder test` runs on this system",
-                 lambda: _ctest([], {}, "suite"))]
+                 lambda: _ctest([], {}, "suite")),
+            Part("package", "the portable package (`./sunder package`): here, and in roots of Debian 11, 13 and sid", _package)]
     for host in hosts.HOSTS.values():
         name = f"blender-{host.name}"
         made.append(Part(name, f"the add-on without a window: {host.sentence}",

@@ -12,7 +12,7 @@ EXACT = {
         "sqrt fma fmod remainder frexp ldexp scalbn scalbln ilogb logb modf copysign nextafter nexttoward "
         "floor ceil trunc round rint nearbyint lround llround lrint llrint fabs fmin fmax fdim"
     ).split()
-}
+} | {"fegetround", "fesetround"}  # of libstdc++, where it is linked in
 
 
 def called(readelf, file):

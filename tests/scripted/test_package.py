@@ -1,10 +1,8 @@
 """The Python package: graphs edited and evaluated, arrays, errors, progress, cancelling, lifetimes."""
 import gc
-import os
 import subprocess
 import sys
 import threading
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -415,47 +413,6 @@ def test_a_saved_state_is_gone_on_from(tmp_path, graph):
     assert np.array_equal(other.evaluate("sim.state", 7).position, graph.evaluate("sim.state", 7).position)
 
 
-def run_python(code, **environment):
-    return subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, env={**os.environ, **environment}
-    )
-
-
-def test_a_library_that_is_not_there_or_not_ours_is_told(tmp_path):
-    assert "is not there" in run_python("import sunder", SUNDER_LIBRARY=str(tmp_path / "gone.so")).stderr
-    (tmp_path / "text.so").write_text("no library")
-    assert "is not Sunder's library" in run_python("import sunder", SUNDER_LIBRARY=str(tmp_path / "text.so")).stderr
-
-
-@pytest.mark.parametrize("told, sentence", [
-    ("libassimp.so.5: cannot open shared object file: No such file or directory",
-     "a.so: needs libassimp.so.5, which this system has not (install it; on Debian it is libassimp5)"),
-    ("libImath-3_1.so.29: cannot open shared object file: No such file or directory",
-     "a.so: needs libImath-3_1.so.29, which this system has not (install it; on Debian it is libimath-3-1-29)"),
-    ("/lib/x86_64-linux-gnu/libm.so.6: version `GLIBC_2.35' not found (required by a.so)",
-     "a.so: needs GLIBC 2.35, and this system's is older (use a later system, or build Sunder on this one)"),
-    ("a.so: file too short", "a.so: is not Sunder's library: a.so: file too short"),
-])
-def test_what_a_library_lacks_is_told_with_its_cure(told, sentence):
-    assert str(sunder.library._unusable("a.so", told)) == sentence
-
-
-def test_a_library_whose_needs_are_not_there_is_told(tmp_path):
-    """By the system's own linker: a copy of the library that asks for another name."""
-    library = next(p for p in sunder.library._candidates() if os.path.exists(p))
-    data = Path(library).read_bytes()
-    assert data.count(b"libassimp.so.5\0") == 1
-    (tmp_path / "libsunder.so").write_bytes(data.replace(b"libassimp.so.5\0", b"libassimp.so.0\0"))
-    told = run_python("import sunder", SUNDER_LIBRARY=str(tmp_path / "libsunder.so")).stderr
-    assert "needs libassimp.so.0, which this system has not (install it; on Debian it is libassimp0)" in told
-
-
-def test_a_library_older_than_the_package_is_told(monkeypatch):
-    monkeypatch.setitem(sunder.library._FUNCTIONS, "graph_of_tomorrow", (None, []))
-    with pytest.raises(sunder.Error, match="is older than this package, it has no sunder_graph_of_tomorrow"):
-        sunder.library._load()
-
-
 def test_nothing_leaks_over_many_values():
     code = """
 import resource, sunder
@@ -469,6 +426,6 @@ before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 for i in range(300): use()
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 """
-    run = run_python(code)
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     # Each use makes 0.9 MB of arrays: 300 of them that nobody frees are 270 MB.
     assert int(run.stdout) < 50_000, run.stderr

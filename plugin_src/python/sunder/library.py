@@ -3,7 +3,9 @@ import ctypes
 import glob
 import json
 import os
+import platform
 import re
+import sys
 from ctypes import POINTER, c_char_p, c_double, c_int32, c_uint32, c_uint64, c_void_p
 
 from .errors import CODES, Error
@@ -160,6 +162,37 @@ def _candidates():
     return [os.path.join(here, "libsunder.so"), *sorted(built, key=lambda path: (path != own, path))]
 
 
+_PROCESSORS = {3: "x86", 40: "ARM", 62: "x86-64", 183: "ARM64"}  # ELF's numbers of them
+_MACHINES = {"x86_64": 62, "amd64": 62, "aarch64": 183, "arm64": 183}
+
+
+def _foreign(path):
+    """The error of a library that is for another processor than this Python, None for one that is not: the system's linker
+    would say that it is no library, or not there."""
+    try:
+        with open(path, "rb") as file:
+            head = file.read(20)
+    except OSError:
+        return None
+    if head[:4] != b"\x7fELF" or len(head) < 20:
+        return None
+    bits, here = {1: 32, 2: 64}.get(head[4]), 64 if sys.maxsize > 2**32 else 32
+    processor, machine = int.from_bytes(head[18:20], "little"), platform.machine()
+    if bits == here and _MACHINES.get(machine.lower(), processor) == processor:
+        return None
+    what = f"is for {bits}-bit programs on {_PROCESSORS.get(processor, 'other')}, and this is a {here}-bit Python on {machine}"
+    mend = "use Sunder's package for this system, or build Sunder on it"
+    return Error("bad_input", f"{path}: {what} ({mend})", what, path, mend)
+
+
+def _libc():
+    """This system's C library with its version; None if it is not glibc."""
+    try:
+        return os.confstr("CS_GNU_LIBC_VERSION")
+    except (AttributeError, ValueError, OSError):
+        return None
+
+
 def _unusable(path, told):
     """What the system's linker says of a library, as an error that names what is missing and how to get it."""
     missing = re.match(r"(?P<name>[^\s/:]+): cannot open shared object file: No such file", told)
@@ -170,7 +203,10 @@ def _unusable(path, told):
         mend = f"install it; on Debian it is {stem}{'-' if stem[-1].isdigit() else ''}{version}"
         what = f"needs {name}, which this system has not"
     elif too_old := re.search(r"version `(\w+?)_([\d.]+)' not found", told):
-        what, mend = f"needs {too_old[1]} {too_old[2]}, and this system's is older", "use a later system, or build Sunder on this one"
+        have = f"this system has {_libc()}" if too_old[1] == "GLIBC" and _libc() else "this system's is older"
+        what, mend = f"needs {too_old[1]} {too_old[2]}, and {have}", "use a later system, or build Sunder on this one"
+    elif sys.platform == "linux" and not _libc():
+        what, mend = f"needs glibc, and this system has another C library: {told}", "use a system with glibc 2.28 or later"
     else:
         return Error("bad_input", f"{path}: is not Sunder's library: {told}")
     return Error("bad_input", f"{path}: {what} ({mend})", what, path, mend)
@@ -185,6 +221,8 @@ def _load():
             "libsunder.so: is not there (build it with ./sunder, or name it in SUNDER_LIBRARY); looked for "
             + ", ".join(candidates),
         )
+    if foreign := _foreign(path):
+        raise foreign
     try:
         library = ctypes.CDLL(path)
         found = library.sunder_abi_version
