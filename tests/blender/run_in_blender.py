@@ -14,7 +14,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 BLENDER = shlex.split(os.environ.get("SUNDER_BLENDER", "blender"))  # the words that start it (tests/hosts)
-ADDON_ROOT = os.environ["SUNDER_ADDON_ROOT"]  # holds addons/sunder_addon and the zip
+ADDON_ROOT = os.environ.get("SUNDER_ADDON_ROOT") or os.environ["SUNDER_BUILT_ADDON"]  # holds addons/sunder_addon and the zip
 
 
 def environment(folder, scripts=None):

@@ -27,14 +27,9 @@ MODULE_PACKAGES = ["libegl1", "libgl1", "libgl1-mesa-dri", "libgomp1", "libice6"
 TOOL_PACKAGES = ["fonts-dejavu-core", "imagemagick", "python3-numpy", "xdotool"]
 # What Debian's Blender 5.2 needs to start without a traceback of its own, and does not ask for.
 LACKING_PACKAGES = ["python3-cattr", "python3-requests"]
-# Sunder's library is built for Debian 12: packages of another Debian that hold what it needs. What is in none of them is
-# taken from this system (`borrowed`), but for TBB, whose name the host's own has as well.
-LIBRARY_PACKAGES = ["libassimp5", "libgmp10", "libmpfr6", "libopenvdb10.0", "libxxhash0", "libzstd1"]
 # What reads exports back: libraries of the formats' own makers, bound to Python. The folder's name changes with them.
 READER_PACKAGES = ["usd-core==26.11", "alembic3d==1.8.12.1", "numpy<3"]
 READERS = CACHE / "readers-26.11-1.8.12"
-NEVER_BORROWED = ("libtbb.so", "libc.so", "libm.so", "libstdc++.so", "libgcc_s.so", "libpthread.so", "libdl.so", "librt.so",
-                  "ld-linux")
 
 
 class Unavailable(Exception):
@@ -44,30 +39,21 @@ class Unavailable(Exception):
 class Host:
     """name: as `--blender` takes it; sentence: what it is. root: suite of Debian that it runs in, None for this system;
     wheel: version of `bpy`, None for Debian's package of Blender; packages: what the root has, Blender with all that the tests
-    want unless told."""
+    want unless told; at: the root's name in the cache, the suite's unless told."""
 
-    def __init__(self, name, sentence, root=None, wheel=None, packages=None):
+    def __init__(self, name, sentence, root=None, wheel=None, packages=None, at=None):
         self.name, self.sentence, self.root, self.wheel, self.packages = name, sentence, root, wheel, packages
-
-    @property
-    def folder(self):
-        return CACHE / self.root if self.root else None
+        self.folder = CACHE / (at or root) if root else None
 
     @property
     def environment(self):
         return CACHE / f"bpy-{self.wheel}" if self.wheel else None
 
-    @property
-    def libraries(self):
-        return CACHE / f"libraries-{self.root}"
-
     def command(self):
         """The words that start it; Blender's arguments follow. Needs `prepare`."""
         words = []
         if self.root:
-            words += [str(HERE / "in_root.sh"), str(self.folder)]
-            if any(self.libraries.glob("*")):
-                words += ["env", f"LD_LIBRARY_PATH={self.libraries}"]
+            words += self.inside()
         if self.wheel:
             return words + [str(self.environment / "bin/python"), str(HERE / "blender_module.py")]
         return words + ["blender"]
@@ -84,8 +70,6 @@ class Host:
             install_here(["python3-pip", *MODULE_PACKAGES])
         if self.wheel:
             self._make_environment()
-        if self.root:
-            self._borrow()
 
     def versions(self):
         """{part: version} of Blender, Python, numpy and the C library, as they are."""
@@ -107,7 +91,10 @@ class Host:
         CACHE.mkdir(parents=True, exist_ok=True)
         if os.geteuid() != 0:
             raise Unavailable(f"a root of Debian {self.root} is made and entered by root alone")
-        if not (self.folder / ".debootstrapped").exists():
+        wanted = self.packages or [*TOOL_PACKAGES, *LACKING_PACKAGES, *MODULE_PACKAGES, "python3", "python3-pip", "blender"]
+        stamp = self.folder / ".sunder_packages"
+        has_others = stamp.exists() and stamp.read_text().split("\n")[0] != " ".join(wanted)
+        if has_others or not (self.folder / ".debootstrapped").exists():
             install_here(["debootstrap"])
             shutil.rmtree(self.folder, ignore_errors=True)
             _run(["debootstrap", "--variant=minbase", self.root, str(self.folder), _mirror()], f"debootstrap of {self.root}")
@@ -116,10 +103,7 @@ class Host:
             if Path("/", file).exists():
                 (self.folder / file).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy(Path("/", file), self.folder / file)
-        wanted = self.packages or [*TOOL_PACKAGES, *LACKING_PACKAGES, *MODULE_PACKAGES, *LIBRARY_PACKAGES, "python3", "python3-pip",
-                                   "blender"]
-        stamp = self.folder / ".sunder_packages"
-        if stamp.exists() and stamp.read_text().split("\n")[0] == " ".join(wanted):
+        if stamp.exists():
             return
         # A mirror's copy of sid may be older than its lists say that they last.
         self._inside(["apt-get", "-qq", "-o", "Acquire::Check-Valid-Until=false", "update"])
@@ -129,23 +113,6 @@ class Host:
 
     def _make_environment(self):
         _make_environment(self.environment, [f"bpy=={self.wheel}"], self._inside if self.root else _run_here)
-
-    def _borrow(self):
-        """Copies the libraries that the add-on's library misses in the root from this system, until none is missing."""
-        library = os.environ.get("SUNDER_ADDON_ROOT")
-        library = library and next(Path(library).glob("addons/*/sunder/libsunder.so"), None)
-        if not library:
-            return
-        self.libraries.mkdir(exist_ok=True)
-        here = _needed(library)
-        for _ in range(20):
-            told = self._inside(["env", f"LD_LIBRARY_PATH={self.libraries}", "ldd", str(library)])
-            missing = [line.split()[0] for line in told.splitlines() if "not found" in line]
-            missing = [m for m in missing if m in here and not m.startswith(NEVER_BORROWED)]
-            if not missing:
-                return
-            for name in missing:
-                shutil.copy(here[name], self.libraries / name)
 
     def _inside(self, words, may_fail=False):
         """Output of a command in the root; "" for one that may fail and did."""
@@ -180,12 +147,6 @@ def prepare_readers():
 
 def _run_here(words):
     return _run(words, " ".join(map(str, words)))
-
-
-def _needed(library):
-    """{name: path} of all libraries that one needs, as this system has them."""
-    told = subprocess.run(["ldd", str(library)], text=True, capture_output=True).stdout
-    return {line.split()[0]: line.split()[2] for line in told.splitlines() if "=> /" in line}
 
 
 def _run(words, what):
@@ -228,6 +189,9 @@ HOSTS = {host.name: host for host in [
 ]}
 # What the portable package is tried in beside this system; the oldest has no Blender that the add-on knows.
 OLD_DEBIAN = Host("bullseye", "Debian 11, Python alone", root="bullseye", packages=["python3", "python3-numpy", "python3-pip"])
+# What an artist's system has at least; Debian's Blender recommends numpy, which official ones bring.
+BLENDER_ALONE = Host("alone", "Debian 13's Blender and nothing else", root="trixie", packages=["blender", "python3-numpy"],
+                     at="trixie-blender")
 PACKAGE_ROOTS = {host.root: host for host in (OLD_DEBIAN, HOSTS["4.3"], HOSTS["sid"])}
 
 

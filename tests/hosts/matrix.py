@@ -7,6 +7,7 @@ Called by `./sunder test`, which has built everything. Results are kept in build
 as not run, never as passed; a part that fails makes the whole fail.
 """
 import argparse
+import functools
 import json
 import os
 import shlex
@@ -21,6 +22,7 @@ import hosts
 REPOSITORY = hosts.REPOSITORY
 BUILD = REPOSITORY / "build"
 KEPT = BUILD / "matrix"
+PACKAGE = BUILD / "package"  # what `./sunder package` makes: every Blender of the matrix has the add-on from there
 TABLE = REPOSITORY / "docs/matrix.md"
 FAULTS = Path(__file__).with_name("host_faults.json")  # what fails in a host by the host's own fault: {part: {test: why}}
 
@@ -66,11 +68,9 @@ def _package():
         hosts.install_here(["python3-pip"])
     except hosts.Unavailable as error:
         return Result(not_run=str(error))
-    made = subprocess.run([str(REPOSITORY / "sunder"), "package"], stdin=subprocess.DEVNULL)
-    if made.returncode:
+    if not _package_is_made():
         return Result(failed=["./sunder package"])
-    out = BUILD / "package"
-    portable = {"SUNDER_LIBRARY": str(out / "libsunder.so"), "SUNDER_PROGRAM": str(out / "sunder"),
+    portable = {"SUNDER_LIBRARY": str(PACKAGE / "libsunder.so"), "SUNDER_PROGRAM": str(PACKAGE / "sunder"),
                 "SUNDER_USD_READER": str(BUILD / "usd_reader"), "PYTHONPATH": str(REPOSITORY / "plugin_src/python")}
     results = [_pytest(folder, portable, f"package_{folder.name}") for folder in
                (REPOSITORY / "tests/packaging", REPOSITORY / "tests/scripted")]
@@ -92,14 +92,21 @@ def _pytest(folder, environment, name):
     return Result(passed, failed)
 
 
+@functools.cache
+def _package_is_made():
+    return subprocess.run([str(REPOSITORY / "sunder"), "package"], stdin=subprocess.DEVNULL).returncode == 0
+
+
 def _in_host(host, arguments, name):
-    """Tests by ctest with a Blender of the matrix in the place of this system's."""
+    """Tests by ctest with a Blender of the matrix in the place of this system's, and the packaged add-on, which needs nothing."""
+    if not _package_is_made():
+        return Result(failed=["./sunder package"])
     try:
         host.prepare()
         versions = host.versions()
     except hosts.Unavailable as error:
         return Result(not_run=str(error))
-    result = _ctest(arguments, {"SUNDER_BLENDER": shlex.join(host.command())}, name)
+    result = _ctest(arguments, {"SUNDER_BLENDER": shlex.join(host.command()), "SUNDER_ADDON_ROOT": str(PACKAGE)}, name)
     result.versions = f"Blender {versions['blender']}, Python {versions['python']}, numpy {versions['numpy']}, " \
                       f"glibc {versions['libc']}"
     return result
@@ -212,7 +219,6 @@ def main():
     parser.add_argument("--all", nargs="*", metavar="PART")
     parser.add_argument("--blender", metavar="HOST")
     given = parser.parse_args()
-    os.environ.setdefault("SUNDER_ADDON_ROOT", str(BUILD / "blender"))
     KEPT.mkdir(parents=True, exist_ok=True)
     return run_blender(given.blender) if given.blender else run_all(given.all or [])
 
