@@ -31,7 +31,7 @@ extern "C" {
 #define SUNDER_ABI_VERSION 1u
 
 SUNDER_API uint32_t sunder_abi_version(void);
-SUNDER_API const char* sunder_version(void); /* "0.1.0" */
+SUNDER_API const char* sunder_version(void); /* "0.2.0" */
 
 typedef int32_t sunder_status;
 enum {

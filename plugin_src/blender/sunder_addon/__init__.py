@@ -5,7 +5,7 @@ A thin layer: what nodes there are comes from the library's own descriptions, wh
 bl_info = {
     "name": "Sunder",
     "author": "Sunder",
-    "version": (0, 1, 0),
+    "version": (0, 2, 0),
     "blender": (3, 4, 0),
     "location": "Node editors > Sunder; 3D View > Object > Quick Effects > Quick Fracture",
     "description": "Ductile fracture with nodes: solids that dent, tear and shatter",
