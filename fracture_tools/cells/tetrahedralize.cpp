@@ -12,6 +12,7 @@
 #include <CGAL/refine_mesh_3.h>
 
 #include <algorithm>
+#include <boost/iterator/function_output_iterator.hpp>
 #include <cmath>
 #include <cstdio>
 #include <tuple>
@@ -87,12 +88,9 @@ TetMesh to_plain(const Complex& complex, const UnitBox& unit) {
 /// shrink without end, at a cost that grows with the square of their number: tried on their own first, with a limit on
 /// it.
 bool can_protect_edges(const Domain& domain, const Criteria& criteria, double edge_size) {
-    std::vector<std::tuple<Domain::Curve_index, std::pair<Kernel::Point_3, Domain::Index>,
-                           std::pair<Kernel::Point_3, Domain::Index>>>
-        curves;
-    domain.get_curves(std::back_inserter(curves));
     double length = 0;
-    for (const auto& curve : curves) length += domain.curve_length(std::get<0>(curve));
+    domain.get_curves(boost::make_function_output_iterator(
+        [&](const auto& curve) { length += domain.curve_length(std::get<0>(curve)); }));
     const auto max_balls = static_cast<size_t>(2000 + 4 * length / edge_size);
     Complex trial;
     CGAL::Mesh_error_code code = CGAL::CGAL_MESH_3_NO_ERROR;
@@ -149,6 +147,16 @@ bool is_too_thin(const MeshView& mesh, double max_vertices, double& out_thicknes
     return max_vertices > 0 && area > kSquaresPerVertex * max_vertices * out_thickness * out_thickness;
 }
 
+/// As refine_mesh_3 takes it: a named parameter like the others from CGAL 5.6 on.
+auto as_parameter(const Param::internal::Mesh_3_options& options) {
+#if CGAL_VERSION_NR >= 1050600000
+    return CGAL::Named_function_parameters<Param::internal::Mesh_3_options, CGAL::internal_np::mesh_param_t,
+                                           CGAL::internal_np::No_property>(options);
+#else
+    return options;
+#endif
+}
+
 Result<TetMesh> run(const MeshView& mesh, const TetrahedralizeSettings& settings, const std::string& where) {
     double thickness = 0;
     if (is_too_thin(mesh, double(settings.max_vertices), thickness)) {
@@ -186,7 +194,7 @@ Result<TetMesh> run(const MeshView& mesh, const TetrahedralizeSettings& settings
     if (code == CGAL::CGAL_MESH_3_NO_ERROR) {
         if (shells.n > 1) seed_shells(mesh, shells, unit, domain, complex);
         CGAL::refine_mesh_3(complex, domain, criteria, Param::no_perturb(), Param::no_exude(), Param::no_reset_c3t3(),
-                            options);
+                            as_parameter(options));
     }
     if (code != CGAL::CGAL_MESH_3_NO_ERROR)
         return bad_input(where, "filling it with tetrahedra does not end: it is too thin somewhere, or crosses itself",

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <boost/optional.hpp>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -163,7 +164,12 @@ std::vector<Group> crossing_groups(const TriMesh& mesh, const Shells& shells,
     return groups;
 }
 
-using Outputs = std::array<boost::optional<Solid*>, 4>;
+#if CGAL_VERSION_NR >= 1060000000
+using Output = std::optional<Solid*>;
+#else
+using Output = boost::optional<Solid*>;
+#endif
+using Outputs = std::array<Output, 4>;
 constexpr auto kUnion = PMP::Corefinement::UNION, kIntersection = PMP::Corefinement::INTERSECTION;
 
 /// False: the result would not be a manifold.
