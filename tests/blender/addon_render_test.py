@@ -72,6 +72,21 @@ class Render(AddonCase):
             np.testing.assert_array_equal(picture, self.still(frame))
         self.assertGreater(np.abs(pictures[0] - pictures[2]).sum(), 1)
 
+    def test_an_animation_has_the_keys_of_a_result(self):
+        """Blender makes a render's copy of an object anew when its mesh was written, from what keys are not written to."""
+        rise = self.result.modifiers.new("rise", "DISPLACE")
+        rise.direction, rise.mid_level = "Z", 0
+        keys = [(rise, "strength", (0, 0.6)), (self.result, "location", ((0, 0, 0), (0.4, 0, 0)))]
+        for holder, name, values in keys:
+            for frame, value in zip((1, 12), values):
+                setattr(holder, name, value)
+                holder.keyframe_insert(name, frame=frame)
+        self.scene.frame_set(1)
+        self.scene.render.filepath = str(self.folder / "keyed_")
+        bpy.ops.render.render(animation=True)
+        for frame in (1, 6, 12):
+            np.testing.assert_array_equal(self.pixels(self.folder / f"keyed_{frame:04}.png"), self.still(frame))
+
     def test_a_saved_file_renders_alike_when_it_is_opened_again(self):
         there = self.still(12)
         self.save()

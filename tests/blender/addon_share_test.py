@@ -302,6 +302,11 @@ class Click(ShareCase):
             path.mkdir()
             self.refuses("is a folder")
             path.rmdir()
+        name, other = tree.name, bpy.data.node_groups.new("A b", "SunderTree")
+        tree.name = "A_B"
+        self.refuses("'A b' is shared into files of the same name: rename")
+        bpy.data.node_groups.remove(other)
+        tree.name = name
         bpy.ops.sunder.free_bake(tree=tree.name)
         self.refuses("bake first")
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)

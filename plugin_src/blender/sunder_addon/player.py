@@ -283,6 +283,9 @@ def show_all(scene, tree=None, skip_previewed=False, is_playing=False, depsgraph
             is_late = True
         else:
             is_late |= show(thing, frame, is_playing, after)
+            if thing.animation_data:
+                # Its mesh is new, so that a render's copy of it is made anew, from what keys have not been written to.
+                thing.update_tag(refresh={"TIME"})
     return is_late
 
 

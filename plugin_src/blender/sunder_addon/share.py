@@ -10,7 +10,7 @@ import shutil
 import bpy
 from bpy.props import EnumProperty
 
-from . import blender_versions, cache, core, drawing, operators, player, runtime, share_cache, share_meshes
+from . import blender_versions, cache, core, drawing, operators, player, runtime, share_cache, share_meshes, tree as trees
 
 _MADE = ("scenes", "collections", "objects", "meshes", "materials", "node_groups", "cache_files", "actions")
 _PART = ".part"  # before the ending of what is not whole yet
@@ -93,6 +93,10 @@ def _check(tree):
     if not has_bake(tree):
         home = f" beside {bpy.path.basename(tree.library.filepath)}: bake it there" if tree.library else ": bake first"
         raise core.Refused(f"nothing is baked{home}")
+    stem = _stem(tree, bpy.data.filepath).casefold()
+    others = [t.name for t in trees.trees() if t != tree and _stem(t, bpy.data.filepath).casefold() == stem]
+    if others:
+        raise core.Refused(f"'{others[0]}' is shared into files of the same name: rename one of the trees")
     folder = os.path.dirname(bpy.data.filepath)
     if not os.access(folder, os.W_OK):
         raise core.Refused(f"{folder} cannot be written")
