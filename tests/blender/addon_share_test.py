@@ -81,11 +81,15 @@ class ShareCase(AddonCase):
     def click(self, **options):
         return bpy.ops.sunder.make_shareable(tree=self.block_tree.name, **options)
 
+    def shared(self, kind="AUTO"):
+        """(Path, notes) of a click."""
+        return addon("share").share(self.block_tree, self.scene, addon("player").result_objects(self.block_tree), kind)
+
     def has_alembic(self):
         return "ABC" in addon("export").host_formats()
 
     def paths(self):
-        return [self.folder / f"a_Block_Fracture_shared.{ending}" for ending in ("abc", "blend")]
+        return [self.folder / f"a-Block_Fracture_shared.{ending}" for ending in ("abc", "blend")]
 
     def elsewhere(self, how, path=None, frames=FRAMES):
         """What a Blender without Sunder has of a file: {frame: {object: {field: array}}}."""
@@ -230,7 +234,7 @@ class Whole(PlayCase):
         for thing in wanted.objects:
             bpy.context.scene.collection.objects.link(thing)
         self.assertEqual(bpy.ops.sunder.make_shareable(), {"FINISHED"})
-        self.plays(self.elsewhere("link", self.folder / "b_Block_Fracture_shared.blend"))
+        self.plays(self.elsewhere("link", self.folder / "b-Block_Fracture_shared.blend"))
 
     def test_where_break_surfaces_are_apart(self):
         bpy.ops.sunder.split_inside(tree=self.block_tree.name)
@@ -352,6 +356,31 @@ class Click(ShareCase):
                     pass
                 self.assertEqual((self.files(), self.things()), (before, things))
             self.assertEqual(len(bpy.app.handlers.frame_change_post), 1)
+
+    def test_each_file_and_tree_has_names_of_its_own(self):
+        names = []
+        for file, tree in (("shot", "a_b"), ("shot_a", "b"), ("shot-a", "b"), ("shot-a_b", "b"), ("shot", "a-b_b")):
+            self.save(f"{file}.blend")
+            self.block_tree.name = tree
+            names.append(self.shared()[0])
+            self.assertEqual(addon("share").found(self.block_tree), names[-1])
+        self.assertEqual(len(set(names)), len(names), names)
+
+    def test_what_was_shared_under_a_name_of_before_is_found_and_replaced(self):
+        """Names were joined by "_": shot and a_b, and shot_a and b, had the same. Who linked it gets the new one."""
+        self.save("shot.blend")
+        self.block_tree.name = "a_b"
+        former = self.folder / "shot_a_b_shared.blend"
+        shutil.move(self.shared("MESHES")[0], former)
+        self.assertEqual(addon("share").found(self.block_tree), str(former))
+        content = former.read_bytes()
+        self.assertEqual(self.shared("MESHES")[0], str(former))
+        self.assertNotEqual(former.read_bytes(), content)
+        content = former.read_bytes()
+        self.save("shot_a.blend")
+        self.block_tree.name = "b"  # another's file
+        self.assertEqual(self.shared("MESHES")[0], str(self.folder / "shot_a-b_shared.blend"))
+        self.assertEqual(former.read_bytes(), content)
 
     def test_a_cache_that_ends_early_is_no_cache(self):
         if not self.has_alembic():

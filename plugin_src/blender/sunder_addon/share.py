@@ -24,19 +24,39 @@ KINDS = [
 ]
 
 
-def _stem(tree, filepath):
-    """What files of a tree begin with beside a .blend."""
-    return f"{os.path.splitext(bpy.path.basename(filepath))[0]}_{bpy.path.clean_name(tree.name)}"
+def _bases(tree, home):
+    """What files of a tree begin with beside a .blend, "" for one that is not saved: as they are named, and as they were until
+    0.2. In a cleaned name there is no "-": no other file and tree share one."""
+    shot = os.path.splitext(home)[0]
+    return [f"{shot}{joint}{bpy.path.clean_name(tree.name)}_shared" for joint in "-_"] if home else []
 
 
 def found(tree):
     """The shared file of a tree, beside the file that it is in or beside this one; None if there is none."""
     homes = [bpy.path.abspath(tree.library.filepath)] if tree.library else []
-    for home in (*homes, bpy.data.filepath):
-        path = os.path.join(os.path.dirname(home), _stem(tree, home) + "_shared.blend")
-        if home and os.path.isfile(path):
-            return os.path.normpath(path)
+    for base in (base for home in (*homes, bpy.data.filepath) for base in _bases(tree, home)):
+        if os.path.isfile(base + ".blend"):
+            return os.path.normpath(base + ".blend")
     return None
+
+
+def _collection_in(names, tree):
+    """Of the names of a shared file's collections the tree's own; None if it holds another tree."""
+    name = f"{tree.name} shared"
+    return next((n for n in names if n == name or n.startswith(name + ".")), None)
+
+
+def _base(tree):
+    """What the files of a tree here begin with: as those of before, if these are its own, for who linked them."""
+    base, former = _bases(tree, bpy.data.filepath)
+    if os.path.isfile(former + ".blend") and not os.path.isfile(base + ".blend"):
+        try:
+            with bpy.data.libraries.load(former + ".blend") as (there, _):
+                if _collection_in(there.collections, tree):
+                    return former
+        except OSError:  # no .blend
+            pass
+    return base
 
 
 def has_bake(tree):
@@ -93,8 +113,8 @@ def _check(tree):
     if not has_bake(tree):
         home = f" beside {bpy.path.basename(tree.library.filepath)}: bake it there" if tree.library else ": bake first"
         raise core.Refused(f"nothing is baked{home}")
-    stem = _stem(tree, bpy.data.filepath).casefold()
-    others = [t.name for t in trees.trees() if t != tree and _stem(t, bpy.data.filepath).casefold() == stem]
+    clean = bpy.path.clean_name(tree.name).casefold()
+    others = [t.name for t in trees.trees() if t != tree and bpy.path.clean_name(t.name).casefold() == clean]
     if others:
         raise core.Refused(f"'{others[0]}' is shared into files of the same name: rename one of the trees")
     folder = os.path.dirname(bpy.data.filepath)
@@ -122,8 +142,8 @@ def share(tree, scene, things, kind="AUTO"):
     if kind == "CACHE" and not has_alembic:
         raise core.Refused("this Blender was built without Alembic: share a mesh a frame")
     frames = cache.manifest(cache.folder(tree)).numbers
-    path = os.path.join(folder, _stem(tree, bpy.data.filepath))
-    alembic, blend = path + "_shared.abc", path + "_shared.blend"
+    path = _base(tree)
+    alembic, blend = path + ".abc", path + ".blend"
     is_cache = kind == "CACHE" or kind == "AUTO" and has_alembic
     _check_room(folder, tree, is_cache)
     with _left_as_it_was(), _whole(*([alembic] if is_cache else []), blend) as parts:
@@ -230,8 +250,8 @@ class SUNDER_OT_use_shared(operators._OnTree, bpy.types.Operator):
         known = {c.name_full for c in bpy.data.collections}
         relative = bool(bpy.data.filepath)
         with bpy.data.libraries.load(path, link=True, relative=relative) as (there, wanted):
-            name = f"{tree.name} shared"
-            wanted.collections = [n for n in there.collections if n == name or n.startswith(name + ".")][:1]
+            name = _collection_in(there.collections, tree)
+            wanted.collections = [name] if name else []
         linked = [c for c in wanted.collections if c is not None]
         if not linked:
             self.report({"ERROR"}, f"{path} does not hold what was shared of '{tree.name}'")
