@@ -234,3 +234,27 @@ def curves_of(user):
 def has_operator(group, name):
     """Whether an operator is there: some builds lack exporters, and versions drop them."""
     return name in dir(getattr(bpy.ops, group))
+
+
+def light_collections(thing):
+    """Collections that an object's light is linked to; from 4.0 on."""
+    linking = getattr(thing, "light_linking", None)
+    found = (linking.receiver_collection, linking.blocker_collection) if linking else ()
+    return [collection for collection in found if collection is not None]
+
+
+def clear_light_collections(thing):
+    if light_collections(thing):
+        thing.light_linking.receiver_collection = thing.light_linking.blocker_collection = None
+
+
+def new_geometry_nodes(name):
+    """(Node group of a modifier, its input's and its output's socket). Sockets are the group's interface's from 4.0 on."""
+    group = bpy.data.node_groups.new(name, "GeometryNodeTree")
+    if hasattr(group, "interface"):
+        for direction in ("INPUT", "OUTPUT"):
+            group.interface.new_socket("Geometry", in_out=direction, socket_type="NodeSocketGeometry")
+    else:
+        for sockets in (group.inputs, group.outputs):
+            sockets.new("NodeSocketGeometry", "Geometry")
+    return group, group.nodes.new("NodeGroupInput").outputs[0], group.nodes.new("NodeGroupOutput").inputs[0]

@@ -1,176 +1,12 @@
 """Where others pick a shot up without Sunder it plays: what one click writes, read by a Blender that has no add-on."""
-import os
 import shutil
-import subprocess
-import sys
-from pathlib import Path
 from unittest import mock
 
 import bpy
 import numpy as np
 
-from addon_case import FOLDER, AddonCase, addon, main, positions
-
-HERE = Path(__file__).resolve().parent
-FRAMES = (6, 2, 5, 1, 3, 4)
-SHARE = 1e-5  # of the shot's size: what positions may be off
-BYTE = 1.5 / 255  # what colours may be off that travel as bytes
-
-
-class ShareCase(AddonCase):
-    """a.blend: a block of two materials, with colours and two UV maps, that breaks, and a box that falls and turns."""
-
-    def setUp(self):
-        super().setUp()
-        self.save("a.blend")
-        block = self.cube()
-        for name in ("Paint", "Primer"):
-            block.data.materials.append(bpy.data.materials.new(name))
-        block.data.polygons[0].material_index = 1
-        block.data.uv_layers.new(name="Second")
-        paint = block.data.color_attributes.new("paint", "FLOAT_COLOR", "CORNER")
-        paint.data.foreach_set("color", np.linspace(0, 1, 4 * len(paint.data)).astype(np.float32))
-        self.reads(bpy.data.materials["Paint"], "toughness_left")
-        self.block_tree, nodes = self.tree(block)
-        crate = self.cube(size=0.3, location=(1, 0, 1), name="Crate")
-        crate.scale, crate.rotation_euler = (1, 2, 0.5), (0.3, 0.2, 0.1)
-        bpy.context.view_layer.update()
-        node = self.node(self.block_tree, "rigid_body", shape="box", mass=5, velocity=(0.5, 0, -1),
-                         angular_velocity=(100, 300, 50))
-        node.source, node.object = "OBJECT", crate
-        self.connect(node, "rigid_body", nodes["solver"], "rigid_bodies")
-        self.scene.render.fps = 24
-        self.results(self.block_tree)
-        self.bake(self.block_tree)
-        self.scene.frame_set(1)
-        self.save("a.blend")
-        self.wanted = {frame: self.shown(frame) for frame in FRAMES}
-        self.scene.frame_set(1)
-        everything = np.concatenate([shown["points"] for shown in self.wanted.values()])
-        self.size = np.ptp(everything, axis=0).max()
-        self.assertGreater(np.abs(self.wanted[6]["crate"] - self.wanted[1]["crate"]).max(), 0.2)
-        self.assertGreater(len(self.wanted[6]["triangles"]), len(self.wanted[1]["triangles"]))
-
-    @staticmethod
-    def reads(material, name):
-        addon("blender_versions").turn_on_nodes(material)
-        nodes = material.node_tree.nodes
-        node = nodes.new("ShaderNodeAttribute")
-        node.attribute_name = name
-        material.node_tree.links.new(node.outputs["Fac"], nodes["Principled BSDF"].inputs["Roughness"])
-
-    def shown(self, frame):
-        """What the bake holds at a frame; colours and normals as the result object has them."""
-        mesh = addon("bake_reader").read_mesh_frame(
-            str(self.cached(self.block_tree) / f"mesh/deformer.{frame:04d}.ply"))
-        self.scene.frame_set(frame)
-        result, crate = bpy.data.objects["Block fractured"].data, bpy.data.objects["Crate moving"]
-        corners = {}
-        for name in ("paint", "toughness_left"):
-            values = [tuple(v.color) if name == "paint" else v.value for v in result.attributes[name].data]
-            corners[name] = np.array(values, np.float32)
-        corners["toughness_left"] = corners["toughness_left"][mesh.triangles.ravel()]
-        for layer in result.uv_layers:
-            corners[f"uv {layer.name}"] = np.array([v.uv for v in layer.data])
-        rest = np.array([(*v.co, 1) for v in crate.data.vertices])
-        names = np.array(["Paint", "Primer", "Sunder Interior"])
-        return {"points": mesh.positions, "triangles": mesh.triangles, "velocity": mesh.velocities,
-                "material": names[mesh.material], "normal": addon("blender_versions").corner_normals(result),
-                "crate": (rest @ np.array(crate.matrix_world).T)[:, :3], **corners}
-
-    def click(self, **options):
-        return bpy.ops.sunder.make_shareable(tree=self.block_tree.name, **options)
-
-    def shared(self, kind="AUTO"):
-        """(Path, notes) of a click."""
-        return addon("share").share(self.block_tree, self.scene, addon("player").result_objects(self.block_tree), kind)
-
-    def has_alembic(self):
-        return "ABC" in addon("export").host_formats()
-
-    def paths(self):
-        return [self.folder / f"a-Block_Fracture_shared.{ending}" for ending in ("abc", "blend")]
-
-    def elsewhere(self, how, path=None, frames=FRAMES):
-        """What a Blender without Sunder has of a file: {frame: {object: {field: array}}}."""
-        profile, out = self.folder / "profile", self.folder / "read.npz"
-        words = [bpy.app.binary_path] if bpy.app.binary_path else [sys.executable, HERE.parent / "hosts/blender_module.py"]
-        names = {n: v for n, v in os.environ.items() if n not in ("BLENDER_USER_SCRIPTS", "SUNDER_ADDON_ROOT")}
-        done = subprocess.run(
-            [*words, "-b", "--factory-startup", "--python-exit-code", "9", "--python", HERE / "read_shared.py", "--", how,
-             path or self.paths()[1], out, *map(str, frames)], env={**names, "BLENDER_USER_RESOURCES": str(profile)},
-            text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120)
-        self.assertIn("READ", done.stdout, done.stdout)
-        found = {frame: {} for frame in frames}
-        with np.load(out) as file:
-            for key in file:
-                if key == "range":
-                    self.range = file[key].tolist()
-                    continue
-                name, frame, field = key.split("/")
-                found[int(frame)].setdefault(name, {})[field] = file[key]
-        return found
-
-
-class PlayCase(ShareCase):
-    """A part of a frame that is shown is what was baked."""
-
-    def assert_is(self, found, wanted, mine, place, byte):
-        """`mine`: which triangles it is to have. Corners of a face may begin anywhere."""
-        corners = found["points"][found["triangles"]]
-        if not mine.any() and len(corners):  # a triangle without extent, for the exporter's sake
-            self.assertEqual((len(corners), np.ptp(corners, 1).max()), (1, 0))
-            return
-        self.assertEqual(len(corners), mine.sum())
-        if not len(corners):
-            return
-        there = wanted["points"][wanted["triangles"][mine]] + place
-        turns = [np.abs(np.roll(corners, turn, 1) - there).max((1, 2)) for turn in range(3)]
-        turn = np.argmin(turns, 0)
-        self.assertLess(np.min(turns, 0).max(), SHARE * self.size)
-        self.assertEqual(len(found["points"]), len(np.unique(wanted["triangles"][mine])))
-
-        def same(values, target, tolerance):
-            values = values.reshape(len(corners), 3, -1)
-            values = np.stack([np.roll(values[i], turn[i], 0) for i in range(len(values))])
-            target = target.reshape(len(wanted["triangles"]), 3, -1)[mine]
-            self.assertLess(np.abs(values - target).max(), tolerance)
-
-        self.assertEqual(found["material"].tolist(), wanted["material"][mine].tolist())
-        same(found["velocity"][found["triangles"]], wanted["velocity"][wanted["triangles"]],
-             SHARE * np.abs(wanted["velocity"]).max())
-        for name in ("uv UVMap", "uv Second"):
-            same(found[name], wanted[name], 1e-6)
-        same(found["normal"], wanted["normal"], 2e-3)  # Blender keeps directions in two times 16 bits
-        same(found["paint"], wanted["paint"], byte)
-        same(found["toughness_left"][:, :3], wanted["toughness_left"][:, None], byte)
-
-    def plays(self, found, place=(0, 0, 0)):
-        for frame in FRAMES:
-            wanted, shown = self.wanted[frame], found[frame]
-            is_inside = wanted["material"] == "Sunder Interior"
-            names = set(shown) - {"Crate moving shared"}
-            with self.subTest(frame=frame):
-                if "Block fractured shared" in names:  # of a cache
-                    self.assertEqual(names - {"Block fractured shared inside"}, {"Block fractured shared"})
-                    self.assert_is(shown["Block fractured shared"], wanted, ~is_inside, place, BYTE)
-                    inside = shown.get("Block fractured shared inside")
-                    if inside is None:  # an instance of nothing
-                        self.assertFalse(is_inside.any())
-                    else:
-                        self.assert_is(inside, wanted, is_inside, place, BYTE)
-                else:
-                    self.assertEqual(names, {f"Block fractured shared {frame:04d}"})
-                    self.assert_is(*[shown[n] for n in names], wanted, np.full(len(is_inside), True), place, 1e-6)
-                crate = shown["Crate moving shared"]["points"] - place
-                self.assertLess(np.abs(crate - wanted["crate"]).max(), SHARE * self.size)
-
-    def everywhere(self):
-        for how in ("open", "link", "append", "instance"):
-            with self.subTest(how):
-                self.plays(self.elsewhere(how), (3, 1, 2) if how == "instance" else (0, 0, 0))
-                if how == "open":
-                    self.assertEqual(self.range, [1, 6, 24])
+from addon_case import addon, main, positions
+from share_case import FRAMES, SHARE, PlayCase, ShareCase
 
 
 class Whole(PlayCase):
@@ -346,7 +182,7 @@ class Click(ShareCase):
             self.refuses("cannot be written")
 
     def test_what_is_stopped_leaves_nothing(self):
-        places = [("share", "_write", "MESHES"), ("share", "_write", "AUTO"), ("share_meshes", "_key_place", "MESHES")]
+        places = [("share", "_write", "MESHES"), ("share", "_write", "AUTO"), ("share_meshes", "_Sequence", "MESHES")]
         for module, name, kind in places + ([("share_cache", "_open", "AUTO")] if self.has_alembic() else []):
             with mock.patch.object(addon(module), name, side_effect=KeyboardInterrupt):
                 before, things = self.files(), self.things()
@@ -356,6 +192,21 @@ class Click(ShareCase):
                     pass
                 self.assertEqual((self.files(), self.things()), (before, things))
             self.assertEqual(len(bpy.app.handlers.frame_change_post), 1)
+
+    def test_between_any_two_frames_it_can_be_stopped(self):
+        thing = bpy.data.objects["Block fractured"]
+        thing.keyframe_insert("location", frame=1)
+        before, things, shown = self.files(), self.things(), positions(thing)
+        kinds = {"MESHES": 12, "CACHE": 6} if self.has_alembic() else {"MESHES": 12}
+        for kind, count in kinds.items():
+            for stop in range(1, count + 1):
+                steps = addon("share").share(self.block_tree, self.scene, [thing], kind)
+                for _ in range(stop):
+                    next(steps)
+                steps.close()
+                addon("player").show_all(self.scene)
+                self.assertEqual((self.files(), self.things()), (before, things))
+                np.testing.assert_array_equal(positions(thing), shown)
 
     def test_each_file_and_tree_has_names_of_its_own(self):
         names = []
@@ -391,12 +242,35 @@ class Click(ShareCase):
         share._export = lambda pieces, frames, stage, path: write(pieces, frames[:2], stage, path)
         self.refuses("did not become whole")
 
+    def test_a_bake_that_misses_a_frame_is_refused(self):
+        for name in ("mesh/deformer.0004.ply", "state/solver.0001.ply"):
+            path = self.cached(self.block_tree) / name
+            content = path.read_bytes()
+            for broken in (None, content[:-1]):
+                path.unlink() if broken is None else path.write_bytes(broken)
+                for kind in ("AUTO", "MESHES"):
+                    self.refuses("frame . cannot be shown", kind=kind)
+            path.write_bytes(content)
+
+    def test_what_an_instance_alone_shows_is_told(self):
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        self.save("b.blend")
+        self.scene = bpy.context.scene
+        shot = bpy.data.collections.new("Shot")
+        with bpy.data.libraries.load(str(self.folder / "a.blend"), link=True) as (_, wanted):
+            wanted.objects = ["Block fractured"]
+        shot.objects.link(wanted.objects[0])
+        instance = bpy.data.objects.new("Instance", None)
+        instance.instance_type, instance.instance_collection = "COLLECTION", shot
+        self.scene.collection.objects.link(instance)
+        self.block_tree = wanted.objects[0].sunder.tree
+        self.assertRegex(self.shared("MESHES")[1][0], "not where an instance shows it: Block fractured")
+
     def test_what_is_lost_is_told(self):
         self.reads(bpy.data.materials["Primer"], "fragment")
         if not self.has_alembic():
             return
-        share = addon("share")
-        path, notes = share.share(self.block_tree, self.scene, addon("player").result_objects(self.block_tree))
+        path, notes = self.shared()
         self.assertEqual((path, len(notes)), (str(self.paths()[1]), 1))
         self.assertRegex(notes[0], "does not hold: fragment")
 

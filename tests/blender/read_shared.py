@@ -3,7 +3,7 @@
     blender -b --factory-startup --python read_shared.py -- HOW FILE.blend OUT.npz FRAMES
 
 HOW: open the file, or link or append the one collection it has into an empty one that is saved far away, or show an instance.
-OUT of each mesh that the scene shows: NAME/FRAME/points, triangles, and material, velocity, uv, weights.
+OUT of each mesh that the scene shows: NAME/FRAME/points, triangles, and material, velocity, uv, what keys change.
 """
 import os
 import sys
@@ -42,6 +42,8 @@ def read(instance):
              "triangles": numbers(mesh.loops, "vertex_index", 1, np.int32).reshape(-1, 3)
              if all(n == 3 for n in numbers(mesh.polygons, "loop_total", 1, np.int32)) else np.zeros(0),
              "paint": of_corners(mesh, "paint"), "toughness_left": of_corners(mesh, "toughness_left")}
+    found["color"], found["is_rendered"] = np.array(thing.color), np.array(not thing.hide_render)
+    found["glow"] = np.array(thing.get("glow", -1.0))
     if "velocity" in mesh.attributes:
         found["velocity"] = numbers(mesh.attributes["velocity"].data, "vector", 3)
     for layer in mesh.uv_layers:

@@ -12,13 +12,18 @@ def is_animated(thing):
     return data is not None and bool(curves_of(data) or data.drivers or data.nla_tracks)
 
 
+def curves(thing):
+    """All curves and drivers of a datablock, those of strips included."""
+    data = thing.animation_data
+    if data is None:
+        return []
+    return [*curves_of(data), *data.drivers, *(c for track in data.nla_tracks for s in track.strips for c in curves_of(s))]
+
+
 def animated_attributes(tree):
     """{node name: {attribute}} of what keys or drivers change."""
-    data, found = tree.animation_data, {}
-    if data is None:
-        return found
-    strips = [curves_of(s) for track in data.nla_tracks for s in track.strips]
-    for curve in [*curves_of(data), *data.drivers, *(c for curves in strips for c in curves)]:
+    found = {}
+    for curve in curves(tree):
         match = _NODE_PATH.match(curve.data_path)
         if match:
             name = re.sub(r"\\(.)", r"\1", match[1])

@@ -60,6 +60,7 @@ class SunderObject(bpy.types.PropertyGroup):
         min=0, soft_max=1, precision=3, options=set(),
     )
     display_before: StringProperty(options={"HIDDEN"})
+    stands_back: BoolProperty(options={"HIDDEN"}, description="Whether it is hidden in renders for what was shared of it")
 
 
 class SunderTreeUse(bpy.types.PropertyGroup):
@@ -107,6 +108,12 @@ def show(thing, frame, is_playing=False, after=0.0):
         note += f" of {manifest.interval[1]}"
     runtime.node_notes[key] = note + (f"; frame {frame} shows {shown}" if shown != frame else "")
     return is_draft
+
+
+def fault(thing):
+    """Why a result could not be shown when it was last asked for; empty if it was."""
+    note = runtime.node_notes.get((thing.sunder.tree.name_full, thing.sunder.node.split(":")[0]), "")
+    return note if "cannot be shown" in note else ""
 
 
 def _file(folder, manifest, frame, node):

@@ -10,7 +10,7 @@ from mathutils import Matrix
 from . import blender_versions, result_mesh
 
 ATTRIBUTE = "rest_position"
-_MODIFIER, _OF = "Rest Coordinates", "sunder_of"
+MODIFIER, _OF = "Rest Coordinates", "sunder_of"
 
 
 def describe(source, own):
@@ -46,8 +46,8 @@ def _texture_mesh(mesh):
 
 def prepare(thing):
     """The modifier that makes Blender look at a result object's texture mesh."""
-    if _MODIFIER not in thing.modifiers:
-        nothing = thing.modifiers.new(_MODIFIER, "CAST")
+    if MODIFIER not in thing.modifiers:
+        nothing = thing.modifiers.new(MODIFIER, "CAST")
         nothing.factor, nothing.radius, nothing.use_radius_as_size = 1e-30, 1e-6, False  # 0 would switch it off
         nothing.show_expanded = False
 

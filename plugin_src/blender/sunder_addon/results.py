@@ -4,7 +4,7 @@ import types
 import bpy
 import numpy as np
 
-from . import core, interiors, mesh_export, parts, player, rest_coordinates, runtime, scene_input, wiring
+from . import blender_versions, core, interiors, mesh_export, parts, player, rest_coordinates, runtime, scene_input, wiring
 
 _NO_SLOT = types.SimpleNamespace(material=None)
 _TAKEN_OVER = ("pass_index", "color", "is_holdout", "is_shadow_catcher", "visible_camera", "visible_diffuse", "visible_glossy",
@@ -119,11 +119,19 @@ def add_rigid_results(node, scene):
     return made
 
 
+def local_copy(thing):
+    made = thing.copy()
+    return made.make_local() if made.override_library is not None else made
+
+
+def is_hidden(thing, name):
+    """Whether a result is hidden by itself, and not for what was shared of it. name: hide_viewport or hide_render."""
+    return getattr(thing, name) and not (name == "hide_render" and thing.sunder.stands_back)
+
+
 def twin(thing, name, data=None):
     """A result's copy that plays nothing: where it stands now, with its modifiers, its own data, or `data`."""
-    made, place = thing.copy(), thing.matrix_world.copy()
-    if made.override_library is not None:
-        made = made.make_local()
+    made, place = local_copy(thing), thing.matrix_world.copy()
     if data is not None:
         made.data = data
     elif made.data is not None and made.data.library is not None:
@@ -134,8 +142,23 @@ def twin(thing, name, data=None):
         made.sunder.preview = "OFF"
     made.animation_data_clear()
     made.constraints.clear()
-    made.parent, made.hide_render, made.hide_viewport = None, False, False
+    blender_versions.clear_light_collections(made)
+    made.parent, made.parent_type = None, "OBJECT"
+    made.delta_location, made.delta_rotation_euler, made.delta_scale = (0, 0, 0), (0, 0, 0), (1, 1, 1)
+    made.delta_rotation_quaternion.identity()
+    made.hide_render = is_hidden(thing, "hide_render")
     made.matrix_world = place
+    return made
+
+
+def player_of(thing, name, mesh):
+    """A copy that plays what a result plays, into `mesh`; its materials are the mesh's."""
+    made = twin(thing, name, mesh)
+    made.sunder.tree, made.sunder.node = thing.sunder.tree, thing.sunder.node
+    made.hide_render = made.hide_viewport = False
+    for slot in made.material_slots:
+        slot.link = "DATA"
+    rest_coordinates.prepare(made)
     return made
 
 

@@ -4,13 +4,16 @@ NAME_shared.blend holds a collection that links and appends anywhere. Its object
 this Blender was built without Alembic, have a mesh for each frame in it (share_meshes.py).
 """
 import contextlib
+import math
 import os
 import shutil
 
 import bpy
 from bpy.props import EnumProperty
 
-from . import blender_versions, cache, core, drawing, operators, player, runtime, share_cache, share_meshes, tree as trees
+from . import (
+    animation, blender_versions, cache, core, drawing, operators, player, runtime, share_cache, share_meshes, tree as trees,
+)
 
 _MADE = ("scenes", "collections", "objects", "meshes", "materials", "node_groups", "cache_files", "actions")
 _PART = ".part"  # before the ending of what is not whole yet
@@ -104,6 +107,13 @@ def _new_scene(name, like, frames):
     return scene
 
 
+def _remap(scene, like, frames):
+    """Frames pass in another time than keys and caches are in, as in another scene."""
+    old, new = like.render.frame_map_old, like.render.frame_map_new
+    scene.render.frame_map_old, scene.render.frame_map_new = old, new
+    scene.frame_start, scene.frame_end = math.floor(frames[0] * new / old), math.ceil(frames[-1] * new / old)
+
+
 def _check(tree):
     """Refuses what cannot be shared. Returns the folder that files go to."""
     if not bpy.data.filepath:
@@ -135,28 +145,34 @@ def _check_room(folder, tree, is_cache):
                            "free")
 
 
+def _is_cached(kind):
+    """Whether sharing makes a cache, which Blender writes in one go."""
+    return kind == "CACHE" or kind == "AUTO" and blender_versions.has_operator("wm", "alembic_export")
+
+
 def share(tree, scene, things, kind="AUTO"):
-    """Writes the files; returns (path of the .blend, sentences on what is not as with Sunder). Raises Refused, OSError."""
-    folder = _check(tree)
-    has_alembic = blender_versions.has_operator("wm", "alembic_export")
-    if kind == "CACHE" and not has_alembic:
+    """Writes the files. A generator of the frames that it steps through, at each of which it may be closed, and then leaves
+    nothing; returns (path of the .blend, sentences on what is not as with Sunder). Raises Refused, OSError."""
+    folder, is_cache = _check(tree), _is_cached(kind)
+    if is_cache and not blender_versions.has_operator("wm", "alembic_export"):
         raise core.Refused("this Blender was built without Alembic: share a mesh a frame")
-    frames = cache.manifest(cache.folder(tree)).numbers
-    path = _base(tree)
+    frames, path = cache.manifest(cache.folder(tree)).numbers, _base(tree)
     alembic, blend = path + ".abc", path + ".blend"
-    is_cache = kind == "CACHE" or kind == "AUTO" and has_alembic
     _check_room(folder, tree, is_cache)
     with _left_as_it_was(), _whole(*([alembic] if is_cache else []), blend) as parts:
         name = f"{tree.name} shared"
         stage, outcome = _new_scene("Sunder stage", scene, frames), _new_scene(name, scene, frames)
+        _remap(outcome, scene, frames)
         shared = bpy.data.collections.new(name)
         outcome.collection.children.link(shared)
-        stage.collection.children.link(shared)
         if is_cache:
-            notes = share_cache.make(things, frames, stage, shared, parts[0], alembic)
+            notes = yield from share_cache.make(things, frames, stage, shared, parts[0], alembic)
         else:
-            notes = share_meshes.make(things, frames, stage, shared)
+            notes = yield from share_meshes.make(things, frames, stage, shared)
         _write(parts[-1], outcome, blend)
+    away = [thing.name for thing in things if scene not in thing.users_scene]
+    if away:
+        notes.append(f"shared where it stands itself, not where an instance shows it: {', '.join(away)}")
     if not is_cache and os.path.isfile(alembic):
         os.remove(alembic)  # that of an earlier click; nothing reads it any more
     return blend, notes
@@ -202,8 +218,8 @@ class SUNDER_OT_make_shareable(operators._OnTree, bpy.types.Operator):
 
     kind: EnumProperty(name="Holds", items=KINDS, options={"SKIP_SAVE"})
 
-    @operators.told
-    def execute(self, context):
+    def _steps(self, context):
+        """What `share` does, and what is to be done before and after it. A generator as that."""
         tree = self.find(context)
         if tree is None:
             return {"CANCELLED"}
@@ -216,7 +232,7 @@ class SUNDER_OT_make_shareable(operators._OnTree, bpy.types.Operator):
             return {"CANCELLED"}
         try:
             with _progress(context.window_manager, tree):
-                path, notes = share(tree, scene, things, self.kind)
+                path, notes = yield from share(tree, scene, things, self.kind)
         except core.Refused as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -228,8 +244,17 @@ class SUNDER_OT_make_shareable(operators._OnTree, bpy.types.Operator):
         for library in bpy.data.libraries:
             if os.path.normpath(bpy.path.abspath(library.filepath)) == os.path.normpath(path):
                 library.reload()
-        self.report({"INFO"}, "; ".join([f"Sunder: {path}: link or append its collection", *notes]))
+        self.report({"WARNING" if notes else "INFO"}, "; ".join([f"Sunder: {path}: link or append its collection", *notes]))
         return {"FINISHED"}
+
+    @operators.told
+    def execute(self, context):
+        steps = self._steps(context)
+        while True:
+            try:
+                next(steps)
+            except StopIteration as end:
+                return end.value
 
 
 class SUNDER_OT_use_shared(operators._OnTree, bpy.types.Operator):
@@ -261,18 +286,18 @@ class SUNDER_OT_use_shared(operators._OnTree, bpy.types.Operator):
             return {"CANCELLED"}
         context.scene.collection.children.link(linked[0])
         left = [thing.name for thing in player.result_objects(tree) if not _stand_back(thing, context.view_layer)]
-        note = f"; take these out, they are linked: {', '.join(left)}" if left else ""
+        note = f"; take these out, they are linked or their visibility is keyed: {', '.join(left)}" if left else ""
         self.report({"WARNING" if left else "INFO"}, f"Sunder: {bpy.path.basename(path)} is linked{note}")
         return {"FINISHED"}
 
 
 def _stand_back(thing, view_layer):
-    """Whether a result is hidden in viewports and renders; what is linked cannot be in renders."""
+    """Whether a result is hidden in viewports and renders; what is linked cannot be in renders, nor what keys show."""
     if thing.name in view_layer.objects and view_layer.objects[thing.name] == thing:
         thing.hide_set(True, view_layer=view_layer)
-    if thing.library is None:
-        thing.hide_render = True
-    return thing.library is None
+    if thing.library is None and not thing.hide_render:
+        thing.hide_render = thing.sunder.stands_back = True
+    return thing.library is None and all(curve.data_path != "hide_render" for curve in animation.curves(thing))
 
 
 def draw(layout, tree):

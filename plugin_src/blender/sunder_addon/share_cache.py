@@ -10,7 +10,7 @@ import re
 import bpy
 import numpy as np
 
-from . import blender_versions, core, looks, parts, rest_coordinates, result_mesh, results, share_materials
+from . import blender_versions, core, looks, parts, player, rest_coordinates, result_mesh, results, share_materials, share_motion
 
 _SLOT = "sunder_slot_"
 _BYTES = "BYTE_COLOR"
@@ -24,35 +24,28 @@ def _free_name(name):
 
 class _Piece:
     """A result object, or its outer or its break surfaces. `copy` is what is written, `materials` are those that its slots
-    stand for, `made` is what reads it."""
+    stand for, `made` is what reads it. `mesh`: what a copy that plays plays into, None for what does not."""
 
-    def __init__(self, thing, part, suffix, stage):
-        self.thing, self.part, self.suffix = thing, part, suffix
-        self.is_mesh, self.materials, self.made = parts.shows_mesh(thing), [], None
-        self.copy = thing.copy()
-        self.copy.name = _free_name(thing.name + suffix)
-        self.copy.sunder.preview = "OFF"  # meshes behind a preview are written late, for the exporter too late
-        self.copy.hide_render = self.copy.hide_viewport = False
-        stage.collection.objects.link(self.copy)
+    def __init__(self, thing, motion, stage, mesh=None, part="", suffix=""):
+        self.thing, self.motion, self.part, self.suffix = thing, motion, part, suffix
+        self.is_mesh, self.materials, self.made = mesh is not None, [], None
+        name = _free_name(thing.name + suffix)
         if self.is_mesh:
-            self._take_slots()
-            rest_coordinates.prepare(self.copy)
-
-    def _take_slots(self):
-        """A mesh of its own, whose slots an exporter tells apart."""
-        known, slot = [s.material for s in self.thing.material_slots], self.thing.sunder.interior_slot
-        if self.part == "OUTSIDE":
-            self.materials = known[:slot]
+            self.copy = results.player_of(thing, name, mesh)
+            known, slot = [s.material for s in thing.material_slots], thing.sunder.interior_slot
+            self.materials = known[:slot] if part == "OUTSIDE" else known[slot:slot + 1]
+            for modifier in self.copy.modifiers:
+                _show_as_rendered(modifier)
+            if _is_modified(thing) and thing.sunder.part == "ALL":
+                _part(self.copy, part)
+            else:
+                self.copy.sunder.part = part
         else:
-            self.materials = known[:1] if self.thing.sunder.part == "INSIDE" else known[slot:slot + 1]
-            self.copy.sunder.interior_slot = 0
-        self.copy.sunder.part = self.part
-        self.copy.data = bpy.data.meshes.new(self.copy.name)
-        for i in range(max(len(self.materials), 1)):
-            name = f"{_SLOT}{i}"
-            self.copy.data.materials.append(bpy.data.materials.get((name, None)) or bpy.data.materials.new(name))
-        for slot in self.copy.material_slots:
-            slot.link = "DATA"
+            self.copy = results.twin(thing, name)
+            self.copy.hide_viewport = self.copy.hide_render = False
+        motion.key_place(self.copy)
+        motion.key_values(self.copy, chosen=share_motion.of_modifiers)
+        stage.collection.objects.link(self.copy)
 
     @property
     def name(self):
@@ -68,25 +61,88 @@ class _Piece:
         return f"/{self.copy.name}/{self.copy.data.name}"
 
 
-def _pieces(thing, stage):
+def _is_modified(thing):
+    return any(modifier.name != rest_coordinates.MODIFIER for modifier in thing.modifiers)
+
+
+def _show_as_rendered(modifier):
+    """The exporter writes what renders show; what is looked at here is what viewports do."""
+    modifier.show_viewport = modifier.show_render
+    if hasattr(modifier, "render_levels"):
+        modifier.levels = modifier.render_levels
+
+
+def _part(copy, part):
+    """Takes all faces out but outer or break surfaces, after what modifiers do to the whole. (Exact normals as Blender keeps
+    them before 4.5 turn a little where faces go: other results are read by parts.) Where there are none one is left, without
+    extent: of a mesh without faces the exporter leaves out layers, and later ones move to its frame."""
+    group, into, out = blender_versions.new_geometry_nodes(f"Sunder {part}")
+
+    def node(kind, **settings):
+        made = group.nodes.new(kind)
+        for name, value in settings.items():
+            setattr(made, name, value)
+        return made
+
+    def math(operation, *values):
+        made = node("ShaderNodeMath", operation=operation)
+        for value, socket in zip(values, made.inputs):
+            if isinstance(value, bpy.types.NodeSocket):
+                group.links.new(value, socket)
+            else:
+                socket.default_value = value
+        return made.outputs[0]
+
+    is_inside = math("GREATER_THAN", node("GeometryNodeInputMaterialIndex").outputs[0], copy.sunder.interior_slot - 0.5)
+    is_kept = is_inside if part == "INSIDE" else math("SUBTRACT", 1.0, is_inside)
+    count = node("GeometryNodeAttributeStatistic", data_type="FLOAT", domain="FACE")
+    group.links.new(into, count.inputs["Geometry"])
+    group.links.new(is_kept, count.inputs["Attribute"])
+    is_none = math("LESS_THAN", count.outputs["Max"], 0.5)
+    is_first = math("LESS_THAN", node("GeometryNodeInputIndex").outputs[0], 0.5)
+    taken_out = node("GeometryNodeDeleteGeometry", domain="FACE")
+    shrunk = node("GeometryNodeScaleElements", domain="FACE")
+    shrunk.inputs["Scale"].default_value = 0
+    group.links.new(into, taken_out.inputs["Geometry"])
+    group.links.new(math("LESS_THAN", math("MULTIPLY_ADD", is_none, is_first, is_kept), 0.5), taken_out.inputs["Selection"])
+    group.links.new(taken_out.outputs[0], shrunk.inputs["Geometry"])
+    group.links.new(is_none, shrunk.inputs["Selection"])
+    group.links.new(shrunk.outputs[0], out)
+    copy.modifiers.new("Part", "NODES").node_group = group
+
+
+def _pieces(thing, motion, stage):
     if not parts.shows_mesh(thing):
-        return [_Piece(thing, "", "", stage)]
-    if thing.sunder.part != "ALL":
-        return [_Piece(thing, thing.sunder.part, "", stage)]
-    return [_Piece(thing, "OUTSIDE", "", stage), _Piece(thing, "INSIDE", " inside", stage)]
+        return [_Piece(thing, motion, stage)]
+    kinds = [("OUTSIDE", ""), ("INSIDE", " inside")] if thing.sunder.part == "ALL" else [(thing.sunder.part, "")]
+    return [_Piece(thing, motion, stage, _mesh(thing), part, suffix) for part, suffix in kinds]
+
+
+def _mesh(thing):
+    """One whose slots an exporter tells apart."""
+    mesh = bpy.data.meshes.new(_free_name(thing.name))
+    for i in range(max(len(thing.material_slots), 1)):
+        name = f"{_SLOT}{i}"
+        mesh.materials.append(bpy.data.materials.get((name, None)) or bpy.data.materials.new(name))
+    return mesh
 
 
 def make(things, frames, stage, shared, written, path):
-    """Writes the file `written`, that will be `path`, in scene `stage`, and fills collection `shared`. Returns notes."""
-    pieces = [piece for thing in things for piece in _pieces(thing, stage)]
+    """Writes the file `written`, that will be `path`, in scene `stage`, and fills collection `shared`. A generator of frames;
+    returns notes."""
+    motions = yield from share_motion.sample(things, frames, stage)
+    stage.collection.children.link(shared)
+    pieces = [piece for thing in things for piece in _pieces(thing, motions[thing], stage)]
     read, vectors = _read_attributes(things), share_materials.vectors_read(things)
     adapter = share_materials.Adapter(vectors)
     for piece in pieces:
         piece.materials = [adapter.material(material) for material in piece.materials]
-    carrier = _Carrier([p.copy.data.name for p in pieces if p.is_mesh], read, vectors)
+    carrier = _Carrier({p.copy.data.name: p.thing for p in pieces if p.is_mesh}, read, vectors)
     bpy.app.handlers.frame_change_post.append(carrier.on_frame)
     try:
         _export(pieces, frames, stage, written)
+        if carrier.faults:
+            raise core.Refused(carrier.faults[0])
         _see(stage, frames[0])
         slots = [_slots(p.copy, stage) for p in pieces]
         counts = {frame: _counts(pieces, "copy", stage, frame) for frame in (frames[-1], frames[0])}
@@ -102,7 +158,8 @@ def make(things, frames, stage, shared, written, path):
     for piece, wanted in zip(pieces, slots):  # at the first frame, as they were looked at
         _assign(piece, wanted, stage)
     file.filepath, file.name = bpy.path.relpath(path), os.path.basename(path)
-    return _notes(pieces, carrier, read)
+    empty = [p.thing.name for p, (_, faces) in zip([p for p in pieces if p.is_mesh], counts[frames[0]]) if not faces]
+    return share_motion.notes(motions, is_cache=True) + _notes(pieces, carrier, read, empty)
 
 
 def _export(pieces, frames, stage, written):
@@ -164,15 +221,19 @@ def _reader(piece, file, shared):
             mesh.materials.append(material)
         blender_versions.let_normals_count(mesh)
         _name_colors(mesh, piece.copy.data.color_attributes)
-        made = bpy.data.objects.new(piece.name, mesh)
-        results.take_over(made, piece.thing)
-        made.matrix_world = piece.thing.matrix_world
+        made = results.twin(piece.thing, piece.name, mesh)
+        made.modifiers.clear()
+        for slot in made.material_slots:
+            slot.link = "DATA"
         modifier = made.modifiers.new("Shared", "MESH_SEQUENCE_CACHE")
         modifier.cache_file, modifier.object_path, modifier.use_vertex_interpolation = file, piece.mesh_path, True
     else:
         made = results.twin(piece.thing, piece.name)
-    if not piece.is_mesh or parts.has_motion(piece.thing):
-        constraint = made.constraints.new("TRANSFORM_CACHE")
+    piece.motion.key_values(made, chosen=lambda path: not (piece.is_mesh and share_motion.of_modifiers(path)))
+    placed = piece.motion.holder(made, shared)
+    piece.motion.place(placed)
+    if piece.motion.moves():
+        constraint = placed.constraints.new("TRANSFORM_CACHE")
         constraint.cache_file, constraint.object_path = file, piece.form_path
     shared.objects.link(made)
     return made
@@ -191,6 +252,7 @@ def _assign(piece, wanted, stage):
     if len(piece.materials) < 2:
         return
     found = _slots(piece.made, stage)
+    wanted = np.minimum(wanted, len(piece.materials) - 1)
     order = [int(wanted[found == i][0]) for i in range(found.max(initial=-1) + 1) if (found == i).any()]
     order += [i for i in range(len(piece.materials)) if i not in order]  # of slots without a face
     for at, i in enumerate(order):
@@ -205,18 +267,20 @@ def _read_attributes(things):
 
 class _Carrier:
     """After each frame is written: makes colours, and the numbers that materials read, colours of bytes, and the vectors UV
-    maps; and puts a triangle without extent where a mesh has none."""
+    maps; and puts a triangle without extent where a mesh has none. `meshes`: {name: result that it shows}."""
 
     def __init__(self, meshes, read, vectors):
         self._meshes, self._read, self.vectors = meshes, read, vectors
-        self.carried, self.clipped = set(), set()
+        self.carried, self.clipped, self.faults = set(), set(), []
 
     def on_frame(self, *_):
-        meshes = [mesh for mesh in map(bpy.data.meshes.get, self._meshes) if mesh is not None]
-        point = next((mesh.vertices[0].co for mesh in meshes if len(mesh.vertices)), (0, 0, 0))
-        for mesh in meshes:
-            if not len(mesh.polygons):  # of one the exporter leaves out layers, and later ones move to its frame
-                blender_versions.fill_with_triangles(mesh, np.tile(np.float32(point), (3, 1)), np.int32([[0, 1, 2]]))
+        self.faults += [note for note in map(player.fault, self._meshes.values()) if note]
+        meshes = {bpy.data.meshes[name]: thing.sunder.node for name, thing in self._meshes.items() if name in bpy.data.meshes}
+        for mesh, node in meshes.items():
+            if not len(mesh.polygons):  # as in _part
+                beside = [m.vertices[0].co for m, n in meshes.items() if n == node and len(m.polygons)]
+                point = np.float32(beside[0] if beside else (0, 0, 0))
+                blender_versions.fill_with_triangles(mesh, np.tile(point, (3, 1)), np.int32([[0, 1, 2]]))
             share_materials.write_maps(mesh, self.vectors)
             for name, kind in [(a.name, a.data_type) for a in mesh.attributes]:
                 if kind == "FLOAT_COLOR" or kind == "FLOAT" and name in self._read:
@@ -250,7 +314,7 @@ def _of_corners(mesh, domain):
     return np.arange(len(mesh.loops)) // (3 if domain == "FACE" else 1)
 
 
-def _notes(pieces, carrier, read):
+def _notes(pieces, carrier, read, empty):
     """What is not there as it is with Sunder."""
     held = carrier.carried | carrier.vectors | {"velocity"} | {m.name for p in pieces if p.is_mesh for m in p.copy.data.uv_layers}
     notes = []
@@ -259,7 +323,10 @@ def _notes(pieces, carrier, read):
                      "(with Holds set to A Mesh a Frame it comes along)")
     if carrier.clipped:
         notes.append(f"numbers below 0 and above 1 are cut off in {', '.join(sorted(carrier.clipped))}")
-    mixed = [p.thing.name for p in pieces if p.part == "OUTSIDE" and len(p.materials) > 1 and len(p.copy.modifiers) > 1]
+    if empty:
+        notes.append(f"modifiers leave no faces at the first frame, so that UV maps and attributes come too early: "
+                     f"{', '.join(dict.fromkeys(empty))} (with Holds set to A Mesh a Frame they do not)")
+    mixed = [p.thing.name for p in pieces if p.part == "OUTSIDE" and len(p.materials) > 1 and _is_modified(p.thing)]
     if mixed:
         notes.append(f"modifiers that make faces may mix up the outer materials of {', '.join(mixed)}")
     return notes

@@ -4,54 +4,50 @@ It plays in every Blender with all that meshes carry, but a shot of a million tr
 """
 import bpy
 
-from . import blender_versions, parts, player, rest_coordinates, result_mesh, results
+from . import core, parts, player, rest_coordinates, result_mesh, results, share_motion
 
 _AT_REST = "sunder_at_rest"  # a use of a texture mesh that Blender counts (rest_coordinates.py)
+_GOES_ON = {"CLOTH", "DYNAMIC_PAINT", "FLUID", "PARTICLE_SYSTEM", "SOFT_BODY"}  # modifiers that go on from the frame before
 
 
 class _Sequence:
-    """Objects of one result, each with the mesh of one frame or of several that are alike. `shown`: [(first frame, object)]."""
+    """Objects of one result, each with the mesh of one frame or of several that are alike. `shown`: [(number of its first
+    frame, object)]."""
 
-    def __init__(self, thing, stage, shared):
-        self.thing, self.shared = thing, shared
+    def __init__(self, thing, motion, stage, shared):
+        self.thing, self.motion, self.shared = thing, motion, shared
         self.shown, self._key, self._at_rest = [], None, {}
-        self.copy = thing.copy()
-        self.copy.data = bpy.data.meshes.new(f"{thing.name} shared")
+        mesh = bpy.data.meshes.new(f"{thing.name} shared")
         for slot in thing.material_slots:
-            self.copy.data.materials.append(slot.material)
-        for slot in self.copy.material_slots:
-            slot.link = "DATA"
-        self.copy.hide_render = self.copy.hide_viewport = False
-        self.copy.sunder.preview = "OFF"
-        rest_coordinates.prepare(self.copy)
+            mesh.materials.append(slot.material)
+        self.copy = results.player_of(thing, mesh.name, mesh)
         stage.collection.objects.link(self.copy)
         self.handle = None
-        if parts.has_motion(thing):
-            self.handle = bpy.data.objects.new(f"{thing.name} shared", None)
-            shared.objects.link(self.handle)
+        if motion.moves() or motion.is_sheared():
+            self.handle = motion.handle(f"{thing.name} shared", shared)
+            motion.key_place(self.handle)
 
-    def add(self, frame, graph):
-        if self.handle is not None:
-            _key_place(self.handle, self.copy.evaluated_get(graph).matrix_world, frame)
+    def add(self, i, frame):
+        if player.fault(self.thing):
+            raise core.Refused(player.fault(self.thing))
         key = self.copy.data[player.SHOWN]
-        if key == self._key:
+        is_same = key == self._key
+        if is_same and self.motion.has_shear(self.motion.shears[self.shown[-1][0]], i):
             return
         self._key = key
-        made = results.twin(self.thing, f"{self.thing.name} shared {frame:04d}", self._mesh(frame))
-        for modifier in self.copy.modifiers:
-            if modifier.name not in made.modifiers:
-                rest_coordinates.prepare(made)
+        name = f"{self.thing.name} shared {frame:04d}"
+        made = results.twin(self.thing, name, self.shown[-1][1].data if is_same else self._mesh(name))
+        rest_coordinates.prepare(made)
         if self.handle is not None:
-            made.parent = self.handle
-            made.matrix_basis.identity()
+            self.motion.hang(made, self.handle, i)
         self.shared.objects.link(made)
-        self.shown.append((frame, made))
+        self.shown.append((i, made))
 
-    def _mesh(self, frame):
+    def _mesh(self, name):
         source = self.copy.data
         at_rest, source.texco_mesh = source.texco_mesh, None  # a copy would take back a use that is not its own
         mesh, source.texco_mesh = source.copy(), at_rest
-        mesh.name = f"{self.thing.name} shared {frame:04d}"
+        mesh.name = name
         for name in (player.SHOWN, result_mesh.FACES, _AT_REST):
             if name in mesh:
                 del mesh[name]
@@ -62,57 +58,46 @@ class _Sequence:
             mesh.texco_mesh = mesh[_AT_REST] = self._at_rest[stamp]
         return mesh
 
-    def end(self, stage):
-        """Each is shown from its frame to that of the next one; the first also before, the last also after."""
-        starts = [frame for frame, _ in self.shown]
-        for (start, made), before, after in zip(self.shown, [None, *starts], [*starts[1:], None]):
-            for frame, is_hidden in ((before, True), (start, False), (after, True)):
-                if frame is None:
-                    continue
-                made.hide_viewport = made.hide_render = is_hidden
-                made.keyframe_insert("hide_viewport", frame=frame)
-                made.keyframe_insert("hide_render", frame=frame)
-            made.hide_viewport = made.hide_render = before is not None  # what is just linked shows the first
-        _make_linear(self.handle)
-        stage.collection.objects.unlink(self.copy)
+    def end(self, frames):
+        """Each is shown from its frame to that of the next one, where the result is; the first also before, the last also
+        after."""
+        starts = [i for i, _ in self.shown]
+        for (start, made), after in zip(self.shown, [*starts[1:], len(frames)]):
+            self.motion.key_values(made, slice(start, after), lambda path: path not in share_motion.HIDDEN)
+            for name in share_motion.HIDDEN:
+                self._key_hidden(made, name, start, after, frames)
+
+    def _key_hidden(self, made, name, start, after, frames):
+        span = range(max(start - 1, 0), min(after + 1, len(frames)))
+        states = [not start <= i < after or self.motion.is_hidden(name, i) for i in span]
+        for at, i in enumerate(span):
+            if any(state != states[0] for state in states) and (at == 0 or states[at] != states[at - 1]):
+                setattr(made, name, states[at])
+                made.keyframe_insert(name, frame=frames[i])
+        setattr(made, name, states[0])  # what is just linked shows the first
 
 
 def make(things, frames, stage, shared):
-    """Fills collection `shared`, working in scene `stage`. Returns notes."""
-    sequences = [_Sequence(thing, stage, shared) for thing in things if parts.shows_mesh(thing)]
-    moving = []
+    """Fills collection `shared`, working in scene `stage`. A generator of frames; returns notes."""
+    motions = yield from share_motion.sample(things, frames, stage)
     for thing in things:
         if not parts.shows_mesh(thing):
-            copy, made = thing.copy(), results.twin(thing, f"{thing.name} shared")
-            stage.collection.objects.link(copy), shared.objects.link(made)
-            moving.append((copy, made))
-    stage.frame_set(frames[0] - 1)  # 3.4 leaves keys as they are at the frame that a new scene is at
-    for frame in frames:
+            made, motion = results.twin(thing, f"{thing.name} shared"), motions[thing]
+            shared.objects.link(made)
+            motion.key_place(motion.holder(made, shared))
+            motion.key_values(made)
+    sequences = [_Sequence(thing, motions[thing], stage, shared) for thing in things if parts.shows_mesh(thing)]
+    stage.frame_set(frames[0] - 1)
+    for i, frame in enumerate(frames):
+        yield frame
         stage.frame_set(frame)
-        stage.view_layers[0].update()
         for sequence in sequences:
-            sequence.add(frame, stage.view_layers[0].depsgraph)
-        for copy, made in moving:
-            _key_place(made, copy.matrix_world, frame)
-    for copy, made in moving:
-        _make_linear(made)
-        stage.collection.objects.unlink(copy)
+            sequence.add(i, frame)
     for sequence in sequences:
-        sequence.end(stage)
-    return [f"it holds {sum(len(s.shown) for s in sequences)} meshes"] if sequences else []
-
-
-def _key_place(made, matrix, frame):
-    made.rotation_mode = "QUATERNION"
-    before = made.rotation_quaternion.copy()
-    made.location, made.rotation_quaternion, made.scale = matrix.decompose()
-    if before.dot(made.rotation_quaternion) < 0:  # the same rotation, the short way round
-        made.rotation_quaternion.negate()
-    for name in ("location", "rotation_quaternion", "scale"):
-        made.keyframe_insert(name, frame=frame)
-
-
-def _make_linear(made):
-    for curve in blender_versions.curves_of(made.animation_data) if made is not None else ():
-        for key in curve.keyframe_points:
-            key.interpolation = "LINEAR"
+        stage.collection.objects.unlink(sequence.copy)
+        sequence.end(frames)
+    notes = share_motion.notes(motions, is_cache=False)
+    going_on = [s.thing.name for s in sequences if any(m.type in _GOES_ON for m in s.thing.modifiers)]
+    if going_on:
+        notes.append(f"modifiers that go on from the frame before begin anew at each: {', '.join(going_on)}")
+    return notes
