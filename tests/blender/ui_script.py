@@ -300,11 +300,21 @@ def share():
         bpy.context.view_layer.objects.active = thing
         bpy.ops.screen.animation_play()
     yield 0.5
-    with within("VIEW_3D"):
-        assert bpy.ops.sunder.make_shareable("INVOKE_DEFAULT") == {"FINISHED"}
-    assert not window().screen.is_animation_playing and thing.sunder.preview == "PIECES"
-    path = addon("share").found(tree())
-    assert path and os.path.dirname(path) == FOLDER, path
+    scenes = len(bpy.data.scenes)
+    for is_stopped in (True, False):
+        with within("VIEW_3D"):
+            assert bpy.ops.sunder.make_shareable("INVOKE_DEFAULT", kind="MESHES") == {"RUNNING_MODAL"}
+        yield 0.1
+        assert len(bpy.data.scenes) > scenes
+        deadline = time.monotonic() + 120
+        while len(bpy.data.scenes) > scenes:
+            assert time.monotonic() < deadline, "it goes on sharing"
+            if is_stopped:
+                key("Escape")
+            yield 0.5
+        assert not window().screen.is_animation_playing and thing.sunder.preview == "PIECES"
+        path = addon("share").found(tree())
+        assert path is None if is_stopped else os.path.dirname(path) == FOLDER, path
     yield 1.0
     shot("9-shared")
     with within("VIEW_3D"):

@@ -7,6 +7,7 @@ import contextlib
 import math
 import os
 import shutil
+import time
 
 import bpy
 from bpy.props import EnumProperty
@@ -18,6 +19,7 @@ from . import (
 _MADE = ("scenes", "collections", "objects", "meshes", "materials", "node_groups", "cache_files", "actions")
 _PART = ".part"  # before the ending of what is not whole yet
 _SHARE_OF_BAKE = {True: 1.5, False: 4}  # of the bake's meshes: at most what a cache, and what meshes in a .blend, take
+_TURN = 0.3  # s between looks at keys and at the window
 _LAST_BLOCK = 64  # bytes at the end of a .blend that hold the block by which it ends
 KINDS = [
     ("AUTO", "As This Blender Can", "A cache where it was built with Alembic, meshes where not"),
@@ -211,7 +213,8 @@ def _progress(manager, tree):
 
 class SUNDER_OT_make_shareable(operators._OnTree, bpy.types.Operator):
     """Write the baked shot as files that play where Sunder is off or not installed: a .blend beside this one, whose
-    collection is linked or appended anywhere, and the Alembic cache that it reads"""
+    collection is linked or appended anywhere, and the Alembic cache that it reads. Escape stops it between frames, but not
+    while Blender writes the cache"""
 
     bl_idname = "sunder.make_shareable"
     bl_label = "Share Without Sunder"
@@ -255,6 +258,46 @@ class SUNDER_OT_make_shareable(operators._OnTree, bpy.types.Operator):
                 next(steps)
             except StopIteration as end:
                 return end.value
+
+    @operators.told
+    def invoke(self, context, event):
+        if context.window is None or _is_cached(self.kind):
+            return self.execute(context)
+        manager = context.window_manager
+        self._going, self._timer = self._steps(context), manager.event_timer_add(0.01, window=context.window)
+        manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def _leave(self, context):
+        self._going.close()
+        context.window_manager.event_timer_remove(self._timer)
+        context.workspace.status_text_set(None)
+
+    @operators.told
+    def modal(self, context, event):
+        """Keeps all events to itself: what is shared is not to change meanwhile."""
+        if event.type == "ESC":
+            self._leave(context)
+            self.report({"INFO"}, "Sunder: stopped; nothing was written")
+            return {"CANCELLED"}
+        if event.type != "TIMER":
+            return {"RUNNING_MODAL"}
+        pause = time.monotonic() + _TURN
+        try:
+            while time.monotonic() < pause:
+                frame = next(self._going)
+            context.workspace.status_text_set(f"Share Without Sunder: frame {frame}   Esc: stop")
+            return {"RUNNING_MODAL"}
+        except StopIteration as end:
+            outcome = end.value
+        except BaseException:
+            self._leave(context)
+            raise
+        self._leave(context)
+        return outcome
+
+    def cancel(self, context):
+        self._leave(context)
 
 
 class SUNDER_OT_use_shared(operators._OnTree, bpy.types.Operator):
