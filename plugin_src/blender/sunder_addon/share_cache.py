@@ -10,7 +10,9 @@ import re
 import bpy
 import numpy as np
 
-from . import blender_versions, core, looks, parts, player, rest_coordinates, result_mesh, results, share_materials, share_motion
+from . import (
+    blender_versions, core, looks, parts, player, rest_coordinates, result_mesh, results, share_materials, share_motion,
+)
 
 _SLOT = "sunder_slot_"
 _BYTES = "BYTE_COLOR"
