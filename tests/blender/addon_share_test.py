@@ -119,7 +119,9 @@ class Click(ShareCase):
     def test_this_file_stays_as_it_is(self):
         self.scene.frame_set(4)
         thing = bpy.data.objects["Block fractured"]
-        thing.sunder.preview = "PIECES"
+        thing.sunder.preview, thing.hide_select = "PIECES", True
+        bpy.data.objects.new("Block fractured shared", None)  # a name that is made, too
+        bpy.data.meshes.new("Block fractured shared 0001")
         before, shown = self.things(), positions(thing)
         selected = [o.name for o in bpy.context.selected_objects]
         for kind in ("AUTO", "MESHES", "AUTO"):

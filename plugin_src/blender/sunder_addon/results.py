@@ -155,7 +155,6 @@ def player_of(thing, name, mesh):
     """A copy that plays what a result plays, into `mesh`; its materials are the mesh's."""
     made = twin(thing, name, mesh)
     made.sunder.tree, made.sunder.node = thing.sunder.tree, thing.sunder.node
-    made.hide_render = made.hide_viewport = False
     for slot in made.material_slots:
         slot.link = "DATA"
     rest_coordinates.prepare(made)

@@ -71,16 +71,19 @@ def has_bake(tree):
 
 @contextlib.contextmanager
 def _left_as_it_was():
-    """What is made meanwhile is gone afterwards."""
-    before = {kind: set(getattr(bpy.data, kind)) for kind in _MADE}
+    """What is made meanwhile is gone afterwards; what 3.4 renamed for it has its name again."""
+    before = {kind: {thing: thing.name for thing in getattr(bpy.data, kind)} for kind in _MADE}
     try:
         yield
     finally:
-        made = [thing for kind in _MADE for thing in set(getattr(bpy.data, kind)) - before[kind]]
+        made = [thing for kind in _MADE for thing in set(getattr(bpy.data, kind)) - before[kind].keys()]
         for thing in made:
             if isinstance(thing, bpy.types.Mesh):
                 thing.texco_mesh = None  # a use that Blender counts and does not take back
         bpy.data.batch_remove(made)
+        for thing, name in (pair for things in before.values() for pair in things.items()):
+            if thing.name != name:
+                thing.name = name
         runtime.face_stamps.clear()  # of meshes that are gone, under names that others may get
 
 

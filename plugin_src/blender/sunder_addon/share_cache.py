@@ -44,7 +44,7 @@ class _Piece:
                 self.copy.sunder.part = part
         else:
             self.copy = results.twin(thing, name)
-            self.copy.hide_viewport = self.copy.hide_render = False
+        self.copy.hide_viewport = self.copy.hide_render = self.copy.hide_select = False  # what is written is selected
         motion.key_place(self.copy)
         motion.key_values(self.copy, chosen=share_motion.of_modifiers)
         stage.collection.objects.link(self.copy)
