@@ -24,6 +24,8 @@ struct Pick {
         for (size_t k = first; k < last; ++k) to[k] = from[which[k]];
     }
 };
+template <class T>
+Pick(const std::vector<T>&, std::vector<T>&) -> Pick<T>;  // clang 16 does not see it by itself
 
 template <class... T>
 void pick(std::span<const uint32_t> which, const WorkerPool& workers, const Pick<T>&... picks) {

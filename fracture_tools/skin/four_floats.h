@@ -9,10 +9,9 @@ typedef float FourFloats __attribute__((vector_size(16), may_alias));
 
 /// Of the first three, in all four lanes.
 inline __attribute__((always_inline)) FourFloats length_of(const FourFloats& v) {
-    typedef int Order __attribute__((vector_size(16)));
     const FourFloats s = v * v;
-    const FourFloats squared = __builtin_shuffle(s, Order{0, 0, 0, 0}) + __builtin_shuffle(s, Order{1, 1, 1, 1}) +
-                               __builtin_shuffle(s, Order{2, 2, 2, 2});
+    const FourFloats squared = __builtin_shufflevector(s, s, 0, 0, 0, 0) + __builtin_shufflevector(s, s, 1, 1, 1, 1) +
+                               __builtin_shufflevector(s, s, 2, 2, 2, 2);
     FourFloats length = {};
     for (int i = 0; i < 4; ++i) length[i] = std::sqrt(squared[i]);
     return length;

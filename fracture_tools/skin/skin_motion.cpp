@@ -12,7 +12,6 @@ bool equal(const Affine& a, const Affine& b) { return a.linear == b.linear && a.
 
 typedef double Lanes __attribute__((vector_size(32), may_alias));
 typedef float FloatLanes __attribute__((vector_size(16), may_alias));
-typedef int64_t Order __attribute__((vector_size(32)));
 
 struct Blend {
     Lanes column[4];
@@ -37,11 +36,10 @@ inline __attribute__((always_inline)) Vec3 apply(const Blend& b, const Vec3& x) 
 
 // Columns of the cofactor matrix are cross products of the columns.
 inline __attribute__((always_inline)) void cofactor_of(const Blend& b, NormalMap& out) {
-    constexpr Order yzx = {1, 2, 0, 3}, zxy = {2, 0, 1, 3};
     for (int k = 0; k < 3; ++k) {
         const Lanes &u = b.column[(k + 1) % 3], &v = b.column[(k + 2) % 3];
-        const Lanes cross = __builtin_shuffle(u, yzx) * __builtin_shuffle(v, zxy) -
-                            __builtin_shuffle(u, zxy) * __builtin_shuffle(v, yzx);
+        const Lanes cross = __builtin_shufflevector(u, u, 1, 2, 0, 3) * __builtin_shufflevector(v, v, 2, 0, 1, 3) -
+                            __builtin_shufflevector(u, u, 2, 0, 1, 3) * __builtin_shufflevector(v, v, 1, 2, 0, 3);
         *reinterpret_cast<FloatLanes*>(out.column[k]) = __builtin_convertvector(cross, FloatLanes);
     }
 }

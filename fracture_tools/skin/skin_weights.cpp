@@ -11,7 +11,6 @@ namespace sunder {
 namespace {
 
 typedef double Lanes __attribute__((vector_size(32), may_alias, aligned(8)));
-typedef int64_t Order __attribute__((vector_size(32)));
 typedef int32_t Parts __attribute__((vector_size(16), may_alias, aligned(4)));
 typedef float Weights __attribute__((vector_size(16)));
 typedef int32_t Pairs __attribute__((vector_size(32)));
@@ -41,6 +40,18 @@ inline __attribute__((always_inline)) uint32_t bits_of(const Parts& some) {
 #endif
 }
 
+// The pairs that have a weight, one behind the other.
+inline __attribute__((always_inline)) void pack(const Pairs& pairs, uint32_t some, SkinInfluence* out) {
+    const Pairs& from = reinterpret_cast<const Pairs&>(kPacking.from[some]);
+#if defined(__clang__)  // has no shuffle by an order that the program tells
+    Pairs packed{};
+    for (int k = 0; k < 8; ++k) packed[k] = pairs[from[k]];
+#else
+    const Pairs packed = __builtin_shuffle(pairs, from);
+#endif
+    std::memcpy(out, &packed, sizeof packed);
+}
+
 // Of n blocks of candidates; `number` and `part` are working memory of as many.
 inline __attribute__((always_inline)) size_t weigh_blocks(const ParticlePlace* place, const uint32_t* particle,
                                                           uint32_t n_blocks, const Vec3& x, Lanes* number, Parts* part,
@@ -53,14 +64,14 @@ inline __attribute__((always_inline)) size_t weigh_blocks(const ParticlePlace* p
     for (uint32_t k = 0; k < n_blocks; ++k) {
         const uint32_t i = kWeighed * k;
         const Lanes a = at(i), b = at(i + 1), c = at(i + 2), d = at(i + 3);
-        const Lanes ab_xz = __builtin_shuffle(a, b, Order{0, 4, 2, 6}),
-                    ab_yr = __builtin_shuffle(a, b, Order{1, 5, 3, 7});
-        const Lanes cd_xz = __builtin_shuffle(c, d, Order{0, 4, 2, 6}),
-                    cd_yr = __builtin_shuffle(c, d, Order{1, 5, 3, 7});
-        const Lanes dx = __builtin_shuffle(ab_xz, cd_xz, Order{0, 1, 4, 5}) - x0;
-        const Lanes dy = __builtin_shuffle(ab_yr, cd_yr, Order{0, 1, 4, 5}) - x1;
-        const Lanes dz = __builtin_shuffle(ab_xz, cd_xz, Order{2, 3, 6, 7}) - x2;
-        const Lanes t = (dx * dx + dy * dy + dz * dz) * __builtin_shuffle(ab_yr, cd_yr, Order{2, 3, 6, 7});
+        const Lanes ab_xz = __builtin_shufflevector(a, b, 0, 4, 2, 6),
+                    ab_yr = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+        const Lanes cd_xz = __builtin_shufflevector(c, d, 0, 4, 2, 6),
+                    cd_yr = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+        const Lanes dx = __builtin_shufflevector(ab_xz, cd_xz, 0, 1, 4, 5) - x0;
+        const Lanes dy = __builtin_shufflevector(ab_yr, cd_yr, 0, 1, 4, 5) - x1;
+        const Lanes dz = __builtin_shufflevector(ab_xz, cd_xz, 2, 3, 6, 7) - x2;
+        const Lanes t = (dx * dx + dy * dy + dz * dz) * __builtin_shufflevector(ab_yr, cd_yr, 2, 3, 6, 7);
         number[k] = t;
         closest = t < closest ? t : closest;
     }
@@ -87,10 +98,10 @@ inline __attribute__((always_inline)) size_t weigh_blocks(const ParticlePlace* p
         most = more ? parts : most, most_at = more ? index : most_at;
     }
     // The first of the largest has what rounding left. In all lanes:
-    const Parts other = {1, 0, 3, 2}, opposite = {2, 3, 0, 1}, nobody = Parts{} + std::numeric_limits<int32_t>::max();
+    const Parts nobody = Parts{} + std::numeric_limits<int32_t>::max();
     const auto over_lanes = [&](Parts p, const auto& of_both) {
-        p = of_both(p, Parts(__builtin_shuffle(p, opposite)));
-        return of_both(p, Parts(__builtin_shuffle(p, other)));
+        p = of_both(p, Parts(__builtin_shufflevector(p, p, 2, 3, 0, 1)));
+        return of_both(p, Parts(__builtin_shufflevector(p, p, 1, 0, 3, 2)));
     };
     const auto lower = [](const Parts& p, const Parts& q) { return p < q ? p : q; };
     const Parts most_of_all = over_lanes(most, [](const Parts& p, const Parts& q) { return p > q ? p : q; });
@@ -108,8 +119,7 @@ inline __attribute__((always_inline)) size_t weigh_blocks(const ParticlePlace* p
         const Parts which = reinterpret_cast<const Parts&>(particle[kWeighed * k]);
         const Pairs pairs = __builtin_shufflevector(which, weight, 0, 4, 1, 5, 2, 6, 3, 7);
         const uint32_t some = bits_of(parts != 0);
-        const Pairs packed = __builtin_shuffle(pairs, reinterpret_cast<const Pairs&>(kPacking.from[some]));
-        std::memcpy(out + kept, &packed, sizeof packed);
+        pack(pairs, some, out + kept);
         kept += kPacking.count[some];
     }
     return kept;

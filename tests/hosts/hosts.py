@@ -10,6 +10,7 @@ by root alone.
 import fcntl
 import json
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -193,6 +194,23 @@ OLD_DEBIAN = Host("bullseye", "Debian 11, Python alone", root="bullseye", packag
 BLENDER_ALONE = Host("alone", "Debian 13's Blender and nothing else", root="trixie", packages=["blender", "python3-numpy"],
                      at="trixie-blender")
 PACKAGE_ROOTS = {host.root: host for host in (OLD_DEBIAN, HOSTS["4.3"], HOSTS["sid"])}
+
+
+def _source_root(name, sentence, root, compilers=("gcc", "g++")):
+    """A host with what a newcomer's build installs, and what the tests of parts ask for beside."""
+    listed, = re.findall(r"^build_packages=\((.*?)\)", (REPOSITORY / "sunder").read_text(), re.S | re.M)
+    packages = [*listed.split(), *([] if "gcc" in compilers else compilers[:1]), "libcgal-demo", "dpkg-dev", "file"]
+    host = Host(name, sentence, root=root, packages=packages, at=f"{root}-build")
+    host.compilers = compilers  # of C and C++
+    return host
+
+
+# What Sunder is built in from its sources; the last has the earliest clang that does.
+SOURCE_ROOTS = {host.name: host for host in [
+    _source_root("source-13", "Debian 13, g++ 14", "trixie"),
+    _source_root("source-sid", "Debian sid, g++ 16", "sid"),
+    _source_root("source-clang", "Debian 12, clang 16", "bookworm", ("clang-16", "clang++-16")),
+]}
 
 
 def main(arguments):

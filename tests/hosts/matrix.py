@@ -18,6 +18,7 @@ import xml.etree.ElementTree as xml
 from pathlib import Path
 
 import hosts
+import source_builds
 
 REPOSITORY = hosts.REPOSITORY
 BUILD = REPOSITORY / "build"
@@ -43,11 +44,12 @@ class Result:
         self.passed, self.failed, self.versions, self.not_run = passed, list(failed), versions, not_run
 
 
-def _ctest(arguments, environment, name):
-    """Runs tests by ctest; what it tells of each in its report of JUnit's form."""
+def _ctest(arguments, environment, name, folder=BUILD, within=()):
+    """Runs a build folder's tests by ctest; what it tells of each in its report of JUnit's form. within: words that run others
+    where the folder was built."""
     report = KEPT / f"{name}.xml"
     report.unlink(missing_ok=True)
-    subprocess.run(["ctest", "--test-dir", str(BUILD), "--output-on-failure", "--no-tests=error", "--timeout", "600", "-j",
+    subprocess.run([*within, "ctest", "--test-dir", str(folder), "--output-on-failure", "--no-tests=error", "--timeout", "600", "-j",
                     str(os.cpu_count()), "--output-junit", str(report), *arguments], env={**os.environ, **environment},
                    stdin=subprocess.DEVNULL)
     if not report.exists():
@@ -112,10 +114,27 @@ def _in_host(host, arguments, name):
     return result
 
 
+def _from_source(host):
+    """Built whole in a root of another Debian, a warning being an error; the tests of its parts and of installing run there."""
+    try:
+        host.prepare_root()
+        build = source_builds.SourceBuild(host, BUILD / host.name)
+        build.make()
+    except hosts.Unavailable as error:
+        return Result(not_run=str(error))
+    except source_builds.Failed as error:
+        return Result(failed=[str(error)])
+    results = [_ctest(arguments, {}, f"{host.name}_{folder}", BUILD / host.name / "tests" / folder, build.within())
+               for folder, arguments in source_builds.TESTED.items()]
+    return Result(sum(r.passed for r in results), sum((r.failed for r in results), []), build.versions())
+
+
 def parts():
     made = [Part("suite", "all that `./sunder test` runs on this system",
                  lambda: _ctest([], {}, "suite")),
             Part("package", "the portable package (`./sunder package`): here, and in roots of Debian 11, 13 and sid", _package)]
+    for host in hosts.SOURCE_ROOTS.values():
+        made.append(Part(host.name, f"built from source and tested in its parts: {host.sentence}", lambda host=host: _from_source(host)))
     for host in hosts.HOSTS.values():
         name = f"blender-{host.name}"
         made.append(Part(name, f"the add-on without a window: {host.sentence}",

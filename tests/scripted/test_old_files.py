@@ -69,3 +69,21 @@ def test_a_cut_of_another_version_is_made_anew(old):
     assert len(mesh.triangles) > 12
     new = [path for path in (shot / "cuts").glob("*.cut") if path.read_bytes() != was]
     assert len(new) == 1 and new[0].read_bytes().startswith(f"sunder cut 2, sunder {sunder.version()}".encode())
+
+
+def test_a_cut_folder_is_described_and_its_pieces_are_solids(old):
+    told = run("info", old / "cut")
+    assert told.returncode == 0 and "fragments      4" in told.stdout, told.stderr
+    pieces = sorted((old / "cut/pieces").iterdir())
+    assert len(pieces) == 4
+    for piece in pieces:
+        assert "no faults" in run("fracture", "--check", piece).stdout, piece
+
+
+def test_cutting_anew_replaces_a_cut_folder(old):
+    mesh, = (old / "shot").rglob("mesh_file-*.ply")
+    done = run("fracture", mesh, "-o", old / "cut", "--pieces", 3)
+    assert done.returncode == 0, done.stderr
+    listing = json.loads((old / "cut/fragments.json").read_text())
+    assert listing["sunder"] == sunder.version() and len(listing["fragments"]) == 3
+    assert len(list((old / "cut/pieces").iterdir())) == 3

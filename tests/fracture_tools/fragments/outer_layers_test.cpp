@@ -174,7 +174,9 @@ TEST(OuterLayers, pieces_carry_them_and_break_surfaces_have_what_is_documented) 
                 const Vec2f& of_cut = piece.corner_uvs[3 * t + c];
                 EXPECT_EQ(std::pair(uvs.row(3 * t + c)[0], uvs.row(3 * t + c)[1]), std::pair(of_cut.x(), of_cut.y()));
             }
-            if (is_break) EXPECT_EQ(*tint.row(t), 1.0f);
+            if (is_break) {
+                EXPECT_EQ(*tint.row(t), 1.0f);
+            }
         }
         for (uint32_t v = 0; v < piece.positions.size(); ++v) {
             EXPECT_NEAR(heat.row(v)[0], is_outer[v] ? field(piece.positions[v]) : 0, kRounding);
