@@ -174,7 +174,7 @@ void AwakeScene::take_particles(const SimulationMesh& rest, const WorkerPool& wo
          Pick{rest.radii, m.radii}, Pick{rest.volume, m.volume}, Pick{rest.mass, m.mass}, Pick{rest.body, m.body},
          Pick{rest.fragment, m.fragment}, Pick{rest.yield_factor, m.yield_factor},
          Pick{rest.toughness_factor, m.toughness_factor}, Pick{rest.group_uneven, m.group_uneven},
-         Pick{rest.group_trace, m.group_trace});
+         Pick{rest.group_trace, m.group_trace}, Pick{rest.thin, m.thin});
     m.hull_offset.clear();
     if (rest.hull_offset.empty()) return;
     m.hull_offset.push_back(0);
@@ -261,6 +261,10 @@ void AwakeScene::gather(const FrameState& s, const WorkerPool& workers) {
          Pick{s.velocity, state_.velocity}, Pick{s.angular_velocity, state_.angular_velocity},
          Pick{s.plastic_deformation, state_.plastic_deformation}, Pick{s.yield, state_.yield},
          Pick{s.strain, state_.strain}, Pick{s.group_rotation, state_.group_rotation});
+    state_.plastic_curvature.clear(), state_.layer_strain.clear();
+    if (!s.plastic_curvature.empty())
+        pick(particle_, workers, Pick{s.plastic_curvature, state_.plastic_curvature},
+             Pick{s.layer_strain, state_.layer_strain});
     pick(edge_, workers, Pick{s.edge_intact, state_.edge_intact});
     state_.edge_intact.resize(scene_.rest.n_edges(), 0);  // the broken one of take_rings
     pick(rigid_body_, workers, Pick{s.rigid_bodies, state_.rigid_bodies});
@@ -284,6 +288,8 @@ void AwakeScene::leave(const WorkerPool& workers, FrameState& io_state) {
             s.position[i] = state_.position[k], s.orientation[i] = state_.orientation[k];
             s.velocity[i] = state_.velocity[k], s.angular_velocity[i] = state_.angular_velocity[k];
             s.plastic_deformation[i] = state_.plastic_deformation[k];
+            if (!s.plastic_curvature.empty())
+                s.plastic_curvature[i] = state_.plastic_curvature[k], s.layer_strain[i] = state_.layer_strain[k];
             s.yield[i] = state_.yield[k], s.strain[i] = state_.strain[k];
             s.group_rotation[i] = state_.group_rotation[k];
         }

@@ -173,7 +173,9 @@ std::vector<uint32_t> rested(const Scene& scene, const FrameInput& input, const 
 
 // Whether it hardly moved in a frame.
 bool is_still(const Scene& scene, const FrameInput& input, const FrameState& before, const FrameState& s, uint32_t i) {
-    const bool flows = i < s.n_particles() && s.plastic_deformation[i] != before.plastic_deformation[i];
+    const bool flows = i < s.n_particles() && (s.plastic_deformation[i] != before.plastic_deformation[i] ||
+                                             (!s.plastic_curvature.empty() &&
+                                              s.plastic_curvature[i] != before.plastic_curvature[i]));
     const double most = input.duration * still_speed(size_of(scene, i), acceleration_of(input), flows);
     if (!((position_of(s, i) - position_of(before, i)).norm() <= most)) return false;
     // Twice the sine of half the angle: the angle, where that is small.

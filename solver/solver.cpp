@@ -1,3 +1,4 @@
+#include "solver/matching/thin_groups.h"
 #include "solver/solver.h"
 
 #include <algorithm>
@@ -157,6 +158,7 @@ Result<std::unique_ptr<Solver>> Solver::create(Scene scene, std::shared_ptr<cons
     trim(scene.rest);
     build_one_rings(scene.rest);
     scene.rest.group_trace = rest_traces(scene.rest);
+    scene.rest.thin = thin_groups(scene.rest);
     std::unique_ptr<Solver> solver(new Solver());
     solver->impl_ = std::make_unique<Impl>(std::move(scene), std::move(workers));
     if (solver->impl_->workers->threads() > 1) solver->impl_->trial.emplace();
@@ -189,6 +191,7 @@ FrameState Solver::initial_state(const std::vector<Material>& materials) const {
             s.yield[i] = yield_strain(rest, i, materials[rest.body[i]]);
         }
     }
+    if (bends(rest, materials)) s.plastic_curvature.assign(n, Mat3::Zero()), s.layer_strain.assign(n, LayerStrain());
     s.still_time.assign(n + scene.rigid_bodies.size(), 0.0);
     s.asleep.assign(s.still_time.size(), 0);
     s.rest_load.assign(s.still_time.size(), 0.0);
@@ -240,6 +243,10 @@ Status Solver::check_state(const FrameState& s) const {
         if (c.a >= n_movables ||
             (c.b & Contact::kStatic ? (c.b & ~Contact::kStatic) >= impl_->scene.colliders.size() : c.b >= n_movables))
             return bad_input("state", "has a contact of what is not in the scene");
+    if (s.plastic_curvature.size() != s.layer_strain.size() ||
+        (!s.plastic_curvature.empty() && s.plastic_curvature.size() != n))
+        return bad_input("state", "has plastic curvatures of " + std::to_string(s.plastic_curvature.size()) +
+                                      " particles, the scene has " + std::to_string(n));
     const WorkerPool& workers = *impl_->workers;
     if (Status ok = all_finite("position", s.position, workers); !ok) return ok;
     if (Status ok = all_finite("velocity", s.velocity, workers); !ok) return ok;

@@ -7,6 +7,7 @@
 #include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/matching/gauss_seidel.h"
+#include "solver/matching/thin_groups.h"
 #include "solver/piece_motion.h"
 #include "solver/scene/ring_check.h"
 #include "solver/substep.h"
@@ -91,7 +92,8 @@ void Substep::match_shapes(int sweep) {
             work.moving[g].x_inertial += work.brace[g] * fall_of(g);  // braces hold where it was
         }
     });
-    const SweepInput in{rest(), work.live, work.shapes, work.stiffness, work.unmoved, work.span, work.brace};
+    const SweepInput in{rest(),      work.live, work.shapes, work.stiffness, work.unmoved,
+                        work.span, work.brace, bending()};
     if (is_newton) {
         work.newton.apply(sweep == 0, in, context.workers, work.goals, work.moving);
         if (starts)
@@ -109,6 +111,14 @@ void Substep::match_shapes(int sweep) {
     for_piece_ranges(work.live, kParticleGrain, context.workers, [&](size_t first, size_t last) {
         restore_linear_momentum(rest(), work.live, work.piece_unmoved, first, last, work.moving);
     });
+}
+
+// The rest shapes of thin groups as they stand; null: there are none.
+const BendingShapes* Substep::bending() {
+    if (work.thin.empty()) return nullptr;
+    work.bending.update(rest(), work.live, work.shapes, work.stiffness,
+                        {work.thin, work.pinned, state.plastic_deformation, state.plastic_curvature}, context.workers);
+    return &work.bending;
 }
 
 // Where numbers are not finite, nor is their sum.
@@ -177,6 +187,9 @@ void take_up_frame(const StepContext& context, const FrameState& state, Workspac
             w.goals[g].rotation = state.group_rotation[g];
         }
     });
+    const bool is_projective = context.settings.method == Method::projective;
+    w.thin.assign(is_projective && bends(rest, context.input.materials) ? n : 0, 0);
+    for (size_t g = 0; g < w.thin.size(); ++g) w.thin[g] = bends(rest, context.input.materials, g);
 }
 
 bool is_in_line(const FrameState& state, size_t n_movables, const WorkerPool& workers, const Workspace& w) {

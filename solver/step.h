@@ -6,6 +6,7 @@
 
 #include "solver/contacts/contact_round.h"
 #include "solver/contacts/scene_contacts.h"
+#include "solver/matching/bending_shape.h"
 #include "solver/matching/jacobi_sweep.h"
 #include "solver/matching/newton_step.h"
 #include "solver/material/fracture.h"
@@ -79,6 +80,9 @@ struct Workspace {
     std::vector<PieceMotion> piece_motion;    // zero between rounds (as pieces)
     std::vector<PieceVelocity> piece_change;  // what settling contacts gave them (as pieces)
     std::vector<Sym3> inertia;                // of particles, world (n_particles)
+    std::vector<uint8_t> thin;                // groups that bend by their curvature (n_particles), or empty: none do
+    std::vector<uint8_t> pinned;              // held by a pin (n_particles)
+    BendingShapes bending;                    // of `thin`
     std::vector<GroupStiffness> stiffness;    // (n_particles)
     std::vector<GroupGoal> goals;             // (n_particles)
     NewtonStep newton;

@@ -132,6 +132,7 @@ struct Substep {
         std::array<uint32_t, 4> index;
         std::array<FlowingGroup, 4> group;
     };
+    Found flow_bent(uint32_t group, double seconds);
     bool add_if_it_gives_way(uint32_t group, const PrincipalStretch& principal, GivingWay& io_groups) const;
     Found give_way(GivingWay& io_groups, double seconds, const StretchKernels& kernels);
     bool break_edges(Found found, double leading);
@@ -149,6 +150,7 @@ struct Substep {
 
     // step.cpp
     void correct();
+    const BendingShapes* bending();
     void match_shapes(int sweep);  // of those of `correct`
     void leave_out_what_is_matched(int steps);
     int newton_steps(uint32_t island) const {

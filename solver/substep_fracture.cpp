@@ -1,4 +1,5 @@
 // Plastic flow and fracture of a substep.
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -6,6 +7,7 @@
 #include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/matching/groups_by_size.h"
+#include "solver/material/bending_flow.h"
 #include "solver/material/group_stretch.h"
 #include "solver/material/plasticity.h"
 #include "solver/scene/ring_check.h"
@@ -53,7 +55,12 @@ Substep::Found Substep::flow_and_measure(double seconds) {
         for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
             work.strains[g].load = 0;
             if (work.kept[g]) continue;
-            if (work.live.count(g) == 1)
+            const bool is_thin = !work.thin.empty() && work.thin[g];
+            if (is_thin && work.bending.pulls(g)) {
+                const Found found = flow_bent(g, seconds);
+                if (found.changed) changed = true;
+                if (found.overloaded) overloaded = true;
+            } else if (work.live.count(g) == 1 || is_thin)
                 state.strain[g] = 0;
             else if (measure || strain_limit(g) < kNever)
                 waiting.add(g, work.live.count(g), four);
@@ -107,6 +114,40 @@ Substep::Found Substep::give_way(GivingWay& io_groups, double seconds, const Str
             work.flowed[g] = 1;
         }
         found.changed |= result.flowed, found.overloaded |= work.strains[g].load > 1;
+    }
+    return found;
+}
+
+// A thin group, by the strain at its faces.
+Substep::Found Substep::flow_bent(uint32_t g, double seconds) {
+    std::vector<BentMember> members(work.live.count(g));
+    const BendingShape& shape = work.bending.shape(g);
+    const BentGroup group = bend(work.bending, work.live, work.moving, g, members);
+    work.goals[g].rotation = Quat(Mat3(group.axes * group.R * shape.axes.transpose())).normalized();
+    if (!measure && strain_limit(g) == kNever) return {};
+    const Material own = material_of(rest(), g, material(g));
+    BendingPlasticity plastic = {state.plastic_deformation[g], state.plastic_curvature[g], state.layer_strain[g],
+                                 state.yield[g]};
+    Found found;
+    const auto faces = flow_bending(shape, group, own, seconds, plastic, found.changed);
+    state.strain[g] = 0;
+    for (const FaceStrain& face : faces) {
+        const Eigen::SelfAdjointEigenSolver<Mat3> principal(face.strain);
+        const Vec3 strain = principal.eigenvalues();
+        const Mat3 directions = shape.axes * principal.eigenvectors();
+        state.strain[g] = std::max(state.strain[g], strain.cwiseAbs().maxCoeff());
+        const Quat& R = work.goals[g].rotation;
+        const GroupStrain load = rest().group_uneven[g] != 0
+                                     ? uneven_group_strain(strain, directions, R, own,
+                                                           {rest(), work.live, work.shapes, work.moving}, g)
+                                     : group_strain(strain, directions, R, own);
+        if (load.load > work.strains[g].load) work.strains[g] = load;
+    }
+    found.overloaded = work.strains[g].load > 1;
+    if (found.changed) {
+        work.flowed[g] = plastic.F_P != state.plastic_deformation[g];
+        state.plastic_deformation[g] = plastic.F_P, state.plastic_curvature[g] = plastic.K_P;
+        state.layer_strain[g] = plastic.remainder, state.yield[g] = plastic.yield;
     }
     return found;
 }

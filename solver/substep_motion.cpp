@@ -46,6 +46,8 @@ void Substep::load() {
 void Substep::hold() {
     std::fill(work.held.begin(), work.held.end(), uint8_t{0});
     hold_pins(Pinned::at_the_end);
+    const auto particles = std::span(work.held).first(n_particles());
+    if (!work.thin.empty()) work.pinned.assign(particles.begin(), particles.end());
     fix_sleepers();
     mark_held_pieces();
     work.unmoved.resize(n_particles());

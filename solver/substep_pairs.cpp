@@ -220,8 +220,8 @@ void Substep::damp_vibrations() {
             turn[j] = work.angular_velocity[j] - spin;
         }
     });
-    work.newton.damp({rest(), work.live, work.shapes, work.stiffness, work.held, span}, context.workers, work.goals,
-                     work.moving, shift, turn);
+    work.newton.damp({rest(), work.live, work.shapes, work.stiffness, work.held, span, {}, bending()},
+                     context.workers, work.goals, work.moving, shift, turn);
     // The solve ends early, and what it leaves undone may be momentum.
     for_pieces([&](size_t piece) {
         const auto particles = work.live.piece_particles(piece);

@@ -1,5 +1,6 @@
 #include "nodes/files/state_file.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 
@@ -18,13 +19,16 @@ std::vector<PlyProperty> operator+(std::vector<PlyProperty> a, const std::vector
     return a;
 }
 
+constexpr size_t kBendingDoubles = 9 + std::tuple_size_v<LayerStrain>;
 constexpr size_t kElementsOfVersion1 = 7;  // without what sleeps
+
+bool knows_rest(std::string_view version) { return version == kStateFileMagic || version == kBendingStateFileMagic; }
 
 // The elements in file order; counts are filled in by the writer and taken over from a file by the reader.
 std::vector<PlyElement> layout(std::string_view version = kStateFileMagic) {
     const auto doubles = [](std::string_view names) { return ply_scalars(names, PlyType::float64); };
     const auto ints = [](std::string_view names) { return ply_scalars(names, PlyType::int32); };
-    const bool is_latest = version == kStateFileMagic;
+    const bool is_latest = knows_rest(version);
     const auto contact = doubles(is_latest ? "px py pz force fx fy fz tx ty tz" : "px py pz force fx fy fz");
     std::vector<PlyElement> elements = {
         {"particle", 0, doubles(kPlacement) + doubles(kPlastic) + doubles("yield strain") + ints("body fragment")},
@@ -37,6 +41,11 @@ std::vector<PlyElement> layout(std::string_view version = kStateFileMagic) {
         {"rest", 0, doubles(is_latest ? "still_time load" : "still_time") + ply_scalars("asleep", PlyType::uint8)},
         {"rest_condition", 0, ints("low high")}};
     if (version == kStateFileMagic1) elements.resize(kElementsOfVersion1);
+    if (version == kBendingStateFileMagic) {
+        std::string names = "kp00 kp01 kp02 kp10 kp11 kp12 kp20 kp21 kp22";
+        for (size_t i = 0; i < std::tuple_size_v<LayerStrain>; ++i) names += " layer" + std::to_string(i);
+        elements.push_back({"bending", 0, doubles(names)});
+    }
     return elements;
 }
 
@@ -72,7 +81,8 @@ public:
     Result<StateFile> decode() {
         for (Status (Decoder::*read)() : {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles,
                                           &Decoder::read_edges, &Decoder::read_groups, &Decoder::read_rigid_bodies,
-                                          &Decoder::read_broken, &Decoder::read_contacts, &Decoder::read_rest})
+                                          &Decoder::read_broken, &Decoder::read_contacts, &Decoder::read_rest,
+                                          &Decoder::read_bending})
             if (Status s = (this->*read)(); !s) return s.error();
         return std::move(out_);
     }
@@ -195,7 +205,7 @@ private:
     Status read_contacts() {
         const PlyElement& e = (*elements_)[5];
         out_.state.contacts.resize(e.count);
-        const int n = version_ == kStateFileMagic ? 10 : 7;
+        const int n = knows_rest(version_) ? 10 : 7;
         double v[10] = {};
         for (size_t i = 0; i < e.count; ++i) {
             ContactMemory& c = out_.state.contacts[i];
@@ -211,7 +221,7 @@ private:
     }
 
     Status read_rest() {
-        if (version_ != kStateFileMagic) return {};  // all is awake
+        if (!knows_rest(version_)) return {};  // all is awake
         const PlyElement &rest = (*elements_)[7], &condition = (*elements_)[8];
         FrameState& s = out_.state;
         if (rest.count != 0 && rest.count != s.n_particles() + s.rigid_bodies.size())
@@ -233,6 +243,23 @@ private:
         return {};
     }
 
+    Status read_bending() {
+        if (version_ != kBendingStateFileMagic) return {};
+        const PlyElement& e = elements_->back();
+        FrameState& s = out_.state;
+        if (e.count != s.n_particles())
+            return fault("tells how " + std::to_string(e.count) + " particles are bent, of " +
+                         std::to_string(s.n_particles()));
+        s.plastic_curvature.resize(e.count), s.layer_strain.resize(e.count);
+        double v[kBendingDoubles];
+        for (size_t i = 0; i < e.count; ++i) {
+            if (const int bad = load(row(e, i), v, kBendingDoubles); bad >= 0) return not_finite(e, i, bad);
+            for (int k = 0; k < 9; ++k) s.plastic_curvature[i](k / 3, k % 3) = v[k];
+            std::copy(v + 9, v + kBendingDoubles, s.layer_strain[i].begin());
+        }
+        return {};
+    }
+
     const PlyFile& file_;
     const std::string_view version_;
     const std::string& where_;
@@ -245,10 +272,18 @@ private:
 ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& rest) {
     const size_t n = s.n_particles();
     assert(rest.n_particles() == n && rest.n_edges() == s.edge_intact.size());
-    std::vector<PlyElement> elements = layout();
-    const size_t counts[] = {
-        n, s.edge_intact.size(), s.group_rotation.size(), s.rigid_bodies.size(), s.broken.size(), s.contacts.size(),
-        1, s.asleep.size(),      s.rest_conditions.size()};
+    const std::string_view version = s.plastic_curvature.empty() ? kStateFileMagic : kBendingStateFileMagic;
+    std::vector<PlyElement> elements = layout(version);
+    const size_t counts[] = {n,
+                             s.edge_intact.size(),
+                             s.group_rotation.size(),
+                             s.rigid_bodies.size(),
+                             s.broken.size(),
+                             s.contacts.size(),
+                             1,
+                             s.asleep.size(),
+                             s.rest_conditions.size(),
+                             s.plastic_curvature.size()};
     size_t total = 4096;
     for (size_t e = 0; e < elements.size(); ++e) {
         elements[e].count = counts[e];
@@ -256,7 +291,7 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
     }
     ByteBuffer bytes;
     bytes.reserve(total);
-    write_ply_header(bytes, {{std::string(kStateFileMagic), "written by sunder " SUNDER_VERSION}, elements});
+    write_ply_header(bytes, {{std::string(version), "written by sunder " SUNDER_VERSION}, elements});
     for (size_t i = 0; i < n; ++i) {
         double v[kParticleDoubles], *p = v;
         put_placement(p, s.position[i], s.orientation[i], s.velocity[i], s.angular_velocity[i]);
@@ -286,13 +321,20 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
         bytes.number(s.still_time[i]), bytes.number(s.rest_load[i]), bytes.number(s.asleep[i]);
     for (const uint64_t c : s.rest_conditions)
         bytes.number(static_cast<uint32_t>(c)), bytes.number(static_cast<uint32_t>(c >> 32));
+    for (size_t i = 0; i < s.plastic_curvature.size(); ++i) {
+        double v[kBendingDoubles];
+        for (int k = 0; k < 9; ++k) v[k] = s.plastic_curvature[i](k / 3, k % 3);
+        std::ranges::copy(s.layer_strain[i], v + 9);
+        bytes.append(v, sizeof v);
+    }
     return bytes;
 }
 
 Result<StateFile> decode_state(std::string bytes, const std::string& where) {
     auto file = PlyFile::parse(std::move(bytes), where);
     if (!file) return file.error();
-    for (const std::string_view version : {kStateFileMagic, kStateFileMagic2, kStateFileMagic1})
+    for (const std::string_view version :
+         {kStateFileMagic, kBendingStateFileMagic, kStateFileMagic2, kStateFileMagic1})
         if (file->has_comment(version)) return Decoder(*file, version, where).decode();
     for (const std::string& c : file->header().comments)
         if (c.starts_with(kStateFileMark))

@@ -9,6 +9,7 @@
 //   clock       frame (int), time (double)
 //   rest        still_time load (double), asleep (uchar): of particles, then rigid bodies
 //   rest_condition  low high (int): hashes of what acts on sleepers
+//   bending     kp00 ... kp22, layer0 ... layer28 (double): of the same particles; where a body bends by its curvature
 //
 // docs/files.md says more. Yield may be infinite ("never"); every other number is finite.
 #pragma once
@@ -27,6 +28,8 @@ namespace sunder {
 /// First comment of every state frame, in all versions of the format; and in this one.
 inline constexpr std::string_view kStateFileMark = "sunder state frame ";
 inline constexpr std::string_view kStateFileMagic = "sunder state frame 3";
+/// The same where a body bends by its curvature, with what is bent for good.
+inline constexpr std::string_view kBendingStateFileMagic = "sunder state frame 4";
 /// Before anything slept, and before sleepers knew what lay on them and contacts their torques; both are read as if all
 /// were awake.
 inline constexpr std::string_view kStateFileMagic1 = "sunder state frame 1", kStateFileMagic2 = "sunder state frame 2";

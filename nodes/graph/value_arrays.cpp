@@ -161,6 +161,7 @@ const std::vector<Entry<StateValue>>& entries_of(const StateValue*) {
         {"velocity", [](const S& s) { return as_is<double>(s.state->velocity); }},
         {"angular_velocity", [](const S& s) { return as_is<double>(s.state->angular_velocity); }},
         {"plastic_deformation", [](const S& s) { return matrices(s.state->plastic_deformation); }},
+        {"plastic_curvature", [](const S& s) { return matrices(s.state->plastic_curvature); }},
         {"yield", [](const S& s) { return as_is<double>(s.state->yield); }},
         {"strain", [](const S& s) { return as_is<double>(s.state->strain); }},
         {"particle_transform", transforms},

@@ -22,6 +22,7 @@ struct FieldDescription {
     double min = -std::numeric_limits<double>::infinity(), max = std::numeric_limits<double>::infinity();
     bool min_excluded = false;
     bool animatable = false;  // may be another in each frame
+    bool is_added = false;    // after there were hashes: its default adds nothing to them, so that they stay
 };
 
 /// Errors: not permitted, or not a number; `parameter` is the field's name.
@@ -73,7 +74,8 @@ Status check_fields(std::span<const Field<T>> fields, const T& of, const std::st
 template <class T>
 std::vector<double> numbers_of(std::span<const Field<T>> fields, const T& of) {
     std::vector<double> numbers;
-    for (const Field<T>& field : fields) numbers.push_back(field.number(of));
+    for (const Field<T>& field : fields)
+        if (!field.description.is_added || field.number(of) != field.number(T())) numbers.push_back(field.number(of));
     return numbers;
 }
 

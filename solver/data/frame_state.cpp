@@ -28,6 +28,7 @@ public:
         add(uint64_t{values.size()});
         add(values.data(), values.size());
     }
+    void add(const LayerStrain& layers) { add(layers.data(), sizeof layers); }
     void add(const RigidBodyState& r) { add(r.position), add(r.orientation), add(r.velocity), add(r.angular_velocity); }
     void add(const ContactMemory& c) {
         add(uint64_t{c.a}), add(uint64_t{c.b}), add(c.point), add(c.normal_force), add(c.friction_force), add(c.rolling_torque);
@@ -48,6 +49,7 @@ uint64_t state_hash(const FrameState& s) {
     h.add(s.plastic_deformation), h.add(s.yield), h.add(s.strain), h.add(s.group_rotation);
     h.add(s.edge_intact), h.add(s.rigid_bodies), h.add(s.contacts), h.add(s.broken);
     if (!s.asleep.empty()) h.add(s.still_time), h.add(s.asleep), h.add(s.rest_load), h.add(s.rest_conditions);
+    if (!s.plastic_curvature.empty()) h.add(s.plastic_curvature), h.add(s.layer_strain);
     return h.digest();
 }
 
@@ -62,7 +64,8 @@ bool FrameState::operator==(const FrameState& o) const {
     };
     return time == o.time && position == o.position && same_rotations(orientation, o.orientation) &&
            velocity == o.velocity && angular_velocity == o.angular_velocity &&
-           plastic_deformation == o.plastic_deformation && yield == o.yield && strain == o.strain &&
+           plastic_deformation == o.plastic_deformation && plastic_curvature == o.plastic_curvature &&
+           layer_strain == o.layer_strain && yield == o.yield && strain == o.strain &&
            same_rotations(group_rotation, o.group_rotation) && edge_intact == o.edge_intact &&
            rigid_bodies == o.rigid_bodies && contacts == o.contacts && broken == o.broken &&
            still_time == o.still_time && asleep == o.asleep && rest_load == o.rest_load &&

@@ -1,6 +1,7 @@
 // Everything that changes during a simulation, as one value: copy, compare, hash, save, rewind.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -39,6 +40,10 @@ struct RigidBodyState {
     }
 };
 
+/// Of a thin group's layers (solver/material/bending_flow.h), what the flow of their mean and moment leaves: of a sheet
+/// seven times strain 11, 22, 12 in its plane, of a rod 29 fibres, -.
+using LayerStrain = std::array<double, 29>;
+
 struct FrameState {
     double time = 0;                           // since the first frame, s
     std::vector<Vec3> position;                // (n_particles x 3), m
@@ -46,6 +51,9 @@ struct FrameState {
     std::vector<Vec3> velocity;                // (n_particles x 3), m/s
     std::vector<Vec3> angular_velocity;        // (n_particles x 3), rad/s, world
     std::vector<Mat3> plastic_deformation;     // F_P of the particle's group, symmetric, det 1  (n_particles x 3 x 3)
+    // Of thin groups; empty where no body bends by its curvature:
+    std::vector<Mat3> plastic_curvature;    // K_P in the fragment's axes    (n_particles x 3 x 3), rad/m
+    std::vector<LayerStrain> layer_strain;  // (n_particles)
     std::vector<double> yield;                 // present yield strain of the group (hardens)    (n_particles), -
     std::vector<double> strain;                // largest |principal elastic log strain|         (n_particles), -
     std::vector<Quat> group_rotation;          // optimal rotation, warm start of the next one   (n_particles x 4)

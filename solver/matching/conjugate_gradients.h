@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "solver/matching/bending_kernels.h"
 #include "solver/matching/sweep_store.h"
 
 namespace sunder {
@@ -15,6 +16,14 @@ struct UnitResidual {
     double size = 0;       // what a residual of 1 squared is in it: sum of traces of A_qq, kg m2
 };
 
+/// What works on a unit.
+template <class Real>
+struct UnitKernels {
+    const SweepKernels& sweep;
+    const NewtonKernels<Real>& newton;
+    const BendingArrays<Real>* bending;  // of its thin groups, or null
+};
+
 /// What conjugate gradients need of one unit while they last.
 template <class Real>
 class CgStore {
@@ -24,7 +33,8 @@ public:
     void take_up(const SweepInput& input, const LaneLayout& layout, size_t unit, const SweepKernels& kernels,
                  const UnitBlocks& blocks);
 
-    CgArrays<Real> arrays(const CgGroups<Real>* groups, CgParticles<Real>* particles);
+    CgArrays<Real> arrays(const CgGroups<Real>* groups, CgParticles<Real>* particles,
+                          const BendingArrays<Real>* bending);
     Real* momentum(size_t lane) { return momentum_[lane].numbers; }
     CgVectors<Real>* vectors() { return vectors_.data(); }  // by block
     std::span<const double> magnitude() const { return magnitude_; }
@@ -59,6 +69,7 @@ template <class Real>
 class ConjugateGradients {
 public:
     static constexpr int kMaxIterations = 60;    // a bar of 2560 particles at 2 MPa takes 40
+    static constexpr int kMaxBendingIterations = 200;  // a strip of 80 that bends freely takes 100
     static constexpr double kTolerance = 0.005;  // of the preconditioned residual at the start of the substep
 
     void fit(const LaneLayout& layout);
@@ -74,14 +85,13 @@ public:
     /// `io_newton` holds a motion z as its residual (shift, turn), held particles' too: makes it M^-1 (M - H) z, the
     /// pull of the groups on what moves so, with its magnitude. Of a unit, after gather_residual.
     void pull_on_motion(const SweepInput& input, const LaneLayout& layout, size_t unit,
-                        std::span<NewtonParticles> io_newton, const SweepKernels& sweep_kernels,
-                        const NewtonKernels<Real>& kernels, const UnitBlocks& blocks, CgStore<Real>& io_store);
+                        std::span<NewtonParticles> io_newton, const UnitKernels<Real>& kernels,
+                        const UnitBlocks& blocks, CgStore<Real>& io_store);
 
     /// Solves a unit. `mean`: squared residual of the whole scene over its size. Returns what the solution is
     /// multiplied by, 1/(kg^1/2 m); 0: the unit is left alone.
     double solve(const SweepInput& input, const LaneLayout& layout, size_t unit, const UnitResidual& residual,
-                 double mean, const SweepKernels& sweep_kernels, const NewtonKernels<Real>& kernels,
-                 const UnitBlocks& blocks, CgStore<Real>& io_store);
+                 double mean, const UnitKernels<Real>& kernels, const UnitBlocks& blocks, CgStore<Real>& io_store);
 
 private:
     std::vector<CgGroups<Real>> groups_;

@@ -2,6 +2,7 @@
 #include "solver/matching/newton_kernels.h"
 
 #include "solver/lanes/lanes.h"
+#include "solver/matching/bending_kernels.h"
 
 namespace sunder {
 namespace {
@@ -40,27 +41,44 @@ template <class V>
 struct Preconditioned {
     V z[6], force[3], torque[3];
 };
-template <class V, class Real>
-SUNDER_INLINE void take(const CgParticles<Real>& p, size_t lane, const V (&s)[6], Preconditioned<V>& out) {
-    const V inverse = load<V>(p.inverse_diagonal + lane), mass = load<V>(p.mass + lane);
-    for (int i = 0; i < 6; ++i) out.z[i] = inverse * s[i];
+template <bool bends, class V, class Real>
+SUNDER_INLINE void take(const CgArrays<Real>& a, size_t block, size_t lane, const V (&s)[6], Preconditioned<V>& out) {
+    const CgParticles<Real>& p = a.particles[block];
+    const V mass = load<V>(p.mass + lane);
+    if constexpr (bends) {
+        const BlockDiagonal<Real>& diagonal = a.bending->diagonal[block];
+        const V turned[3] = {s[3], s[4], s[5]}, force[3] = {mass * s[0], mass * s[1], mass * s[2]};
+        V torque[3], shift[3], turn[3];
+        multiply(p.inertia, lane, turned, torque);
+        multiply(diagonal.inverse_shift, lane, force, shift);
+        multiply(diagonal.inverse_turn, lane, torque, turn);
+        for (int i = 0; i < 3; ++i) out.z[i] = shift[i], out.z[i + 3] = turn[i];
+    } else {
+        const V inverse = load<V>(p.inverse_diagonal + lane);
+        for (int i = 0; i < 6; ++i) out.z[i] = inverse * s[i];
+    }
     for (int i = 0; i < 3; ++i) out.force[i] = mass * out.z[i];
     const V turn[3] = {out.z[3], out.z[4], out.z[5]};
     multiply(p.inertia, lane, turn, out.torque);
 }
 
 // Writes the momentum of z; returns z . M s.
-template <class Real, class V>
+template <bool bends, class Real, class V>
 SUNDER_INLINE double put(const CgArrays<Real>& a, const Preconditioned<V>& z, const V (&s)[6], size_t first) {
     const V zero = {};
     const V force[4] = {z.force[0], z.force[1], z.force[2], zero};
     const V torque[4] = {z.torque[0], z.torque[1], z.torque[2], zero};
     scatter4<8>(a.momentum + 8 * first, 0, force);
     scatter4<8>(a.momentum + 8 * first, 4, torque);
+    if constexpr (bends) {
+        const V shift[4] = {z.z[0], z.z[1], z.z[2], zero}, turn[4] = {z.z[3], z.z[4], z.z[5], zero};
+        scatter4<8>(a.bending->motion + 8 * first, 0, shift);
+        scatter4<8>(a.bending->motion + 8 * first, 4, turn);
+    }
     return static_cast<double>(sum(dot(z.force, s) + dot(z.torque, s + 3)));
 }
 
-template <class Real>
+template <class Real, bool bends>
 void precondition(const CgArrays<Real>& a, size_t begin, size_t end) {
     using V = Lanes<Real>;
     for (size_t block = begin; block < end; ++block) {
@@ -69,15 +87,16 @@ void precondition(const CgArrays<Real>& a, size_t begin, size_t end) {
             V s[6];
             for (int i = 0; i < 6; ++i) s[i] = load<V>(a.particles[block].residual[i] + lane);
             Preconditioned<V> z;
-            take(a.particles[block], lane, s, z);
-            a.magnitude[block] += put(a, z, s, 8 * block + lane);
+            take<bends>(a, block, lane, s, z);
+            a.magnitude[block] += put<bends>(a, z, s, 8 * block + lane);
         }
     }
 }
 
-template <class Real>
+template <class Real, bool bends>
 void fit_groups(const CgArrays<Real>& a, size_t begin, size_t end) {
     using V = Lanes<Real>;
+    if constexpr (bends) multiply_bending<V>(*a.bending, a.row_begin, a.neighbours, begin, end);
     for (size_t block = begin; block < end; ++block)
         for (size_t lane = 0; lane < 8; lane += CgLanes<Real>::kCount) {
             V shift[3] = {}, spin[3] = {}, A[3][3] = {};
@@ -125,7 +144,7 @@ void fit_groups(const CgArrays<Real>& a, size_t begin, size_t end) {
         }
 }
 
-template <class Real>
+template <class Real, bool bends>
 void gather_product(const CgArrays<Real>& a, size_t begin, size_t end) {
     using V = Lanes<Real>;
     for (size_t block = begin; block < end; ++block) {
@@ -153,11 +172,18 @@ void gather_product(const CgArrays<Real>& a, size_t begin, size_t end) {
             V s[6], product[6];
             for (int i = 0; i < 6; ++i) s[i] = load<V>(p.residual[i] + lane);
             Preconditioned<V> z;
-            take(p, lane, s, z);
+            take<bends>(a, block, lane, s, z);
             const V own_shift = load<V>(p.own_shift + lane), own_turn = load<V>(p.own_turn + lane);
             for (int i = 0; i < 3; ++i) {
                 product[i] = load<V>(v.product[i] + lane) + (own_shift * z.z[i] - shift[i]);
                 product[i + 3] = load<V>(v.product[i + 3] + lane) + (own_turn * z.z[i + 3] - turn[i]);
+            }
+            if constexpr (bends) {
+                V force[3], torque[3], twisted[3];
+                gather_bending(*a.bending, a.row_begin, block, lane, force, torque);
+                multiply(a.bending->diagonal[block].inverse_inertia, lane, torque, twisted);
+                const V inverse_mass = load<V>(a.bending->diagonal[block].inverse_mass + lane);
+                for (int i = 0; i < 3; ++i) product[i] += inverse_mass * force[i], product[i + 3] += twisted[i];
             }
             for (int i = 0; i < 6; ++i) store(v.product[i] + lane, product[i]);
             a.curvature[block] += static_cast<double>(sum(dot(z.force, product) + dot(z.torque, product + 3)));
@@ -165,7 +191,7 @@ void gather_product(const CgArrays<Real>& a, size_t begin, size_t end) {
     }
 }
 
-template <class Real>
+template <class Real, bool bends>
 void advance(const CgArrays<Real>& a, Real alpha, Real beta, size_t begin, size_t end) {
     using V = Lanes<Real>;
     for (size_t block = begin; block < end; ++block) {
@@ -173,11 +199,13 @@ void advance(const CgArrays<Real>& a, Real alpha, Real beta, size_t begin, size_
         CgVectors<Real>& v = a.vectors[block];
         a.magnitude[block] = 0;
         for (size_t lane = 0; lane < 8; lane += CgLanes<Real>::kCount) {
-            const V inverse = load<V>(p.inverse_diagonal + lane), zero = {};
+            const V zero = {};
             V s[6];
+            Preconditioned<V> z;
+            for (int i = 0; i < 6; ++i) s[i] = load<V>(p.residual[i] + lane);
+            take<bends>(a, block, lane, s, z);
             for (int i = 0; i < 6; ++i) {
-                s[i] = load<V>(p.residual[i] + lane);
-                const V direction = inverse * s[i] + beta * load<V>(v.direction[i] + lane);
+                const V direction = z.z[i] + beta * load<V>(v.direction[i] + lane);
                 const V image = load<V>(v.product[i] + lane) + beta * load<V>(v.image[i] + lane);
                 s[i] -= alpha * image;
                 store(v.direction[i] + lane, direction);
@@ -186,17 +214,19 @@ void advance(const CgArrays<Real>& a, Real alpha, Real beta, size_t begin, size_
                 store(p.residual[i] + lane, s[i]);
                 store(v.product[i] + lane, zero);
             }
-            Preconditioned<V> z;
-            take(p, lane, s, z);
-            a.magnitude[block] += put(a, z, s, 8 * block + lane);
+            take<bends>(a, block, lane, s, z);
+            a.magnitude[block] += put<bends>(a, z, s, 8 * block + lane);
         }
     }
 }
 
+template <class Real, bool bends>
+constexpr NewtonKernels<Real> kKernels = {precondition<Real, bends>, fit_groups<Real, bends>,
+                                          gather_product<Real, bends>, advance<Real, bends>};
+
 }  // namespace
 
-const CgKernels SUNDER_KERNELS(kNewtonKernels) = {
-    {precondition<float>, fit_groups<float>, gather_product<float>, advance<float>},
-    {precondition<double>, fit_groups<double>, gather_product<double>, advance<double>}};
+const CgKernels SUNDER_KERNELS(kNewtonKernels) = {kKernels<float, false>, kKernels<float, true>,
+                                                  kKernels<double, false>, kKernels<double, true>};
 
 }  // namespace sunder

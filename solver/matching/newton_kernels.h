@@ -44,6 +44,9 @@ struct alignas(32) CgRow {
 };
 
 template <class Real>
+struct BendingArrays;  // solver/matching/bending_kernels.h
+
+template <class Real>
 struct CgArrays {
     const uint32_t* row_begin;   // of LaneLayout
     const uint32_t* neighbours;  // of LaneLayout
@@ -56,9 +59,10 @@ struct CgArrays {
     double* magnitude;  // of each block: z . M s                                      (n_blocks)
     double* curvature;  // of each block: z . H z                                      (n_blocks)
     Real orientation_weight;
+    const BendingArrays<Real>* bending;  // of a unit with thin groups, else null
 };
 
-/// Each works on the blocks [begin, end) and writes there alone.
+/// Each works on the blocks [begin, end) and writes there alone. Where groups bend, the diagonal is one of 3x3 blocks.
 template <class Real>
 struct NewtonKernels {
     /// z = s / diagonal: momentum, magnitude.
@@ -74,8 +78,8 @@ struct NewtonKernels {
 
 /// The kernels of an instruction set.
 struct CgKernels {
-    NewtonKernels<float> single;
-    NewtonKernels<double> full;
+    NewtonKernels<float> single, single_bending;
+    NewtonKernels<double> full, full_bending;
 };
 extern const CgKernels kNewtonKernelsPortable, kNewtonKernelsAvx2, kNewtonKernelsAvx512;
 

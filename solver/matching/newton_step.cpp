@@ -29,6 +29,16 @@ size_t NewtonStep::n_stores(const WorkerPool& workers) const {
 
 size_t NewtonStep::store_of(size_t unit, size_t slot) const { return layout_.n_blocks() <= kKeptBlocks ? unit : slot; }
 
+template <class Real>
+UnitKernels<Real> NewtonStep::kernels_of(const Precision<Real>& precision, size_t unit) const {
+    const bool bends = unit < precision.bending.size() && precision.bending[unit].bends();
+    const BendingArrays<Real>* const bending = bends ? &precision.bending[unit].arrays() : nullptr;
+    if constexpr (std::is_same_v<Real, float>)
+        return {*sweep_kernels_, bends ? cg_kernels_->single_bending : cg_kernels_->single, bending};
+    else
+        return {*sweep_kernels_, bends ? cg_kernels_->full_bending : cg_kernels_->full, bending};
+}
+
 bool NewtonStep::moves(const SweepInput& in, const LaneLayout::Unit& unit) const {
     const auto lanes = layout_.particles().subspan(kLanes * unit.begin_block, kLanes * unit.n_blocks());
     return std::ranges::any_of(lanes, [&](uint32_t j) { return j != LaneLayout::kNone && !in.held[j]; });
@@ -48,6 +58,7 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
     ConjugateGradients<Real>& gradients = precision.gradients;
     gradients.fit(layout_);
     precision.stores.resize(n_stores(workers));
+    precision.bending.resize(in.bending ? layout_.units().size() : 0);
     for_units(layout_, kSharedUnit, workers, [&](size_t u, size_t slot, const UnitBlocks& blocks) {
         const LaneLayout::Unit& unit = layout_.units()[u];
         UnitResidual& residual = residual_[u];
@@ -90,6 +101,11 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
                 sweep_kernels_->gather_residual_full(arrays, scratch.particles.data(), gradients.particles(unit), begin,
                                                      end);
         });
+        if (in.bending && precision.bending[u].open(in, layout_, u)) {
+            BendingUnit<Real>& bending = precision.bending[u];
+            bending.linearise(in, particles, blocks, io_goals);
+            bending.add_residual(scratch.particles, {gradients.particles(unit), unit.n_blocks()}, blocks);
+        }
         change(u, blocks, std::span(scratch.particles), precision.stores[store_of(u, slot)]);
         residual.now = residual.size = 0;
         for (size_t block = 0; block < unit.n_blocks(); ++block) {
@@ -103,14 +119,14 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
 }
 
 template <class Real, class Move>
-void NewtonStep::solve(Precision<Real>& precision, const NewtonKernels<Real>& kernels, const SweepInput& in,
-                       const WorkerPool& workers, const Move& move) {
+void NewtonStep::solve(Precision<Real>& precision, const SweepInput& in, const WorkerPool& workers,
+                       const Move& move) {
     const double mean = mean_residual();
     for_units(layout_, kSharedUnit, workers, [&](size_t u, size_t slot, const UnitBlocks& blocks) {
         const LaneLayout::Unit& unit = layout_.units()[u];
         CgStore<Real>& store = precision.stores[store_of(u, slot)];
         const double scale =
-            precision.gradients.solve(in, layout_, u, residual_[u], mean, *sweep_kernels_, kernels, blocks, store);
+            precision.gradients.solve(in, layout_, u, residual_[u], mean, kernels_of(precision, u), blocks, store);
         if (scale == 0) return;
         const CgParticles<Real>* solved = precision.gradients.particles(unit);
         const auto for_free = [&](const UnitBlocks& some, const auto& body) {
@@ -127,8 +143,7 @@ void NewtonStep::solve(Precision<Real>& precision, const NewtonKernels<Real>& ke
 }
 
 template <class Real>
-void NewtonStep::apply_in(Precision<Real>& precision, const NewtonKernels<Real>& kernels, bool first_iteration,
-                          const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,
+void NewtonStep::apply_in(Precision<Real>& precision, bool first_iteration, const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,
                           std::span<MovingParticle> io_particles) {
     find_residuals(precision, first_iteration, in, workers, io_goals, io_particles, [](const auto&...) {});
     const auto move = [&](const LaneLayout::Unit& unit, size_t slot, const UnitBlocks& blocks, const auto& for_free) {
@@ -154,12 +169,11 @@ void NewtonStep::apply_in(Precision<Real>& precision, const NewtonKernels<Real>&
             p.d = share < 1 ? slerp(p.d, share, turned[lane]) : turned[lane];
         });
     };
-    solve(precision, kernels, in, workers, move);
+    solve(precision, in, workers, move);
 }
 
 template <class Real>
-void NewtonStep::damp_in(Precision<Real>& precision, const NewtonKernels<Real>& kernels, const SweepInput& in,
-                         const WorkerPool& workers, std::span<GroupGoal> io_goals,
+void NewtonStep::damp_in(Precision<Real>& precision, const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,
                          std::span<const MovingParticle> particles, std::span<Vec3> io_shift, std::span<Vec3> io_turn) {
     const auto take_motion = [&](size_t u, const UnitBlocks& blocks, std::span<NewtonParticles> io_newton,
                                  CgStore<Real>& io_store) {
@@ -174,10 +188,10 @@ void NewtonStep::damp_in(Precision<Real>& precision, const NewtonKernels<Real>& 
                 io_shift[j] = io_turn[j] = Vec3::Zero();
             }
         });
-        precision.gradients.pull_on_motion(in, layout_, u, io_newton, *sweep_kernels_, kernels, blocks, io_store);
+        precision.gradients.pull_on_motion(in, layout_, u, io_newton, kernels_of(precision, u), blocks, io_store);
     };
     find_residuals(precision, true, in, workers, io_goals, particles, take_motion);
-    solve(precision, kernels, in, workers, [&](const auto&, size_t, const UnitBlocks& blocks, const auto& for_free) {
+    solve(precision, in, workers, [&](const auto&, size_t, const UnitBlocks& blocks, const auto& for_free) {
         for_free(blocks, [&](size_t, uint32_t j, const Vec3& shift, const Vec3& turn) {
             io_shift[j] = shift, io_turn[j] = turn;
         });
@@ -206,17 +220,17 @@ bool NewtonStep::take_up(const SweepInput& in, const WorkerPool& workers) {
 void NewtonStep::apply(bool first_iteration, const SweepInput& in, const WorkerPool& workers,
                        std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles) {
     if (take_up(in, workers))
-        apply_in(full_, cg_kernels_->full, first_iteration, in, workers, io_goals, io_particles);
+        apply_in(full_, first_iteration, in, workers, io_goals, io_particles);
     else
-        apply_in(single_, cg_kernels_->single, first_iteration, in, workers, io_goals, io_particles);
+        apply_in(single_, first_iteration, in, workers, io_goals, io_particles);
 }
 
 void NewtonStep::damp(const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,
                       std::span<const MovingParticle> particles, std::span<Vec3> io_shift, std::span<Vec3> io_turn) {
     if (take_up(in, workers))
-        damp_in(full_, cg_kernels_->full, in, workers, io_goals, particles, io_shift, io_turn);
+        damp_in(full_, in, workers, io_goals, particles, io_shift, io_turn);
     else
-        damp_in(single_, cg_kernels_->single, in, workers, io_goals, particles, io_shift, io_turn);
+        damp_in(single_, in, workers, io_goals, particles, io_shift, io_turn);
 }
 
 }  // namespace sunder

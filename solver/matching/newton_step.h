@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "solver/matching/bending_unit.h"
 #include "solver/matching/conjugate_gradients.h"
 
 namespace sunder {
@@ -46,6 +47,7 @@ private:
     struct Precision {
         ConjugateGradients<Real> gradients;
         std::vector<CgStore<Real>> stores;  // as store_of
+        std::vector<BendingUnit<Real>> bending;  // by unit
     };
     // Particles as a thread works on a unit.
     struct Scratch {
@@ -54,6 +56,8 @@ private:
         std::vector<Quat> turned;                 // as the step would have them, by lane
     };
 
+    template <class Real>
+    UnitKernels<Real> kernels_of(const Precision<Real>& precision, size_t unit) const;
     size_t n_stores(const WorkerPool& workers) const;
     size_t store_of(size_t unit, size_t slot) const;
     /// True if conjugate gradients need double precision.
@@ -66,15 +70,14 @@ private:
     // Calls move(unit, slot, blocks, for_free) for every unit that moves; for_free(blocks, body) calls
     // body(lane, particle, shift, turn) for all of it that is not held.
     template <class Real, class Move>
-    void solve(Precision<Real>& precision, const NewtonKernels<Real>& kernels, const SweepInput& input,
+    void solve(Precision<Real>& precision, const SweepInput& input,
                const WorkerPool& workers, const Move& move);
     template <class Real>
-    void damp_in(Precision<Real>& precision, const NewtonKernels<Real>& kernels, const SweepInput& input,
-                 const WorkerPool& workers, std::span<GroupGoal> io_goals, std::span<const MovingParticle> particles,
-                 std::span<Vec3> io_shift, std::span<Vec3> io_turn);
+    void damp_in(Precision<Real>& precision, const SweepInput& input, const WorkerPool& workers,
+                 std::span<GroupGoal> io_goals, std::span<const MovingParticle> particles, std::span<Vec3> io_shift,
+                 std::span<Vec3> io_turn);
     template <class Real>
-    void apply_in(Precision<Real>& precision, const NewtonKernels<Real>& kernels, bool first_iteration,
-                  const SweepInput& input, const WorkerPool& workers, std::span<GroupGoal> io_goals,
+    void apply_in(Precision<Real>& precision, bool first_iteration, const SweepInput& input, const WorkerPool& workers, std::span<GroupGoal> io_goals,
                   std::span<MovingParticle> io_particles);
     bool moves(const SweepInput& input, const LaneLayout::Unit& unit) const;  // a particle of it is free
     double mean_residual() const;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "solver/matching/bending_shape.h"
 #include "solver/matching/polar_decomposition.h"
 
 namespace sunder {
@@ -74,7 +75,8 @@ void SweepStore<Real>::load(const SweepInput& in, std::span<const GroupGoal> goa
         if (j == LaneLayout::kNone) continue;
         if constexpr (std::is_same_v<Real, float>) particles_[l].mass = static_cast<float>(in.rest.mass[j]);
         SweepGroups<Real>& group = groups_[l / kLanes];
-        const double b = in.span[j] * in.span[j] * in.stiffness[j].k, ratio = in.stiffness[j].volume_ratio;
+        const double k = in.bending && in.bending->is_thin(j) ? 0 : in.stiffness[j].k;
+        const double b = in.span[j] * in.span[j] * k, ratio = in.stiffness[j].volume_ratio;
         group.b[l % kLanes] = static_cast<Real>(b);
         group.bound[l % kLanes] = static_cast<Real>(b * (bounds_[l].elastic + ratio * bounds_[l].pressure));
         group.volume_ratio[l % kLanes] = static_cast<Real>(ratio);

@@ -11,6 +11,8 @@
 
 namespace sunder {
 
+class BendingShapes;
+
 struct SweepInput {
     const SimulationMesh& rest;
     const LiveTopology& live;
@@ -20,6 +22,7 @@ struct SweepInput {
     std::span<const double> span;   // of the implicit step, of each piece's own, s
     // Of Newton steps: how hard, times its mass, a particle is kept where contacts left it; or empty: nothing is.
     std::span<const double> brace = {};
+    const BendingShapes* bending = nullptr;  // of thin groups, which shape matching leaves alone; null: there are none
 };
 
 /// One unit of a layout; blocks and lanes are counted from its first.

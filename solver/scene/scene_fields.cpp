@@ -94,7 +94,14 @@ std::span<const Field<Material>> material_fields() {
                              .sentence = "Share of the approach speed with which a contact bounces",
                              .min = 0,
                              .max = 1}),
-                 &M::restitution}};
+                 &M::restitution},
+        Field<M>{{.name = "curvature",
+                  .label = "Bend by Curvature",
+                  .sentence = "Sheets and rods that are one fragment thick resist bending, yield and tear as plates and "
+                              "beams of their thickness do; off: as stiff as blocks, and they spring back. Methods "
+                              "other than projective leave it out",
+                  .is_added = true},
+                 &M::curvature}};
     static_assert(fields.size() == n_members<M>(), "a member that is not described is neither checked nor hashed");
     return fields;
 }

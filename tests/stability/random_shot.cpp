@@ -32,6 +32,31 @@ const SimulationMesh& rabbit(Cut cut) {
     return known[cut] = build_simulation_mesh(*fragments, {}).take();
 }
 
+constexpr uint64_t kPanels = 4;
+
+// 1 m3 of it would be a cube of 1.3 m: cells 1.5 and 8 times as wide as thick, and both cut by Voronoi cells.
+const SimulationMesh& panel(uint64_t kind) {
+    static std::map<uint64_t, SimulationMesh> known;
+    if (const auto found = known.find(kind); found != known.end()) return found->second;
+    const double thickness = kind % 2 == 0 ? 0.08 : 0.015;
+    if (kind < 2) {
+        LatticeSettings lattice;
+        lattice.cells = {11, 9, 1}, lattice.size = Vec3(1.3, 1.1, thickness), lattice.center = Vec3::Zero();
+        return known[kind] = build_simulation_mesh(*make_lattice(lattice, "panel"), {}).take();
+    }
+    TriMesh mesh;
+    for (int corner = 0; corner < 8; ++corner)
+        mesh.positions.push_back(
+            0.5 * Vec3(corner & 1 ? 1.3 : -1.3, corner & 2 ? 1.1 : -1.1, corner & 4 ? thickness : -thickness));
+    mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                      {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+    PrefractureSettings settings;
+    settings.pieces = 100, settings.seed = static_cast<uint32_t>(kind), settings.threads = 1;
+    const auto fragments = prefracture(mesh, settings, "panel");
+    EXPECT_TRUE(fragments) << (fragments ? "" : fragments.error().text());
+    return known[kind] = build_simulation_mesh(*fragments, {}).take();
+}
+
 Quat turn(Draw& draw) {
     const Vec3 axis = draw.vector(1).normalized();
     return Quat(Eigen::AngleAxisd(draw.uniform(0, 3), axis));
@@ -151,6 +176,25 @@ std::string Shot::go_far(uint64_t seed) {
             return fast();
         default:
             return sweeps();
+    }
+}
+
+void Shot::beat_flat(uint64_t seed) {
+    Draw draw(seed);
+    const Scene solid = scene;
+    scene.rest = {}, scene.bodies.clear();
+    material.curvature = true;
+    for (const Body& body : solid.bodies) {
+        Vec3 middle = Vec3::Zero();
+        double volume = 0, mass = 0;
+        for (uint32_t i = body.particle_begin; i < body.particle_end; ++i) {
+            middle += solid.rest.mass[i] * solid.rest.rest_position[i];
+            volume += solid.rest.volume[i], mass += solid.rest.mass[i];
+        }
+        middle /= mass;
+        const double size = std::cbrt(volume);
+        add_body(scene, scaled(panel(draw.index(kPanels)), size, mass / volume), {middle, turn(draw)}, body.velocity);
+        scene.bodies.back().angular_velocity = body.angular_velocity;
     }
 }
 

@@ -44,6 +44,8 @@ struct Shot {
     explicit Shot(uint64_t seed);
     /// Takes one parameter from anywhere in its range instead; which one, and its value.
     std::string go_far(uint64_t seed);
+    /// Makes panels of the bodies, one fragment thick, that bend by their curvature.
+    void beat_flat(uint64_t seed);
     /// Has pins hold the first body, at rest, on one side of a plane drawn at random.
     void hold(uint64_t seed);
     std::vector<Material> materials() const { return std::vector(scene.bodies.size(), material); }

@@ -91,6 +91,23 @@ TEST(random_shots, gain_nothing_where_pins_hold) {
     std::printf("most energy gained: %.4f of the start, shot %d\n", most, static_cast<int>(worst));
 }
 
+TEST(random_shots, panels_gain_nothing) {
+    double most = 0;
+    uint64_t worst = 0;
+    size_t torn = 0;
+    for (uint64_t seed = 0; seed < 24; ++seed) {
+        test::Shot shot(seed);
+        shot.beat_flat(seed + 3000);
+        const Outcome outcome = shoot(shot);
+        EXPECT_EQ(outcome.error, "") << "shot " << seed;
+        EXPECT_LE(outcome.gained, 0.01) << "shot " << seed;  // as above
+        torn += outcome.broken > 0;
+        if (outcome.gained > most) most = outcome.gained, worst = seed;
+    }
+    std::printf("%zu torn; most energy gained: %.4f of the start, shot %d\n", torn, most, static_cast<int>(worst));
+    EXPECT_GE(torn, 6u) << "else this tells little";
+}
+
 // A stiff rabbit in needles lands on the floor and vibrates. Bounces by what the needles turned by, and a fifth of
 // their overlap worked off in each of many short substeps, drove it to 0.08 and 0.15 more than it had.
 TEST(random_shots, what_vibrates_on_the_floor_gains_nothing_by_short_substeps) {

@@ -83,9 +83,9 @@ class State(Value):
     """All bodies at a frame, n particles and m edges.
 
     position (n, 3), orientation (n, 4), velocity (n, 3), angular_velocity (n, 3), plastic_deformation (n, 3, 3),
-    yield_ (n,), strain (n,), body (n,), fragment (n,), piece (n,), edges (m, 2), edge_intact (m,);
-    rigid_position, rigid_orientation, rigid_velocity, rigid_angular_velocity of rigid bodies;
-    broken_edge, broken_time, broken_strain of this frame;
+    plastic_curvature (n, 3, 3) or, where no body bends by its curvature, (0, 3, 3), rad/m, yield_ (n,), strain (n,),
+    body (n,), fragment (n,), piece (n,), edges (m, 2), edge_intact (m,); rigid_position, rigid_orientation,
+    rigid_velocity, rigid_angular_velocity of rigid bodies; broken_edge, broken_time, broken_strain of this frame;
     rest_position, rest_orientation, radii, mass, volume at rest; particle_transform (n, 3, 4), from rest to world, what
     skins blend; frame, time, bodies, rigid_bodies, report.
     """

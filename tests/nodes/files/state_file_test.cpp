@@ -76,6 +76,22 @@ TEST(StateFile, every_bit_comes_back) {
     EXPECT_EQ(bytes_of({e.rest, file->state}), bytes_of(e));
 }
 
+TEST(StateFile, what_is_bent_comes_back) {
+    Example e = example();
+    for (size_t i = 0; i < e.state.n_particles(); ++i) {
+        e.state.plastic_curvature.push_back(2 * e.state.plastic_deformation[i]);
+        e.state.layer_strain.emplace_back();
+        for (size_t k = 0; k < e.state.layer_strain[i].size(); ++k)
+            e.state.layer_strain[i][k] = 0.1 * static_cast<double>(k) + static_cast<double>(i);
+    }
+    const auto file = decode_state(bytes_of(e), "a");
+    ASSERT_TRUE(file) << file.error().text();
+    EXPECT_EQ(file->state, e.state);
+    EXPECT_EQ(state_hash(file->state), state_hash(e.state));
+    e.state.layer_strain[1][3] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_TRUE(has(fault_of(bytes_of(e)), "bending 1: layer3 is not finite"));
+}
+
 TEST(StateFile, an_empty_state_comes_back) {
     const auto file = decode_state(bytes_of({}), "a");
     ASSERT_TRUE(file) << file.error().text();

@@ -60,6 +60,8 @@ TEST(scene_fields, a_material_has_the_hash_that_it_had) {
     input.materials = {m};
     const double numbers[] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
     EXPECT_EQ(rest_conditions(input, true, FrameEnd::end, {}).back(), hash_of(numbers));
+    input.materials[0].curvature = true;
+    EXPECT_NE(rest_conditions(input, true, FrameEnd::end, {}).back(), hash_of(numbers));
 }
 
 }  // namespace

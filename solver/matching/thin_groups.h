@@ -1,0 +1,43 @@
+// Which groups lie one fragment thick, as in sheets and rods.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "solver/scene/scene.h"
+
+namespace sunder {
+
+/// How far a fragment's interfaces span its own axes: t_k sum_e A_e (n_e . e_k)^2 / V, t_k = sqrt(12 rho_k^2) its
+/// extent along e_k; 2 where a neighbour of its own section lies on either side, 0 where none does.
+class Cover {
+public:
+    explicit Cover(const SimulationMesh& rest, uint32_t g);
+    void add(const SimulationMesh& rest, uint32_t g, uint32_t neighbour, double area);
+    bool spans(int k) const { return cover_[k] > kSpanned; }
+    /// 0 .. 3
+    int directions() const { return spans(0) + spans(1) + spans(2); }
+    int least() const;
+    int most() const;
+
+private:
+    static constexpr double kSpanned = 0.5;  // half a neighbour of the fragment's own section
+    Mat3 to_axes_;
+    Vec3 extent_per_volume_, cover_ = Vec3::Zero();
+};
+
+/// Second moments of a fragment along its own axes, over its volume, m2: those of a box of its radii.
+inline Vec3 section_moments(const SimulationMesh& rest, uint32_t g) {
+    return rest.radii[g].cwiseProduct(rest.radii[g]) / 3;
+}
+
+/// Whether a group is thin and its body bends by its curvature.
+bool bends(const SimulationMesh& rest, std::span<const Material> materials, size_t g);
+/// Whether any is.
+bool bends(const SimulationMesh& rest, std::span<const Material> materials);
+
+/// 1 where interfaces leave a direction of the whole one-ring at rest unspanned (n_particles). A lone particle is not
+/// thin.
+std::vector<uint8_t> thin_groups(const SimulationMesh& rest);
+
+}  // namespace sunder

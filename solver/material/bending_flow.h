@@ -1,0 +1,34 @@
+// Plastic flow of thin groups, and the strain at their faces.
+#pragma once
+
+#include <array>
+
+#include "solver/data/frame_state.h"
+#include "solver/matching/bending_shape.h"
+#include "solver/material/fracture.h"
+#include "solver/scene/scene.h"
+
+namespace sunder {
+
+/// What of a thin group is changed for good.
+struct BendingPlasticity {
+    Mat3 F_P = Mat3::Identity();  // of the mean of its section, rest axes of the world, det 1
+    Mat3 K_P = Mat3::Zero();      // in the fragment's axes, rad/m
+    LayerStrain remainder = {};   // of the layers, what F_P and K_P leave of their flow
+    double yield = kNever;        // -
+    bool operator==(const BendingPlasticity&) const = default;
+};
+
+/// The elastic strain where a thin group is strained most: at the faces of a sheet, at the corners of a rod.
+struct FaceStrain {
+    Mat3 strain = Mat3::Zero();  // principal logarithmic strains and their directions, in the fragment's axes
+};
+
+/// Lets a section's layers flow for `h` seconds, each above the yield surface as `flow` of plasticity.h does: five of
+/// equal weight through a sheet, z = t/2 (2i - 4) / sqrt(24), so that sum w z^2 = t^2 / 12 exactly; five by five
+/// through a rod. F_P takes their mean, K_P their moment over t^2 / 12, each layer keeps the rest. Layers without
+/// weight lie at the faces. Returns the strains there after the flow; `is_flowing`: something did.
+std::array<FaceStrain, 4> flow_bending(const BendingShape& shape, const BentGroup& group, const Material& material,
+                                       double h, BendingPlasticity& io_plastic, bool& o_is_flowing);
+
+}  // namespace sunder
