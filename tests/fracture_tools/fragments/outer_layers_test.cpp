@@ -55,10 +55,10 @@ TriMesh with_layers(TriMesh mesh) {
     return mesh;
 }
 
-const MeshLayer& layer(const std::vector<MeshLayer>& layers, const std::string& name) {
+const MeshLayer& layer(const std::vector<MeshLayer>& layers, std::string_view name) {
     return *std::ranges::find(layers, name, &MeshLayer::name);
 }
-const VisualLayer& layer(const VisualMesh& mesh, const std::string& name) {
+const VisualLayer& layer(const VisualMesh& mesh, std::string_view name) {
     return *std::ranges::find(mesh.layers, name, &VisualLayer::name);
 }
 

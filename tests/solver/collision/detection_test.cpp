@@ -82,7 +82,7 @@ Case crowd(uint64_t seed) {
     for (int k = 0; k < 6; ++k)
         c.add_rigid(k % 2 ? sphere(0.2) : box(Vec3(0.1, 0.2, 0.5)), random_pose(rng, 1), uniform3(rng, -10, 10));
     for (size_t k = 0; k < c.velocity.size(); ++k) c.angular_velocity.push_back(uniform3(rng, -5, 5));
-    for (const Shape& shape : {plane(), sphere(0.3), box(Vec3(0.2, 0.3, 0.4)), capsule(0.2, 0.5)}) {
+    for (const Shape& shape : std::vector{plane(), sphere(0.3), box(Vec3(0.2, 0.3, 0.4)), capsule(0.2, 0.5)}) {
         const Pose begin = random_pose(rng, 0.8);
         Pose end = begin;
         end.position += uniform3(rng, -0.05, 0.05);
@@ -288,7 +288,7 @@ TEST(detection, what_passes_by_is_not_touched) {
 }
 
 TEST(detection, falling_onto_every_collider_is_foreseen_from_above) {
-    for (const Shape& shape : {plane(), sphere(0.1), box(Vec3(0.3, 0.3, 0.01)), capsule(0.05, 0.2)})
+    for (const Shape& shape : std::vector{plane(), sphere(0.1), box(Vec3(0.3, 0.3, 0.01)), capsule(0.05, 0.2)})
         for (const bool rigid_box : {false, true}) {
             Case c;
             c.duration = 1.0 / 24;
@@ -309,7 +309,7 @@ TEST(detection, falling_onto_every_collider_is_foreseen_from_above) {
 }
 
 TEST(detection, a_collider_that_sweeps_through_hits_what_stands_still) {
-    for (const Shape& shape : {plane(), sphere(0.1), box(Vec3(0.3, 0.3, 0.01)), capsule(0.05, 0.2)}) {
+    for (const Shape& shape : std::vector{plane(), sphere(0.1), box(Vec3(0.3, 0.3, 0.01)), capsule(0.05, 0.2)}) {
         Case c;
         c.duration = 1.0 / 24;
         c.add_particle(Vec3::Zero(), Vec3::Constant(0.02));

@@ -142,7 +142,7 @@ TEST(shape_distance, what_is_deep_inside_is_pushed_out_the_shortest_way) {
     s = ellipsoid_shape_distance(e, {capsule(0.5, 2), Pose()});
     EXPECT_NEAR(s.gap, -0.7, 1e-9);
     EXPECT_NEAR(std::abs(s.normal.y()), 1, 1e-6);
-    for (const Shape& shape : {sphere(1), box(Vec3::Ones()), capsule(0.5, 1)}) {
+    for (const Shape& shape : std::vector{sphere(1), box(Vec3::Ones()), capsule(0.5, 1)}) {
         e.center.setZero();  // no direction to start from
         s = ellipsoid_shape_distance(e, {shape, Pose()});
         expect_whole(s, 1);

@@ -46,7 +46,7 @@ TEST(scene_fields, each_of_a_material_is_hashed) {
     const auto before = rest_conditions(input, true, FrameEnd::end, {});
     for (const Field<Material>& field : material_fields()) {
         FrameInput other = input;
-        field.visit(other.materials[0], [](auto& io_value) { io_value = 0.25; });
+        field.visit(other.materials[0], [](auto& io_value) { io_value = static_cast<std::remove_reference_t<decltype(io_value)>>(0.25); });
         EXPECT_NE(rest_conditions(other, true, FrameEnd::end, {}), before) << field.description.name;
     }
 }
