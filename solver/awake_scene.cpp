@@ -259,12 +259,10 @@ void AwakeScene::gather(const FrameState& s, const WorkerPool& workers) {
     state_.time = s.time;
     pick(particle_, workers, Pick{s.position, state_.position}, Pick{s.orientation, state_.orientation},
          Pick{s.velocity, state_.velocity}, Pick{s.angular_velocity, state_.angular_velocity},
-         Pick{s.plastic_deformation, state_.plastic_deformation}, Pick{s.yield, state_.yield},
+         Pick{s.plastic_deformation, state_.plastic_deformation},
+         Pick{s.plastic_curvature, state_.plastic_curvature}, Pick{s.layer_strain, state_.layer_strain},
+         Pick{s.yield, state_.yield},
          Pick{s.strain, state_.strain}, Pick{s.group_rotation, state_.group_rotation});
-    state_.plastic_curvature.clear(), state_.layer_strain.clear();
-    if (!s.plastic_curvature.empty())
-        pick(particle_, workers, Pick{s.plastic_curvature, state_.plastic_curvature},
-             Pick{s.layer_strain, state_.layer_strain});
     pick(edge_, workers, Pick{s.edge_intact, state_.edge_intact});
     state_.edge_intact.resize(scene_.rest.n_edges(), 0);  // the broken one of take_rings
     pick(rigid_body_, workers, Pick{s.rigid_bodies, state_.rigid_bodies});

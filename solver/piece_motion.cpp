@@ -278,7 +278,7 @@ namespace {
 
 // The share of a push across a sheet, which is held chi times softer than along it: what bends gives way as far as
 // bending waves run, b^(-1/2); a push deeper than the sheet is thick meets it as a membrane, and takes the share of a
-// block. The first alone lets hits create energy (a sheet flew apart at 60 m/s), the second lets sheets tremble at rest.
+// block. By the first alone hits create energy (a sheet flew apart at 60 m/s), by the second sheets tremble at rest.
 double share_across(const BendingShape& sheet, double pulls, double give, double membrane, double way) {
     const double chi = sheet.softness.minCoeff(), deep = way * way / sheet.reach2;
     return (chi * std::min(1.0, give / std::sqrt(1 + pulls)) + deep * membrane) / (chi + deep);
@@ -288,6 +288,9 @@ double share_across(const BendingShape& sheet, double pulls, double give, double
 
 void divide_pushes(const StepContext& context, double h, bool last, uint32_t island, Workspace& w) {
     for (const uint32_t piece : w.islands.pieces_of(island)) w.pieces[piece].own_share = last ? 1 : 0;
+    double approach = 0;  // of the fastest that meets a sheet, m/s
+    for (size_t k = 0; !w.thin.empty() && k < w.islands.contacts_of(island).size(); ++k)
+        approach = std::max(approach, w.contacts[w.islands.contacts_of(island)[k]].approach_speed);
     for (const uint32_t i : w.islands.movables_of(island)) {
         double share = 1;
         ContactPiece& p = w.pieces[w.piece[i]];
@@ -300,12 +303,7 @@ void divide_pushes(const StepContext& context, double h, bool last, uint32_t isl
                                     ? kUnderLoads * kGive
                                     : kGive;
             share = std::min(1.0, give * reach / (1 + b));
-            if (bends) {
-                double approach = 0;  // m/s
-                for (const uint32_t k : w.islands.contacts_of(island))
-                    approach = std::max(approach, w.contacts[k].approach_speed);
-                share = share_across(w.bending.shape(i), pulls, give, share, approach * h);
-            }
+            if (bends) share = share_across(w.bending.shape(i), pulls, give, share, approach * h);
         }
         p.own_share = last ? std::min(p.own_share, share) : std::max(p.own_share, share);
     }

@@ -191,7 +191,7 @@ FrameState Solver::initial_state(const std::vector<Material>& materials) const {
             s.yield[i] = yield_strain(rest, i, materials[rest.body[i]]);
         }
     }
-    if (bends(rest, materials)) s.plastic_curvature.assign(n, Mat3::Zero()), s.layer_strain.assign(n, LayerStrain());
+    add_bending(rest, materials, s);
     s.still_time.assign(n + scene.rigid_bodies.size(), 0.0);
     s.asleep.assign(s.still_time.size(), 0);
     s.rest_load.assign(s.still_time.size(), 0.0);
@@ -392,6 +392,7 @@ Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings
 
     o_after = before;
     o_after.broken.clear();
+    add_bending(impl_->scene.rest, input.materials, o_after);
     using Clock = std::chrono::steady_clock;
     std::optional<ThreadTrial>& trial = impl_->trial;
     const WorkerPool& threads = trial && trial->alone() ? impl_->alone : *impl_->workers;

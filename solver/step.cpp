@@ -35,6 +35,7 @@ double steady_relaxation(const SolverSettings& settings) {
 // taken it, and not where it would fly to unhit.
 void Substep::correct() {
     using Which = ContactRound::Which;
+    take_up_bending();
     push_apart(Which::first);
     match_shapes(0);
     int most = context.settings.iterations;
@@ -113,12 +114,11 @@ void Substep::match_shapes(int sweep) {
     });
 }
 
-// The rest shapes of thin groups as they stand; null: there are none.
-const BendingShapes* Substep::bending() {
-    if (work.thin.empty()) return nullptr;
+// The rest shapes of thin groups as they stand.
+void Substep::take_up_bending() {
+    if (work.thin.empty()) return;
     work.bending.update(rest(), work.live, work.shapes, work.stiffness,
                         {work.thin, work.pinned, state.plastic_deformation, state.plastic_curvature}, context.workers);
-    return &work.bending;
 }
 
 // Where numbers are not finite, nor is their sum.

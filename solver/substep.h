@@ -150,7 +150,8 @@ struct Substep {
 
     // step.cpp
     void correct();
-    const BendingShapes* bending();
+    void take_up_bending();
+    const BendingShapes* bending() const { return work.thin.empty() ? nullptr : &work.bending; }
     void match_shapes(int sweep);  // of those of `correct`
     void leave_out_what_is_matched(int steps);
     int newton_steps(uint32_t island) const {

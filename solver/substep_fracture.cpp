@@ -131,8 +131,8 @@ Substep::Found Substep::flow_bent(uint32_t g, double seconds) {
     Found found;
     const auto faces = flow_bending(shape, group, own, seconds, plastic, found.changed);
     state.strain[g] = 0;
-    for (const FaceStrain& face : faces) {
-        const Eigen::SelfAdjointEigenSolver<Mat3> principal(face.strain);
+    for (size_t face = 0; face < faces.n; ++face) {
+        const Eigen::SelfAdjointEigenSolver<Mat3> principal(faces.strain[face]);
         const Vec3 strain = principal.eigenvalues();
         const Mat3 directions = shape.axes * principal.eigenvectors();
         state.strain[g] = std::max(state.strain[g], strain.cwiseAbs().maxCoeff());

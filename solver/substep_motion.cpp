@@ -48,6 +48,7 @@ void Substep::hold() {
     hold_pins(Pinned::at_the_end);
     const auto particles = std::span(work.held).first(n_particles());
     if (!work.thin.empty()) work.pinned.assign(particles.begin(), particles.end());
+    take_up_bending();
     fix_sleepers();
     mark_held_pieces();
     work.unmoved.resize(n_particles());

@@ -9,8 +9,8 @@
 
 namespace sunder {
 
-/// A row of LaneLayout: the lane's group's member, in the axes of the group's fragment as it is turned; w k b and b
-/// stand for what they are times span^2. All 0: padding, or a group that is not thin.
+/// A row of LaneLayout: the lane's group's member, in the axes of the group's fragment as it is turned; b is
+/// span^2. All 0: padding, or a group that is not thin.
 template <class Real>
 struct alignas(64) BendingRow {
     Real weight[8], mean_part[8];                     // b k w m; as BendingMember

@@ -2,7 +2,6 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <atomic>
 
 #include "solver/data/math_functions.h"
 #include "solver/matching/arc.h"
@@ -113,23 +112,17 @@ struct OwnMotion {
 
 }  // namespace
 
-bool BendingShapes::update(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
+void BendingShapes::update(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
                            std::span<const GroupStiffness> stiffness, const Bending& bending,
                            const WorkerPool& workers) {
     const size_t n = bending.thin.size();
-    if (n == 0) {
-        shape_.clear();
-        return false;
-    }
-    const bool all = shape_.size() != n || member_.size() != live.n_slots() || version_ != live.version() ||
-                     !std::ranges::equal(pinned_, bending.pinned.first(n));
-    if (all) {
+    if (member_.size() != live.n_slots() || version_ != live.version() || !std::ranges::equal(thin_, bending.thin) ||
+        !std::ranges::equal(pinned_, bending.pinned)) {
         shape_.assign(n, {}), member_.assign(live.n_slots(), {}), key_.assign(n, {});
         curvature_.assign(n, Mat3::Zero()), thin_.assign(bending.thin.begin(), bending.thin.end());
-        pinned_.assign(bending.pinned.begin(), bending.pinned.begin() + static_cast<std::ptrdiff_t>(n));
+        pinned_.assign(bending.pinned.begin(), bending.pinned.end());
         version_ = live.version();
     }
-    std::atomic<bool> changed{all};
     workers.for_range(n, kGroupGrain, [&](size_t first, size_t last) {
         for (size_t g = first; g < last; ++g) {
             if (!bending.thin[g] || bending.pinned[g] || live.count(g) < 2) continue;
@@ -139,11 +132,8 @@ bool BendingShapes::update(const SimulationMesh& rest, const LiveTopology& live,
             if (key == key_[g] && curvature == curvature_[g]) continue;
             key_[g] = key, curvature_[g] = curvature;
             build(rest, live, shapes, stiffness[g], bending, static_cast<uint32_t>(g));
-            changed = true;
         }
     });
-    if (changed) ++revision_;
-    return changed;
 }
 
 void BendingShapes::build(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,

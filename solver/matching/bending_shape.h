@@ -15,14 +15,13 @@ namespace sunder {
 using Mat9 = Eigen::Matrix<double, 9, 9>;
 using Vec9 = Eigen::Matrix<double, 9, 1>;
 
-/// What bends, and how it is bent for good. Empty `thin`: nothing is thin.
+/// What bends, and how it is bent for good.
 struct Bending {
     std::span<const uint8_t> thin;              // 1: the group is one of these (n_particles)
     std::span<const uint8_t> pinned;            // held by a pin (n_particles)
     std::span<const Mat3> plastic_deformation;  // F_P (n_particles)
     std::span<const Mat3> plastic_curvature;    // K_P in the fragment's axes, rad/m (n_particles), or empty: none
 
-    bool is_thin(size_t g) const { return !thin.empty() && thin[g] != 0; }
 };
 
 /// A member of such a group, in the axes of the group's fragment.
@@ -87,19 +86,17 @@ struct BentGroup {
 /// The rest shapes of all thin groups.
 class BendingShapes {
 public:
-    /// Takes up what changed; true if anything did.
-    bool update(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
+    /// Takes up what changed: to be called before anything else, and wherever something may have.
+    void update(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
                 std::span<const GroupStiffness> stiffness, const Bending& bending, const WorkerPool& workers);
 
-    bool empty() const { return shape_.empty(); }
     bool is_thin(size_t g) const { return thin_[g] != 0; }
     /// That pulls: thin, with a neighbour, and not pinned.
-    bool pulls(size_t g) const { return !shape_.empty() && shape_[g].rank > 0; }
+    bool pulls(size_t g) const { return shape_[g].rank > 0; }
     /// Of what is not affine in a group, beside the same of a block: chi; 1 where it is a block.
     double softness(size_t g) const { return pulls(g) ? shape_[g].softness.minCoeff() : 1; }
     const BendingShape& shape(size_t g) const { return shape_[g]; }
     const BendingMember& member(size_t slot) const { return member_[slot]; }  // of LiveTopology
-    uint64_t revision() const { return revision_; }                           // another after every change
 
 private:
     struct Key {  // what a shape was built from
@@ -117,7 +114,7 @@ private:
     std::vector<Key> key_;
     std::vector<uint8_t> pinned_;
     std::vector<Mat3> curvature_;  // K_P that was built with
-    uint64_t revision_ = 0, version_ = 0;
+    uint64_t version_ = 0;
 };
 
 /// Where the particles of a thin group lie; `o_members`: as the group's slots, but for force and torque.

@@ -143,7 +143,8 @@ void NewtonStep::solve(Precision<Real>& precision, const SweepInput& in, const W
 }
 
 template <class Real>
-void NewtonStep::apply_in(Precision<Real>& precision, bool first_iteration, const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,
+void NewtonStep::apply_in(Precision<Real>& precision, bool first_iteration, const SweepInput& in,
+                          const WorkerPool& workers, std::span<GroupGoal> io_goals,
                           std::span<MovingParticle> io_particles) {
     find_residuals(precision, first_iteration, in, workers, io_goals, io_particles, [](const auto&...) {});
     const auto move = [&](const LaneLayout::Unit& unit, size_t slot, const UnitBlocks& blocks, const auto& for_free) {
@@ -173,8 +174,9 @@ void NewtonStep::apply_in(Precision<Real>& precision, bool first_iteration, cons
 }
 
 template <class Real>
-void NewtonStep::damp_in(Precision<Real>& precision, const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,
-                         std::span<const MovingParticle> particles, std::span<Vec3> io_shift, std::span<Vec3> io_turn) {
+void NewtonStep::damp_in(Precision<Real>& precision, const SweepInput& in, const WorkerPool& workers,
+                         std::span<GroupGoal> io_goals, std::span<const MovingParticle> particles,
+                         std::span<Vec3> io_shift, std::span<Vec3> io_turn) {
     const auto take_motion = [&](size_t u, const UnitBlocks& blocks, std::span<NewtonParticles> io_newton,
                                  CgStore<Real>& io_store) {
         const size_t first = size_t{kLanes} * layout_.units()[u].begin_block;

@@ -25,6 +25,9 @@ namespace sunder {
 /// b + 1: what they lose is left in the next gradient. Their products are with M^-1 H, so that masses and inertias come
 /// in once a particle.
 ///
+/// Thin groups (bending_shape.h) are none of these: their forces are added to the residual, their products to H d
+/// (bending_kernels.h), and where a unit has some the diagonal is one of 3x3 blocks.
+///
 /// Units are gone through twice: residuals first, for what a unit is solved to depends on those of all. Each time a
 /// thread expands the rest shapes of the unit that it works on into memory of its own; where there are so few that all
 /// of them find room, they stay expanded.
@@ -77,7 +80,8 @@ private:
                  std::span<GroupGoal> io_goals, std::span<const MovingParticle> particles, std::span<Vec3> io_shift,
                  std::span<Vec3> io_turn);
     template <class Real>
-    void apply_in(Precision<Real>& precision, bool first_iteration, const SweepInput& input, const WorkerPool& workers, std::span<GroupGoal> io_goals,
+    void apply_in(Precision<Real>& precision, bool first_iteration, const SweepInput& input,
+                  const WorkerPool& workers, std::span<GroupGoal> io_goals,
                   std::span<MovingParticle> io_particles);
     bool moves(const SweepInput& input, const LaneLayout::Unit& unit) const;  // a particle of it is free
     double mean_residual() const;

@@ -33,6 +33,12 @@ bool bends(const SimulationMesh& rest, std::span<const Material> materials) {
     return false;
 }
 
+void add_bending(const SimulationMesh& rest, std::span<const Material> materials, FrameState& io_state) {
+    if (!io_state.plastic_curvature.empty() || !bends(rest, materials)) return;
+    io_state.plastic_curvature.assign(rest.n_particles(), Mat3::Zero());
+    io_state.layer_strain.assign(rest.n_particles(), LayerStrain());
+}
+
 std::vector<uint8_t> thin_groups(const SimulationMesh& rest) {
     std::vector<uint8_t> thin(rest.n_particles(), 0);
     for (uint32_t g = 0; g < thin.size(); ++g) {

@@ -35,6 +35,8 @@ inline Vec3 section_moments(const SimulationMesh& rest, uint32_t g) {
 bool bends(const SimulationMesh& rest, std::span<const Material> materials, size_t g);
 /// Whether any is.
 bool bends(const SimulationMesh& rest, std::span<const Material> materials);
+/// Gives a state that was made without them what such groups change for good, unbent.
+void add_bending(const SimulationMesh& rest, std::span<const Material> materials, FrameState& io_state);
 
 /// 1 where interfaces leave a direction of the whole one-ring at rest unspanned (n_particles). A lone particle is not
 /// thin.

@@ -80,8 +80,8 @@ Mat2 remainder_of(const LayerStrain& of, int layer) {
     return m;
 }
 
-std::array<FaceStrain, 4> flow_sheet(const BendingShape& s, const BentGroup& group, const Material& material, double h,
-                                     BendingPlasticity& io, bool& o_is_flowing) {
+FaceStrains flow_sheet(const BendingShape& s, const BentGroup& group, const Material& material, double h,
+                       BendingPlasticity& io, bool& o_is_flowing) {
     const int n = s.normal, i = (n + 1) % 3, j = (n + 2) % 3;
     const double t = s.extent[n];
     const auto curvature = [&](const Mat3& K) {
@@ -123,19 +123,19 @@ std::array<FaceStrain, 4> flow_sheet(const BendingShape& s, const BentGroup& gro
         stretch_for_good(s, i, j, mean, io.F_P);
         harden(material, hardening, io.yield);
     }
-    std::array<FaceStrain, 4> faces;
+    FaceStrains faces;
     for (int side = 0; side < 2; ++side) {
         const int layer = kLayers + side;
         const Layer of(membrane - mean + height(layer) * (kappa - bent) - remainder_of(io.remainder, layer), s.nu);
-        Mat3& e = faces[static_cast<size_t>(side)].strain;
+        Mat3& e = faces.strain[faces.n++];
+        e.setZero();
         e(i, i) = of.strain(0, 0), e(j, j) = of.strain(1, 1), e(i, j) = e(j, i) = of.strain(0, 1), e(n, n) = of.across;
     }
-    faces[2] = faces[0], faces[3] = faces[1];
     return faces;
 }
 
-std::array<FaceStrain, 4> flow_rod(const BendingShape& s, const BentGroup& group, const Material& material, double h,
-                                   BendingPlasticity& io, bool& o_is_flowing) {
+FaceStrains flow_rod(const BendingShape& s, const BentGroup& group, const Material& material, double h,
+                     BendingPlasticity& io, bool& o_is_flowing) {
     constexpr int kFibres = kLayers * kLayers;
     const int a = s.axis, i = (a + 1) % 3, k = (a + 2) % 3;
     const Mat3 K = group.K - io.K_P;
@@ -178,10 +178,11 @@ std::array<FaceStrain, 4> flow_rod(const BendingShape& s, const BentGroup& group
         stretch_for_good(s, a, i, drawn, io.F_P);
         harden(material, hardening, io.yield);
     }
-    std::array<FaceStrain, 4> faces;
+    FaceStrains faces;
     for (int corner = 0; corner < 4; ++corner) {
         const double e = strain(kFibres + corner, along - mean, left);
-        Mat3& of = faces[static_cast<size_t>(corner)].strain;
+        Mat3& of = faces.strain[faces.n++];
+        of.setZero();
         of(a, a) = e, of(i, i) = of(k, k) = -s.nu * e;
     }
     return faces;
@@ -189,8 +190,8 @@ std::array<FaceStrain, 4> flow_rod(const BendingShape& s, const BentGroup& group
 
 }  // namespace
 
-std::array<FaceStrain, 4> flow_bending(const BendingShape& shape, const BentGroup& group, const Material& material,
-                                       double h, BendingPlasticity& io_plastic, bool& o_is_flowing) {
+FaceStrains flow_bending(const BendingShape& shape, const BentGroup& group, const Material& material, double h,
+                         BendingPlasticity& io_plastic, bool& o_is_flowing) {
     return shape.rank == 1 ? flow_rod(shape, group, material, h, io_plastic, o_is_flowing)
                            : flow_sheet(shape, group, material, h, io_plastic, o_is_flowing);
 }

@@ -16,19 +16,20 @@ struct BendingPlasticity {
     Mat3 K_P = Mat3::Zero();      // in the fragment's axes, rad/m
     LayerStrain remainder = {};   // of the layers, what F_P and K_P leave of their flow
     double yield = kNever;        // -
-    bool operator==(const BendingPlasticity&) const = default;
 };
 
-/// The elastic strain where a thin group is strained most: at the faces of a sheet, at the corners of a rod.
-struct FaceStrain {
-    Mat3 strain = Mat3::Zero();  // principal logarithmic strains and their directions, in the fragment's axes
+/// The elastic logarithmic strains where a thin group is strained most, in the fragment's axes.
+struct FaceStrains {
+    size_t n = 0;  // 2: at the faces of a sheet; 4: at the edges of a rod
+    std::array<Mat3, 4> strain;
 };
 
 /// Lets a section's layers flow for `h` seconds, each above the yield surface as `flow` of plasticity.h does: five of
 /// equal weight through a sheet, z = t/2 (2i - 4) / sqrt(24), so that sum w z^2 = t^2 / 12 exactly; five by five
 /// through a rod. F_P takes their mean, K_P their moment over t^2 / 12, each layer keeps the rest. Layers without
-/// weight lie at the faces. Returns the strains there after the flow; `is_flowing`: something did.
-std::array<FaceStrain, 4> flow_bending(const BendingShape& shape, const BentGroup& group, const Material& material,
-                                       double h, BendingPlasticity& io_plastic, bool& o_is_flowing);
+/// weight lie at the faces. Returns the strains there after the flow; `o_is_flowing`: something
+/// did.
+FaceStrains flow_bending(const BendingShape& shape, const BentGroup& group, const Material& material, double h,
+                         BendingPlasticity& io_plastic, bool& o_is_flowing);
 
 }  // namespace sunder
