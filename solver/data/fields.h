@@ -73,9 +73,12 @@ Status check_fields(std::span<const Field<T>> fields, const T& of, const std::st
 /// Their values in their order, as hashes of them want it.
 template <class T>
 std::vector<double> numbers_of(std::span<const Field<T>> fields, const T& of) {
+    static const T unset = {};
     std::vector<double> numbers;
-    for (const Field<T>& field : fields)
-        if (!field.description.is_added || field.number(of) != field.number(T())) numbers.push_back(field.number(of));
+    for (const Field<T>& field : fields) {
+        const double number = field.number(of);
+        if (!field.description.is_added || number != field.number(unset)) numbers.push_back(number);
+    }
     return numbers;
 }
 
