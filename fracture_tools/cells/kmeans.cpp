@@ -14,12 +14,12 @@ constexpr size_t kPointsAChunk = 4096;
 
 /// The centre of each point, by its index and by its place in the grid: points are gone through as they lie in space,
 /// so that what is looked at is in the caches, and summed by index, so that sums do not depend on the grid.
-struct Labels {
+struct Assignment {
     std::vector<uint32_t> of_point, of_place;  // number of centres: none yet  (n_points each)
 };
 
 /// Gives the number of points that change their centre. Where they were says where to look.
-size_t assign_nearest(const PointGrid& points, const std::vector<Vec3>& centers, int threads, Labels& io_labels) {
+size_t assign_nearest(const PointGrid& points, const std::vector<Vec3>& centers, int threads, Assignment& io_labels) {
     const PointGrid grid(centers);
     std::atomic<size_t> n_changed = 0;
     for_chunks(points.places().size(), kPointsAChunk, threads, {}, "", [&](size_t, size_t begin, size_t end) {
@@ -59,7 +59,7 @@ Result<std::vector<uint32_t>> kmeans_clusters(std::span<const Vec3> points, std:
     assert(n_clusters >= 1 && n_clusters <= points.size() && weights.size() == points.size());
     const PointGrid grid(points);
     std::vector<Vec3> centers = seed_centers(grid, weights, n_clusters, seed);
-    Labels labels;
+    Assignment labels;
     labels.of_point.assign(points.size(), n_clusters);
     labels.of_place = labels.of_point;
     for (int k = 0; k < kMaxIterations; ++k) {

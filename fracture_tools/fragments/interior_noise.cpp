@@ -19,7 +19,7 @@ constexpr double kMostApproach = 0.45, kRamp = 2;
 constexpr int kMostHalvings = 5;
 /// Rounds in which only what intersects is moved back; then all of the fragment's.
 constexpr int kCarefulRounds = 16;
-constexpr size_t kFragmentsAChunk = 4;
+constexpr size_t kMovedAChunk = 4;
 
 /// Directions that a vertex may move in: the normals of the interfaces that it is on, as a matrix that keeps a vector
 /// along a single one of them and all of it where they span space.
@@ -95,7 +95,7 @@ public:
     /// Looks for intersections in the fragments that changed; false when cancelled.
     bool look(int threads, const Progress& progress) {
         found_.assign(triangles_.size(), {});
-        return for_chunks(triangles_.size(), kFragmentsAChunk, threads, progress, "moving break surfaces",
+        return for_chunks(triangles_.size(), kMovedAChunk, threads, progress, "moving break surfaces",
                           [&](size_t, size_t begin, size_t end) {
                               for (size_t f = begin; f < end; ++f)
                                   if (is_dirty_[f]) found_[f] = self_intersections(set_.vertices, triangles_[f]);

@@ -10,7 +10,7 @@ namespace {
 constexpr double kRegularisation = 0.03;
 // Largest elastic part, Frobenius norm: I + E stays far from inverting when crushed particles have passed one another.
 constexpr double kMostElastic = 0.5;
-constexpr size_t kGrain = 32;  // particles
+constexpr size_t kTransformGrain = 32;  // particles
 
 // Linear in `sum`, so it serves rates too.
 Mat3 regular(const Mat3& sum) { return sum + Mat3((kRegularisation * sum.trace()) * Mat3::Identity()); }
@@ -36,7 +36,7 @@ void ParticleTransforms::evaluate(std::span<const Vec3> position, std::span<cons
                                   std::vector<Affine>& out, const RangeRunner& run) {
     const size_t n = rest_position_.size();
     out.resize(n), plain_.resize(n), qq_.resize(n), elastic_.resize(n);
-    run(n, kGrain, [&](size_t begin, size_t end) {
+    run(n, kTransformGrain, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
             const Quat R_rel = orientation[i].normalized() * rest_orientation_[i].conjugate();
             const Mat3 plain = R_rel.toRotationMatrix() * plastic_deformation[i];
@@ -71,7 +71,7 @@ void ParticleTransforms::rates(std::span<const Vec3> position, std::span<const V
                                std::vector<Affine>& out, const RangeRunner& run) {
     const size_t n = rest_position_.size();
     out.resize(n);
-    run(n, kGrain, [&](size_t begin, size_t end) {
+    run(n, kTransformGrain, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
             const Mat3& plain = plain_[i];
             Mat3 qq_rate = Mat3::Zero(), dq_rate = Mat3::Zero();

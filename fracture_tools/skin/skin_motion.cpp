@@ -10,35 +10,35 @@ namespace {
 
 bool equal(const Affine& a, const Affine& b) { return a.linear == b.linear && a.offset == b.offset; }
 
-typedef double Lanes __attribute__((vector_size(32), may_alias));
+typedef double Doubles __attribute__((vector_size(32), may_alias));
 typedef float FloatLanes __attribute__((vector_size(16), may_alias));
 
 struct Blend {
-    Lanes column[4];
+    Doubles column[4];
 };
 
 inline __attribute__((always_inline)) void blend(std::span<const SkinInfluence> influences, const AffineColumns* map,
                                                  Blend& out) {
-    Lanes c0{}, c1{}, c2{}, c3{};
+    Doubles c0{}, c1{}, c2{}, c3{};
     for (const auto& [p, w] : influences) {
-        const Lanes* m = reinterpret_cast<const Lanes*>(map[p].column);
+        const Doubles* m = reinterpret_cast<const Doubles*>(map[p].column);
         const double one = w;
-        const Lanes weight = {one, one, one, one};
+        const Doubles weight = {one, one, one, one};
         c0 += weight * m[0], c1 += weight * m[1], c2 += weight * m[2], c3 += weight * m[3];
     }
     out.column[0] = c0, out.column[1] = c1, out.column[2] = c2, out.column[3] = c3;
 }
 
 inline __attribute__((always_inline)) Vec3 apply(const Blend& b, const Vec3& x) {
-    const Lanes y = b.column[0] * x.x() + b.column[1] * x.y() + b.column[2] * x.z() + b.column[3];
+    const Doubles y = b.column[0] * x.x() + b.column[1] * x.y() + b.column[2] * x.z() + b.column[3];
     return {y[0], y[1], y[2]};
 }
 
 // Columns of the cofactor matrix are cross products of the columns.
 inline __attribute__((always_inline)) void cofactor_of(const Blend& b, NormalMap& out) {
     for (int k = 0; k < 3; ++k) {
-        const Lanes &u = b.column[(k + 1) % 3], &v = b.column[(k + 2) % 3];
-        const Lanes cross = __builtin_shufflevector(u, u, 1, 2, 0, 3) * __builtin_shufflevector(v, v, 2, 0, 1, 3) -
+        const Doubles &u = b.column[(k + 1) % 3], &v = b.column[(k + 2) % 3];
+        const Doubles cross = __builtin_shufflevector(u, u, 1, 2, 0, 3) * __builtin_shufflevector(v, v, 2, 0, 1, 3) -
                             __builtin_shufflevector(u, u, 2, 0, 1, 3) * __builtin_shufflevector(v, v, 1, 2, 0, 3);
         *reinterpret_cast<FloatLanes*>(out.column[k]) = __builtin_convertvector(cross, FloatLanes);
     }

@@ -8,7 +8,7 @@
 namespace sunder {
 namespace {
 
-constexpr size_t kGrain = 2048;  // triangles
+constexpr size_t kFaceGrain = 2048;  // triangles
 
 // Replaces `io_last` by `width` entries a listed face, which put(face, out) writes. `n_same`: faces at the front, which
 // are the same in every frame.
@@ -20,7 +20,7 @@ void fill_rows(ArrayRecycler<T>& io_recycler, SharedArray<T>& io_last, const Spl
     auto& slot = io_recycler.take(width * face.size(), width * size_t{topology.faces().n_faces()});
     T* out = slot.object->data();
     const size_t first = slot.finished / width;
-    run(face.size() - first, kGrain, [&](size_t begin, size_t end) {
+    run(face.size() - first, kFaceGrain, [&](size_t begin, size_t end) {
         for (size_t t = first + begin; t < first + end; ++t) put(face[t], out + width * t);
     });
     slot.finished = width * n_same;

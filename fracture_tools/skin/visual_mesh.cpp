@@ -18,6 +18,14 @@
 #include "solver/data/disjoint_sets.h"
 
 namespace sunder {
+
+// An interface without an edge, and the pairs of edges that lead from one of its fragments to the other by way of a
+// third.
+struct Detour {
+    uint32_t interface;
+    std::vector<std::array<uint32_t, 2>> edges;
+};
+
 namespace {
 
 // Of the body's particles when all is well with them.
@@ -63,13 +71,6 @@ std::vector<uint32_t> edge_interfaces(const FragmentSet& set, const SimulationMe
     }
     return of_edge;
 }
-
-// An interface without an edge, and the pairs of edges that lead from one of its fragments to the other by way of a
-// third.
-struct Detour {
-    uint32_t interface;
-    std::vector<std::array<uint32_t, 2>> edges;
-};
 
 std::vector<Detour> find_detours(const FragmentSet& set, const SimulationMesh& rest,
                                  const std::vector<uint32_t>& edge_interface) {

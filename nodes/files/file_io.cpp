@@ -13,11 +13,6 @@
 #include <vector>
 
 namespace sunder {
-namespace {
-
-namespace fs = std::filesystem;
-
-constexpr size_t kChunk = size_t{1} << 20;  // bytes read or written by one system call
 
 class Descriptor {
 public:
@@ -38,6 +33,12 @@ public:
 private:
     int fd_;
 };
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kChunk = size_t{1} << 20;  // bytes read or written by one system call
 
 Error system_error(const fs::path& path, const std::string& doing, int number) {
     std::string mend;

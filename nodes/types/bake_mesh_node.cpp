@@ -6,7 +6,7 @@
 namespace sunder {
 namespace {
 
-Result<Value> cook(CookContext& context) {
+Result<Value> cook_bake_mesh(CookContext& context) {
     Result<std::shared_ptr<const BodyMesh>> mesh = context.input<BodyMesh>("mesh");
     if (!mesh) return mesh.error();
     BakeItem item;
@@ -44,7 +44,7 @@ NodeType bake_mesh_node() {
                      "point cache (constant topology)",
          .choices = {"none", "usda", "glb", "pc2"}},
         compression_parameter()};
-    return {.description = d, .cook = cook, .depends_on_frame = true};
+    return {.description = d, .cook = cook_bake_mesh, .depends_on_frame = true};
 }
 
 }  // namespace sunder

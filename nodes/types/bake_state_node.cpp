@@ -6,7 +6,7 @@
 namespace sunder {
 namespace {
 
-Result<Value> cook(CookContext& context) {
+Result<Value> cook_bake_state(CookContext& context) {
     Result<std::shared_ptr<const StateValue>> state = context.input<StateValue>("state");
     if (!state) return state.error();
     BakeItem item;
@@ -36,7 +36,7 @@ NodeType bake_state_node() {
                      .default_value = "state/sim.####.ply",
                      .sentence = "PLY file below the output folder, #### being the frame"},
                     compression_parameter()};
-    return {.description = d, .cook = cook, .depends_on_frame = true};
+    return {.description = d, .cook = cook_bake_state, .depends_on_frame = true};
 }
 
 }  // namespace sunder

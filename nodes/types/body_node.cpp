@@ -52,7 +52,7 @@ Material material_of(const Parameters& p, const SimulationMesh& rest) {
     return m;
 }
 
-Result<Value> cook(CookContext& context) {
+Result<Value> cook_body(CookContext& context) {
     const Parameters& p = context.parameters();
     Placed& placed = context.store().get<Placed>();
     const ContentKey key = placed_key(context, p);
@@ -108,7 +108,7 @@ NodeType body_node() {
          .default_value = 1000.0,
          .sentence = "Mass per volume"}};
     std::ranges::move(material_parameters(), std::back_inserter(d.parameters));
-    return {.description = d, .cook = cook};
+    return {.description = d, .cook = cook_body};
 }
 
 }  // namespace sunder

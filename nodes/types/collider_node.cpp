@@ -71,7 +71,7 @@ Result<LevelSetStore*> level_set(CookContext& context) {
     return &store;
 }
 
-Result<Value> cook(CookContext& context) {
+Result<Value> cook_collider(CookContext& context) {
     ColliderValue value;
     const Parameters& p = context.parameters();
     value.collider.name = context.node();
@@ -175,7 +175,7 @@ NodeType collider_node() {
         surface_parameter("friction"),
         surface_parameter("restitution")};
     for (ParameterDescription& p : mesh_parameters()) d.parameters.push_back(std::move(p));
-    return {.description = d, .cook = cook};
+    return {.description = d, .cook = cook_collider};
 }
 
 }  // namespace sunder

@@ -120,7 +120,7 @@ std::vector<Result<Value>> cook_together(std::span<CookContext* const> contexts)
     return values;
 }
 
-Result<Value> cook(CookContext& context) {
+Result<Value> cook_deformer(CookContext& context) {
     CookContext* const alone = &context;
     return std::move(cook_together({&alone, 1}).front());
 }
@@ -148,7 +148,7 @@ NodeType deformer_node() {
                      "constant: all fragments are there from the first frame, break surfaces marked as hidden until "
                      "they open, so that vertices and faces stay the same for point caches and motion blur",
          .choices = {"compact", "constant"}}};
-    return {.description = d, .cook = cook, .cook_together = cook_together};
+    return {.description = d, .cook = cook_deformer, .cook_together = cook_together};
 }
 
 }  // namespace sunder

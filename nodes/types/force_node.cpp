@@ -4,7 +4,7 @@
 namespace sunder {
 namespace {
 
-Result<Value> cook(CookContext& context) {
+Result<Value> cook_force(CookContext& context) {
     const Parameters& p = context.parameters();
     Force force;
     force.acceleration = p.vector3("acceleration");
@@ -48,7 +48,7 @@ NodeType force_node() {
          .default_value = 0.0,
          .sentence = "How fast the wind takes particles along: acceleration = drag x (wind - velocity); 0: no wind",
          .animatable = true}};
-    return {.description = d, .cook = cook};
+    return {.description = d, .cook = cook_force};
 }
 
 }  // namespace sunder

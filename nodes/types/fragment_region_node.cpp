@@ -8,7 +8,7 @@
 namespace sunder {
 namespace {
 
-Status check(const std::string& node, const Parameters& p) {
+Status check_fragment_region(const std::string& node, const Parameters& p) {
     const std::string region = p.text("region");
     if (region == "box" && (p.vector3("box_min").array() > p.vector3("box_max").array()).any())
         return node_error(node, "box_min", "lies beyond box_max", "each of its coordinates is at most that of box_max");
@@ -46,7 +46,7 @@ Result<std::vector<uint8_t>> select(CookContext& context, const FragmentSet& set
     return inside;
 }
 
-Result<Value> cook(CookContext& context) {
+Result<Value> cook_fragment_region(CookContext& context) {
     Result<std::shared_ptr<const FragmentSet>> fragments = context.input<FragmentSet>("fragments");
     if (!fragments) return fragments.error();
     const Parameters& p = context.parameters();
@@ -117,7 +117,7 @@ NodeType fragment_region_node() {
               "Factor on the toughness of interfaces between two of the region's fragments, below 1 weak; null: "
               "glued, they never break",
           .nullable = true}});
-    return {.description = d, .cook = cook, .check = check};
+    return {.description = d, .cook = cook_fragment_region, .check = check_fragment_region};
 }
 
 }  // namespace sunder

@@ -6,7 +6,7 @@
 namespace sunder {
 namespace {
 
-Result<Value> cook(CookContext& context) {
+Result<Value> cook_lattice(CookContext& context) {
     const Parameters& p = context.parameters();
     LatticeSettings settings;
     settings.size = p.vector3("size");
@@ -50,7 +50,7 @@ NodeType lattice_node() {
          .default_value = 6,
          .sentence = "Cells that a cell is joined to: 6 across faces, 18 also across edges, 26 also across corners",
          .choices = {6, 18, 26}}};
-    return {.description = d, .cook = cook};
+    return {.description = d, .cook = cook_lattice};
 }
 
 }  // namespace sunder

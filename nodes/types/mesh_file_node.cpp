@@ -9,7 +9,7 @@
 namespace sunder {
 namespace {
 
-Status check(const std::string& node, const Parameters& parameters) {
+Status check_mesh_file(const std::string& node, const Parameters& parameters) {
     if (parameters.text("path").empty())
         return node_error(node, "path", "no file is given", "OBJ, PLY, STL, glTF, GLB, FBX or OFF");
     return {};
@@ -35,7 +35,7 @@ Status add_groups(CookContext& context, const Json& groups, TriMesh& io_mesh) {
     return {};
 }
 
-Result<Value> cook(CookContext& context) {
+Result<Value> cook_mesh_file(CookContext& context) {
     const Parameters& p = context.parameters();
     Result<TriMesh> read = read_mesh(context.resolve(p.text("path")), {.scale = p.number("scale")});
     if (!read) {
@@ -86,7 +86,7 @@ NodeType mesh_file_node() {
          .type = ParameterType::vertex_groups,
          .default_value = JsonValue::empty_object(),
          .sentence = "Named lists of vertices (numbered as read, equal positions being one vertex), for pins"}};
-    return {.description = d, .cook = cook, .check = check};
+    return {.description = d, .cook = cook_mesh_file, .check = check_mesh_file};
 }
 
 }  // namespace sunder

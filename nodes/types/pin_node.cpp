@@ -12,7 +12,7 @@ struct Selection {
     std::shared_ptr<const std::vector<uint32_t>> particles;
 };
 
-Status check(const std::string& node, const Parameters& p) {
+Status check_pin(const std::string& node, const Parameters& p) {
     const std::string region = p.text("region");
     if (region == "box" && (p.vector3("box_min").array() > p.vector3("box_max").array()).any())
         return node_error(node, "box_min", "lies beyond box_max", "each of its coordinates is at most that of box_max");
@@ -57,7 +57,7 @@ ContentKey selection_key(const BodyValue& body, const Parameters& p) {
     return hasher.key();
 }
 
-Result<Value> cook(CookContext& context) {
+Result<Value> cook_pin(CookContext& context) {
     Result<std::shared_ptr<const BodyValue>> body = context.input<BodyValue>("body");
     if (!body) return body.error();
     const Parameters& p = context.parameters();
@@ -118,7 +118,7 @@ NodeType pin_node() {
           .default_value = nullptr,
           .sentence = "Last frame at which it holds; null: it never lets go",
           .nullable = true}});
-    return {.description = d, .cook = cook, .check = check, .depends_on_frame = true};
+    return {.description = d, .cook = cook_pin, .check = check_pin, .depends_on_frame = true};
 }
 
 }  // namespace sunder

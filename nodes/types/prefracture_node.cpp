@@ -38,7 +38,7 @@ std::vector<JsonValue> names(const Choices& choices) {
     return list;
 }
 
-PrefractureSettings settings_of(const Parameters& p) {
+PrefractureSettings prefracture_settings(const Parameters& p) {
     PrefractureSettings settings;
     settings.method = chosen(kMethods, p.text("method"));
     settings.pieces = p.integer("pieces");
@@ -72,7 +72,7 @@ PrefractureSettings settings_of(const Parameters& p) {
     return settings;
 }
 
-Status check(const std::string& node, const Parameters& p) {
+Status check_prefracture(const std::string& node, const Parameters& p) {
     if (p.integer("clusters") > p.integer("pieces"))
         return node_error(node, "clusters", "is more than the number of pieces", "at most `pieces`");
     if (p.text("method") != "voronoi") return {};
@@ -84,10 +84,10 @@ Status check(const std::string& node, const Parameters& p) {
     return {};
 }
 
-Result<Value> cook(CookContext& context) {
+Result<Value> cook_prefracture(CookContext& context) {
     Result<std::shared_ptr<const TriMesh>> mesh = context.input<TriMesh>("mesh");
     if (!mesh) return mesh.error();
-    PrefractureSettings settings = settings_of(context.parameters());
+    PrefractureSettings settings = prefracture_settings(context.parameters());
     settings.threads = context.threads();
     Result<FragmentSet> fragments = prefracture(**mesh, settings, "node '" + context.node() + "'", context.progress());
     if (!fragments) return fragments.error();
@@ -347,7 +347,7 @@ NodeType prefracture_node() {
     for (ParameterDescription& p : repair_parameters()) d.parameters.push_back(std::move(p));
     for (ParameterDescription& p : interior_parameters()) d.parameters.push_back(std::move(p));
     for (ParameterDescription& p : factor_parameters()) d.parameters.push_back(std::move(p));
-    return {.description = d, .cook = cook, .check = check, .is_cut = true};
+    return {.description = d, .cook = cook_prefracture, .check = check_prefracture, .is_cut = true};
 }
 
 }  // namespace sunder

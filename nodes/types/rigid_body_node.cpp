@@ -5,7 +5,7 @@
 namespace sunder {
 namespace {
 
-Result<Value> cook(CookContext& context) {
+Result<Value> cook_rigid_body(CookContext& context) {
     const Parameters& p = context.parameters();
     RigidBody body;
     body.name = context.node();
@@ -52,7 +52,7 @@ NodeType rigid_body_node() {
                     angular_velocity_parameter(),
                     surface_parameter("friction"),
                     surface_parameter("restitution")};
-    return {.description = d, .cook = cook};
+    return {.description = d, .cook = cook_rigid_body};
 }
 
 }  // namespace sunder

@@ -143,7 +143,7 @@ private:
     SolverStore& store_;
 };
 
-Result<Value> cook(CookContext& context) {
+Result<Value> cook_solver(CookContext& context) {
     SolverCook solver(context);
     if (Status ok = solver.prepare(); !ok) return ok.error();
     const int frame = std::max(context.frame(), context.start_frame());  // before the start all is as at the start
@@ -267,7 +267,7 @@ NodeType solver_node() {
     d.inputs = inputs();
     d.outputs = {{.name = "state", .label = "State", .type = SocketType::state, .sentence = "All bodies at a frame"}};
     d.parameters = parameters();
-    return {.description = d, .cook = cook, .depends_on_frame = true, .seed = seed};
+    return {.description = d, .cook = cook_solver, .depends_on_frame = true, .seed = seed};
 }
 
 }  // namespace sunder

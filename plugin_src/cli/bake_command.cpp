@@ -14,7 +14,7 @@
 namespace sunder::cli {
 namespace {
 
-struct Options {
+struct BakeOptions {
     std::string graph, folder, frames;
     std::vector<std::string> settings;
     std::optional<int> threads;
@@ -41,7 +41,7 @@ Status apply_setting(Graph& graph, const std::string& setting) {
 }
 
 // What a graph file has in it, or what was set on the command line.
-Result<Graph> load_graph(const Options& options) {
+Result<Graph> load_graph(const BakeOptions& options) {
     auto graph = Graph::load(options.graph);
     if (!graph) return graph.error();
     for (const std::string& setting : options.settings)
@@ -62,7 +62,7 @@ void print_frame(const BakedFrame& f) {
     std::fflush(stdout);
 }
 
-int run_bake(const Options& options) {
+int run_bake(const BakeOptions& options) {
     BakeSettings settings;
     settings.folder = options.folder;
     settings.start = options.resume ? BakeStart::resume : options.restart ? BakeStart::restart : BakeStart::fresh;
@@ -113,7 +113,7 @@ Result<std::array<int, 2>> to_frames(const std::string& text) {
 }
 
 void add_bake_command(CLI::App& app, Run& out_run) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<BakeOptions>();
     options->folder = "bake";
     CLI::App* command = app.add_subcommand("bake", "Evaluate every bake node of a graph, frame by frame, to files");
     command->add_option("GRAPH", options->graph, "graph file (JSON)")->required();

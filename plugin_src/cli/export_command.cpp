@@ -10,12 +10,12 @@
 namespace sunder::cli {
 namespace {
 
-struct Options {
+struct ExportOptions {
     BakeExport wanted;
     std::string bake, file, frames, graph_folder;
 };
 
-int run_export(const Options& options) {
+int run_export(const ExportOptions& options) {
     BakeExport wanted = options.wanted;
     wanted.bake = options.bake, wanted.settings.file = options.file;
     if (!options.graph_folder.empty()) wanted.choice.graph_folder = options.graph_folder;
@@ -39,7 +39,7 @@ int run_export(const Options& options) {
 }  // namespace
 
 void add_export_command(CLI::App& app, Run& out_run) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<ExportOptions>();
     CLI::App* command = app.add_subcommand("export", "Write a bake as .usda, .glb, .pc2, or as .ply or .obj frames");
     command->add_option("BAKE", options->bake, "bake folder")->required();
     command->add_option("-o,--output", options->file, "file; its ending tells the format, #### stands for the frame")

@@ -22,14 +22,14 @@ namespace {
 constexpr const char* kReader = "mesh";  // names of the two nodes, as errors tell them
 constexpr const char* kCutter = "fracture";
 
-struct Options {
+struct FractureOptions {
     std::string mesh;
     std::optional<std::string> folder;
     bool only_checks = false, as_json = false;
     std::map<std::string, std::map<std::string, std::string>> parameters;  // node -> parameter -> text
 };
 
-Status set_up(Graph& graph, const Options& options) {
+Status set_up(Graph& graph, const FractureOptions& options) {
     if (Status s = graph.add_node(kReader, "mesh_file"); !s) return s;
     if (Status s = graph.add_node(kCutter, "prefracture"); !s) return s;
     if (Status s = graph.connect({kReader, "mesh"}, {kCutter, "mesh"}); !s) return s;
@@ -51,7 +51,7 @@ Status write_faces(const MeshFaultReport& report, const std::optional<std::strin
 }
 
 /// Lists the faults, and cuts the mesh to see what repair does about them; writes no pieces.
-int run_check(const Options& options) {
+int run_check(const FractureOptions& options) {
     Graph graph;
     if (Status s = set_up(graph, options); !s) return fail(s.error(), "sunder fracture");
     ProgressBar bar;
@@ -83,7 +83,7 @@ int run_check(const Options& options) {
     return kDone;
 }
 
-int run_fracture(const Options& options) {
+int run_fracture(const FractureOptions& options) {
     Graph graph;
     if (Status s = set_up(graph, options); !s) return fail(s.error(), "sunder fracture");
     ProgressBar bar;
@@ -103,7 +103,7 @@ int run_fracture(const Options& options) {
 }
 
 // Every parameter of a node type that is not asked for in another way becomes an option, underscores as dashes.
-void add_parameters(CLI::App* command, const char* node, const char* type, Options& io_options) {
+void add_parameters(CLI::App* command, const char* node, const char* type, FractureOptions& io_options) {
     for (const ParameterDescription& p : standard_registry().find(type)->description.parameters) {
         if (p.type == ParameterType::path) continue;
         std::string name = p.name;
@@ -120,7 +120,7 @@ void add_parameters(CLI::App* command, const char* node, const char* type, Optio
 }  // namespace
 
 void add_fracture_command(CLI::App& app, Run& out_run) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<FractureOptions>();
     CLI::App* command =
         app.add_subcommand("fracture", "Cut a mesh into fragments: fragments.json and one closed mesh a fragment");
     command->add_option("MESH", options->mesh, "mesh file")->required();

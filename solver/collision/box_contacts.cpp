@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kFaceShare = 0.02;  // an edge axis must be shallower by this share of the depth to win
-constexpr double kRounding = 1e-9;   // of the box's size: differences below it decide nothing
+constexpr double kBoxRounding = 1e-9;   // of the box's size: differences below it decide nothing
 
 struct Frame {
     Vec3 center, half;  // m
@@ -150,7 +150,7 @@ Manifold box_box_contacts(const PlacedShape& a, const PlacedShape& b) {
     int face = 0;  // 0-2: of a, 3-5: of b
     for (int k = 0; k < 6; ++k) {
         const double gap = separation(oriented(k < 3 ? A.axes.col(k) : B.axes.col(k - 3)));
-        const double lead = kRounding * size + (k == 3 ? kFaceShare * std::abs(face_gap) : 0);
+        const double lead = kBoxRounding * size + (k == 3 ? kFaceShare * std::abs(face_gap) : 0);
         if (k == 0 || gap > face_gap + lead) {
             face_gap = gap;
             face = k;
@@ -166,7 +166,7 @@ Manifold box_box_contacts(const PlacedShape& a, const PlacedShape& b) {
             if (length < 1e-6) continue;  // parallel edges: the faces cover them
             const Vec3 n = oriented(cross / length);
             const double gap = separation(n);
-            if (gap > edge_gap + kRounding * size) {
+            if (gap > edge_gap + kBoxRounding * size) {
                 edge_gap = gap;
                 edge_normal = n;
                 edge_a = i;
@@ -177,7 +177,7 @@ Manifold box_box_contacts(const PlacedShape& a, const PlacedShape& b) {
     const bool apart = face_gap > 0 || edge_gap > 0;
     const Separation nearest =
         apart ? nearest_features(a, b, A, B) : edge_contact(A, edge_a, B, edge_b, edge_normal, edge_gap);
-    const bool on_face = nearest.gap <= face_gap + kFaceShare * std::abs(face_gap) + kRounding * size;
+    const bool on_face = nearest.gap <= face_gap + kFaceShare * std::abs(face_gap) + kBoxRounding * size;
     Manifold result;
     if (on_face) {
         const bool of_a = face < 3;
@@ -186,7 +186,7 @@ Manifold box_box_contacts(const PlacedShape& a, const PlacedShape& b) {
         if (!apart) return result;
     }
     // What is nearest may lie just beyond the face's sides, where clipping lost it.
-    if (result.least_gap() > nearest.gap + kRounding * size) {
+    if (result.least_gap() > nearest.gap + kBoxRounding * size) {
         if (result.count == int(result.points.size())) --result.count;
         result.add(nearest);
     }
@@ -239,7 +239,7 @@ Manifold box_capsule_contacts(const PlacedShape& a, const PlacedShape& b) {
         from = std::max(from, std::min(t0, t1));
         to = std::min(to, std::max(t0, t1));
     };
-    const bool apart = distance > kRounding * e.minCoeff();
+    const bool apart = distance > kBoxRounding * e.minCoeff();
     if (apart) {
         normal /= distance;
         const double along = normal.cwiseAbs().maxCoeff(&face);
@@ -250,7 +250,7 @@ Manifold box_capsule_contacts(const PlacedShape& a, const PlacedShape& b) {
         const auto consider = [&](Vec3 n, int of_face) {
             if (n.dot(middle) < 0) n = -n;
             const double gap = n.dot(middle) - std::abs(n.dot(half)) - e.dot(n.cwiseAbs());
-            if (gap > distance + kRounding * e.maxCoeff()) {
+            if (gap > distance + kBoxRounding * e.maxCoeff()) {
                 distance = gap;
                 normal = n;
                 face = of_face;
@@ -285,12 +285,12 @@ Manifold box_capsule_contacts(const PlacedShape& a, const PlacedShape& b) {
         const auto over_face = [&](double at) { add(at, n, n.dot(p0 + at * u) - e[face]); };
         if (to >= from) {
             over_face(from);
-            if ((to - from) * u.norm() > kRounding * e.minCoeff()) over_face(to);
+            if ((to - from) * u.norm() > kBoxRounding * e.minCoeff()) over_face(to);
             if (!apart) return result;
         }
     }
     // What is nearest may lie just beyond the face's sides, where clipping lost it.
-    if (result.least_gap() > distance - r + kRounding * e.maxCoeff()) add(t, normal, distance);
+    if (result.least_gap() > distance - r + kBoxRounding * e.maxCoeff()) add(t, normal, distance);
     return result;
 }
 

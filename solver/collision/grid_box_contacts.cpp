@@ -11,12 +11,11 @@ namespace {
 
 constexpr int kDepth = 3;           // a face is divided into at most 8 x 8 parts
 constexpr double kBulge = 0.02;     // of a voxel: how much nearer than its corners say a face must come to the mesh
-constexpr double kApart = 0.2;      // of the box's half diagonal: points nearer to one another are one
-constexpr double kAligned = 0.7;    // cosine from which the box's own normal is taken instead of the gradient
-constexpr double kRounding = 1e-9;  // of the half extent: on the border
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kBoxApart = 0.2;      // of the box's half diagonal: points nearer to one another are one
+constexpr double kBoxAligned = 0.7;    // cosine from which the box's own normal is taken instead of the gradient
+constexpr double kOnBorder = 1e-9;  // of the half extent: on the border
 
-struct Candidate {
+struct BoxPoint {
     Vec3 p;  // in the box's frame
     GridSample at;
 };
@@ -28,11 +27,11 @@ struct BoxOnGrid {
     const Mat3 Q = pose.orientation.toRotationMatrix();
 
     Vec3 place(const Vec3& p) const { return pose.position + Q * p; }
-    Candidate at(const Vec3& p) const { return {p, sample(grid, place(p))}; }
+    BoxPoint at(const Vec3& p) const { return {p, sample(grid, place(p))}; }
     Vec3 corner(int k) const { return {k & 1 ? e.x() : -e.x(), k & 2 ? e.y() : -e.y(), k & 4 ? e.z() : -e.z()}; }
 
     /// Goes down within the face i, stopping at its border.
-    Candidate descend(Candidate now, int i, double step) const {
+    BoxPoint descend(BoxPoint now, int i, double step) const {
         constexpr int kMostSteps = 12;
         const double least = 1e-4 * step;
         for (int k = 0; k < kMostSteps && step > least; ++k) {
@@ -41,7 +40,7 @@ struct BoxOnGrid {
             const double length = down.norm();
             if (!(length > 1e-6)) break;
             const Vec3 p = (now.p + step / length * down).cwiseMax(-e).cwiseMin(e);
-            const Candidate next = at(p);
+            const BoxPoint next = at(p);
             if (next.at.distance < now.at.distance)
                 now = next;
             else
@@ -52,17 +51,17 @@ struct BoxOnGrid {
 
     /// Of a minimum over the box the gradient has no part along its face or edge; what is left of it there is rounding
     /// at an edge of the mesh.
-    Vec3 normal(const Candidate& c) const {
+    Vec3 normal(const BoxPoint& c) const {
         const Vec3 out = way_out(grid, c.at, place(c.p)), in_box = Q.transpose() * out;
         Vec3 n = in_box;
         for (int i = 0; i < 3; ++i)
-            if (std::abs(c.p[i]) < (1 - kRounding) * e[i]) n[i] = 0;
+            if (std::abs(c.p[i]) < (1 - kOnBorder) * e[i]) n[i] = 0;
         const double length = n.norm();
-        return length > kAligned ? Vec3(Q * (n / length)) : out;
+        return length > kBoxAligned ? Vec3(Q * (n / length)) : out;
     }
 
     /// Distance that the corners of the face i, at the side of p, say that p has.
-    double from_corners(const Vec3& p, int i, const std::array<Candidate, 8>& corners) const {
+    double from_corners(const Vec3& p, int i, const std::array<BoxPoint, 8>& corners) const {
         double sum = 0;
         for (int k = 0; k < 8; ++k) {
             double weight = 1;
@@ -79,8 +78,8 @@ struct BoxOnGrid {
     }
 
     /// Parts of the face i that come within `within`, the distance changing by no more than the way: their middles.
-    void parts(const Vec3& middle, const Vec3& half, int depth, double within, std::vector<Candidate>& out) const {
-        const Candidate c = at(middle);
+    void parts(const Vec3& middle, const Vec3& half, int depth, double within, std::vector<BoxPoint>& out) const {
+        const BoxPoint c = at(middle);
         const double reach = half.norm();
         if (c.at.distance - reach > within) return;
         if (depth == kDepth || reach < grid.voxel_size) {
@@ -109,13 +108,13 @@ Separation separation(const BoxOnGrid& box, const Vec3& p, const Vec3& n, double
 }
 
 /// Adds up to `most` of the pool: the deepest, then those farthest from what is chosen already.
-void add_spread(const BoxOnGrid& box, const std::vector<Candidate>& pool, double apart, int most, Manifold& io_m) {
-    double deepest = kInfinity;
-    for (const Candidate& c : pool) deepest = std::min(deepest, c.at.distance);
+void add_spread(const BoxOnGrid& box, const std::vector<BoxPoint>& pool, double apart, int most, Manifold& io_m) {
+    double deepest = std::numeric_limits<double>::infinity();
+    for (const BoxPoint& c : pool) deepest = std::min(deepest, c.at.distance);
     for (int k = 0; k < most; ++k) {
-        const Candidate* best = nullptr;
-        double best_score = -kInfinity;
-        for (const Candidate& c : pool) {
+        const BoxPoint* best = nullptr;
+        double best_score = -std::numeric_limits<double>::infinity();
+        for (const BoxPoint& c : pool) {
             const Vec3 x = box.place(c.p);
             double away = 4 * box.e.norm();
             for (int j = 0; j < io_m.count; ++j) away = std::min(away, (io_m.points[j].point_a - x).norm());
@@ -137,7 +136,7 @@ Manifold box_grid_contacts(const SignedDistanceGrid& grid, const Vec3& half_exte
     const GridSample center = sample(grid, pose.position);
     if (center.distance - radius >= within) return m;
 
-    std::array<Candidate, 8> corners;
+    std::array<BoxPoint, 8> corners;
     for (int k = 0; k < 8; ++k) corners[k] = box.at(box.corner(k));
     const auto add_plane = [&](const Vec3& n, const Vec3& foot, int k) {
         const double gap = n.dot(box.place(corners[k].p) - foot);
@@ -153,7 +152,7 @@ Manifold box_grid_contacts(const SignedDistanceGrid& grid, const Vec3& half_exte
             add_plane(wall->normal, wall->point, k);
     if (m.count > 0) return m;
 
-    std::vector<Candidate> pool, inner;
+    std::vector<BoxPoint> pool, inner;
     for (int i = 0; i < 3; ++i)
         for (const double side : {-1.0, 1.0}) {
             Vec3 middle = Vec3::Zero(), half = e;
@@ -161,18 +160,18 @@ Manifold box_grid_contacts(const SignedDistanceGrid& grid, const Vec3& half_exte
             half[i] = 0;
             inner.clear();
             box.parts(middle, half, 0, within, inner);
-            for (const Candidate& c : inner) {
+            for (const BoxPoint& c : inner) {
                 if (c.at.distance > box.from_corners(c.p, i, corners) - kBulge * grid.voxel_size) continue;
-                const Candidate low = box.descend(c, i, half.norm() / (1 << kDepth));
+                const BoxPoint low = box.descend(c, i, half.norm() / (1 << kDepth));
                 if (low.at.distance < within) pool.push_back(low);
             }
         }
-    std::vector<Candidate> touching;
-    for (const Candidate& c : corners)
+    std::vector<BoxPoint> touching;
+    for (const BoxPoint& c : corners)
         if (c.at.distance < within) touching.push_back(c);
     // Half of the places are kept for what bulges into faces and edges, and is nearer than the corners.
-    add_spread(box, touching, kRounding * radius, pool.empty() ? 8 : 4, m);
-    add_spread(box, pool, kApart * radius, 4, m);
+    add_spread(box, touching, kOnBorder * radius, pool.empty() ? 8 : 4, m);
+    add_spread(box, pool, kBoxApart * radius, 4, m);
     std::stable_sort(m.points.begin(), m.points.begin() + m.count,
                      [](const Separation& x, const Separation& y) { return x.gap < y.gap; });
     return m;

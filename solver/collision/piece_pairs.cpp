@@ -6,9 +6,9 @@
 namespace sunder {
 namespace {
 
-constexpr uint32_t kNone = 0xffffffffu;
-constexpr double kSkin = 0.15;        // of a mean box: how much boxes are grown on every side
-constexpr size_t kMostAgain = 6;      // looked for again: one of so many at most,
+constexpr uint32_t kNobody = 0xffffffffu;
+constexpr double kSkinInPiece = 0.15;        // of a mean box: how much boxes are grown on every side
+constexpr size_t kMostAgainInPiece = 6;      // looked for again: one of so many at most,
 constexpr size_t kMostAlone = 32;     // and no more, for each is tested against the whole piece
 constexpr size_t kLeastShared = 512;  // particles of a piece that all threads work on together
 
@@ -21,7 +21,7 @@ void collect(size_t n, size_t n_marks, const WorkerPool& workers, const Find& fi
     std::vector<std::vector<Pair>> found(n);
     std::vector<std::vector<uint32_t>> near(static_cast<size_t>(workers.threads()));
     workers.for_each_in_slots(n, [&](size_t k, size_t slot) {
-        near[slot].resize(n_marks, kNone);
+        near[slot].resize(n_marks, kNobody);
         find(k, near[slot], found[k]);
     });
     for (const std::vector<Pair>& some : found) out.insert(out.end(), some.begin(), some.end());
@@ -37,11 +37,11 @@ void PiecePairs::reset() {
 void PiecePairs::renumber(std::span<const uint32_t> former) {
     std::vector<uint32_t> now;  // by former number
     for (uint32_t i = 0; i < former.size(); ++i) {
-        if (former[i] == kNone) continue;
-        now.resize(former[i] + 1, kNone);
+        if (former[i] == kNobody) continue;
+        now.resize(former[i] + 1, kNobody);
         now.back() = i;
     }
-    const auto is_gone = [&](uint32_t i) { return i >= now.size() || now[i] == kNone; };
+    const auto is_gone = [&](uint32_t i) { return i >= now.size() || now[i] == kNobody; };
     std::erase_if(pieces_, [&](const Piece& p) { return std::ranges::any_of(p.member, is_gone); });
     for (Piece& p : pieces_) {
         for (uint32_t& i : p.member) i = now[i];
@@ -54,7 +54,7 @@ void PiecePairs::renumber(std::span<const uint32_t> former) {
 void PiecePairs::take_pieces(std::span<const uint32_t> piece, const LiveRings& rings, const WorkerPool& workers) {
     std::vector<Piece> old = std::move(pieces_);
     std::vector<uint32_t> size, index;                  // by piece; place in pieces_, from 1
-    std::vector<uint32_t> parent(piece.size(), kNone);  // in `old`
+    std::vector<uint32_t> parent(piece.size(), kNobody);  // in `old`
     for (const uint32_t p : piece) {
         if (p >= size.size()) size.resize(p + 1, 0);
         ++size[p];
@@ -76,7 +76,7 @@ void PiecePairs::take_pieces(std::span<const uint32_t> piece, const LiveRings& r
     for (uint32_t p = 0; p < pieces_.size(); ++p) {
         const std::vector<uint32_t>& member = pieces_[p].member;
         const uint32_t k = parent[member.front()];
-        if (k != kNone && std::ranges::all_of(member, [&](uint32_t i) { return parent[i] == k; }))
+        if (k != kNobody && std::ranges::all_of(member, [&](uint32_t i) { return parent[i] == k; }))
             parts[k].push_back(p);
     }
     workers.for_each(old.size(), [&](size_t k) {
@@ -133,7 +133,7 @@ void PiecePairs::take_in(const LiveRings& rings, std::span<const uint32_t> piece
         const std::span<const uint32_t> before = p.ring_of(k);
         if (before.size() == rings.end[i] - rings.begin[i]) continue;
         if (place.empty()) {
-            place.resize(p.member.back() - first + 1), near.resize(place.size(), kNone);
+            place.resize(p.member.back() - first + 1), near.resize(place.size(), kNobody);
             for (uint32_t m = 0; m < p.member.size(); ++m) place[p.member[m] - first] = m;
         }
         rings.mark_near(i, near, first);
@@ -174,11 +174,11 @@ void PiecePairs::refresh(const PieceFrameKernels& kernels, const ParticleMotion&
             frame.find_who_left(p.grown, left);
         }
         if (left.empty()) return;
-        if (left.size() <= std::min(p.member.size() / kMostAgain, kMostAlone)) {
+        if (left.size() <= std::min(p.member.size() / kMostAgainInPiece, kMostAlone)) {
             for (const uint32_t k : left) {
                 p.remembered[k] = frame.position(k);
                 const Aabb box = frame.box(k);
-                const double by = kSkin * (box.max - box.min).maxCoeff();
+                const double by = kSkinInPiece * (box.max - box.min).maxCoeff();
                 p.grown[k] = {box.min.array() - by, box.max.array() + by};
             }
             return find_again(rings, left, workers, p);
@@ -194,7 +194,7 @@ void PiecePairs::refresh(const PieceFrameKernels& kernels, const ParticleMotion&
         p.remembered[k] = frame.position(k);
         extent += (p.grown[k].max - p.grown[k].min).maxCoeff() / static_cast<double>(p.member.size());
     }
-    for (Aabb& box : p.grown) box.min.array() -= kSkin * extent, box.max.array() += kSkin * extent;
+    for (Aabb& box : p.grown) box.min.array() -= kSkinInPiece * extent, box.max.array() += kSkinInPiece * extent;
     remember_rings(rings, p);
     find_pairs(rings, workers, p);
 }
@@ -230,7 +230,7 @@ void PiecePairs::find_pairs(const LiveRings& rings, const WorkerPool& workers, P
     std::vector<Pair> places;  // in `member`
     find_overlaps(p.grown, {}, workers, scratch, places);
     const auto find = [&](size_t n, std::span<uint32_t> io_near, std::vector<Pair>& out) {
-        uint32_t marked = kNone;
+        uint32_t marked = kNobody;
         for (const Pair& pair : std::span(places).subspan(n * kChunk, std::min(kChunk, places.size() - n * kChunk))) {
             const uint32_t i = p.member[pair.first], j = p.member[pair.second];
             if (i != marked) rings.mark_near(i, io_near, first);

@@ -11,7 +11,7 @@
 namespace sunder {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 /// Along n, from the nearest point of a zero-radius core: the ball or tube around the core of b has radius r.
 Separation around_core(const Vec3& point_a, const Vec3& core_b, const Vec3& n, double r) {
@@ -80,7 +80,7 @@ Separation point_box(const Vec3& point, const Pose& pose, const Vec3& e) {
         s.normal = pose.orientation * ((p - nearest) / distance);
     } else {  // inside: the nearest face, the first one of equals
         int face = 0;
-        s.gap = -kInfinity;
+        s.gap = -kUnbounded;
         for (int i = 0; i < 3; ++i)
             if (std::abs(p[i]) - e[i] > s.gap) {
                 s.gap = std::abs(p[i]) - e[i];
@@ -126,7 +126,7 @@ Manifold box_plane(const PlacedShape& a, const Pose& plane) {
 }  // namespace
 
 double Manifold::least_gap() const {
-    double least = kInfinity;
+    double least = kUnbounded;
     for (int k = 0; k < count; ++k) least = std::min(least, points[k].gap);
     return least;
 }
@@ -134,7 +134,7 @@ double Manifold::least_gap() const {
 double bounding_radius(const Shape& shape) {
     switch (shape.kind) {
         case ShapeKind::plane:
-            return kInfinity;
+            return kUnbounded;
         case ShapeKind::sphere:
             return shape.radius;
         case ShapeKind::box:
@@ -144,13 +144,13 @@ double bounding_radius(const Shape& shape) {
         case ShapeKind::mesh:
             return shape.grid->bounds.max.cwiseAbs().cwiseMax(shape.grid->bounds.min.cwiseAbs()).norm();
     }
-    return kInfinity;
+    return kUnbounded;
 }
 
 Aabb bounding_box(const PlacedShape& placed) {
     const Shape& shape = placed.shape;
     const Mat3 Q = placed.pose.orientation.toRotationMatrix();
-    Vec3 half = Vec3::Constant(kInfinity);
+    Vec3 half = Vec3::Constant(kUnbounded);
     switch (shape.kind) {
         case ShapeKind::plane:
             break;
@@ -219,7 +219,7 @@ Separation point_shape_distance(const Vec3& point, const PlacedShape& b) {
 
 Manifold rigid_contacts(const PlacedShape& a, const PlacedShape& b) {
     Manifold m;
-    if (b.shape.kind == ShapeKind::mesh) return rigid_grid_contacts(a, *b.shape.grid, b.pose, kInfinity);
+    if (b.shape.kind == ShapeKind::mesh) return rigid_grid_contacts(a, *b.shape.grid, b.pose, kUnbounded);
     if (a.shape.kind == ShapeKind::sphere) {
         m.add(grown(point_shape_distance(a.pose.position, b), a.shape.radius));
         return m;

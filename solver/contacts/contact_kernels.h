@@ -8,7 +8,7 @@
 
 namespace sunder {
 
-constexpr size_t kContactLanes = 8;
+constexpr uint32_t kContactLanes = 8;
 
 /// What passes move a movable by, and how pushes do (see PushDivision); l and m: the units of its island.
 struct alignas(32) RoundMovable {

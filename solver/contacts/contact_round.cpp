@@ -12,7 +12,6 @@ constexpr int kPasses[3][3] = {{6, 0, 100}, {6, 6, 60}, {3, 3, 20}};
 // The first passes, every so many, and those that find nothing left to do go over all contacts; the others over those
 // that pushed in the last of these.
 constexpr int kFirstFull = 2, kEveryFull = 4;
-constexpr uint32_t kLanes = kContactLanes;
 // Of what a movable was taken to resist a push with, besides its inertia. What a push is measured by is a guess, and
 // the tip of a slender piece gives way by several times as much: matched without, it goes as far beyond the contact as
 // it was before it, is taken back as a whole, stays bent, and is bent further in the next substep. With 1 some shots of
@@ -20,7 +19,7 @@ constexpr uint32_t kLanes = kContactLanes;
 constexpr double kBrace = 3;
 constexpr double kTiny = 1e-300;
 
-Vec3 lane_of(const float (&v)[3][kLanes], uint32_t lane) { return {v[0][lane], v[1][lane], v[2][lane]}; }
+Vec3 lane_of(const float (&v)[3][kContactLanes], uint32_t lane) { return {v[0][lane], v[1][lane], v[2][lane]}; }
 
 }  // namespace
 
@@ -34,8 +33,8 @@ Vec3 ContactRound::moved(const ContactBatch& c, int side, uint32_t lane) const {
 }
 
 Vec3 ContactRound::motion(size_t place) const {
-    const uint32_t lane = batches_.lane[place] % kLanes;
-    const ContactBatch& c = contacts_[batches_.lane[place] / kLanes];
+    const uint32_t lane = batches_.lane[place] % kContactLanes;
+    const ContactBatch& c = contacts_[batches_.lane[place] / kContactLanes];
     return length_ * (lane_of(c.motion, lane) + moved(c, 0, lane) - moved(c, 1, lane));
 }
 
@@ -86,8 +85,8 @@ void ContactRound::end_contacts(uint32_t n) {
     given_[islands_->movable.size() + n] = Given();
     for (uint32_t place = islands_->offset[n]; place < islands_->offset[n + 1]; ++place) {
         if (batches_.lane[place] == BatchMember::kNone) continue;
-        const ContactBatch& from = contacts_[batches_.lane[place] / kLanes];
-        const uint32_t lane = batches_.lane[place] % kLanes;
+        const ContactBatch& from = contacts_[batches_.lane[place] / kContactLanes];
+        const uint32_t lane = batches_.lane[place] % kContactLanes;
         RoundContact& c = taken_[place];
         const RoundImpulse& already = already_[place];
         c.normal_impulse = from.normal_impulse[lane];
@@ -172,8 +171,8 @@ void ContactRound::set_impulse(uint32_t island, size_t place, const ContactImpul
         c.friction_impulse[i] = static_cast<float>(in_units.friction[i]);
         c.rolling_impulse[i] = static_cast<float>(in_units.rolling[i] / length_);
     }
-    const uint32_t lane = batches_.lane[place] % kLanes;
-    ContactBatch& to = contacts_[batches_.lane[place] / kLanes];
+    const uint32_t lane = batches_.lane[place] % kContactLanes;
+    ContactBatch& to = contacts_[batches_.lane[place] / kContactLanes];
     to.normal_impulse[lane] = c.normal_impulse;
     for (int i = 0; i < 3; ++i)
         to.impulse[i][lane] = c.friction_impulse[i], to.impulse[3 + i][lane] = c.rolling_impulse[i];
@@ -187,7 +186,8 @@ void ContactRound::hand_over(uint32_t island, std::span<ActiveContact> io_contac
         const uint32_t lane = batches_.lane[place];
         c.inverse_mass_normal = lane == BatchMember::kNone
                                     ? 0.0
-                                    : contacts_[lane / kLanes].inverse_mass[lane % kLanes] / units_[island].mass;
+                                    : contacts_[lane / kContactLanes].inverse_mass[lane % kContactLanes] /
+                                          units_[island].mass;
     }
 }
 

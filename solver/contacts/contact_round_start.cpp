@@ -6,7 +6,6 @@
 namespace sunder {
 namespace {
 
-constexpr uint32_t kLanes = kContactLanes;
 
 float number(double x) { return static_cast<float>(x); }
 void put(const Vec3& v, float (&to)[3]) {
@@ -139,7 +138,7 @@ void ContactRound::form_batches(uint32_t n) {
 }
 
 BatchForm ContactRound::form_of(uint32_t batch) const {
-    const std::span<const uint32_t> places = std::span(batches_.member).subspan(kLanes * batch, kLanes);
+    const std::span<const uint32_t> places = std::span(batches_.member).subspan(kContactLanes * batch, kContactLanes);
     const auto moves_alone = [&](uint32_t piece) {
         return piece >= islands_->piece.size() || b_.pieces[islands_->piece[piece]].rigid;
     };
@@ -149,7 +148,7 @@ BatchForm ContactRound::form_of(uint32_t batch) const {
     };
     const auto end = std::ranges::find(places, BatchMember::kNone);  // lanes are filled from the first on
     const auto n = static_cast<size_t>(end - places.begin());
-    const uint8_t width = n > kLanes / 2 ? kLanes : n > 1 ? kLanes / 2 : 1;
+    const uint8_t width = n > kContactLanes / 2 ? kContactLanes : n > 1 ? kContactLanes / 2 : 1;
     return {width, std::all_of(places.begin(), end, is_rigid)};
 }
 
@@ -157,7 +156,7 @@ void ContactRound::place_batches(uint32_t n) {
     const Range places = places_of(n);
     batches_.place(n, places.begin, places.end);
     const auto none = static_cast<uint32_t>(islands_->contact.size()) + n;
-    for (uint32_t k = kLanes * batches_.offset[n]; k < kLanes * batches_.offset[n + 1]; ++k)
+    for (uint32_t k = kContactLanes * batches_.offset[n]; k < kContactLanes * batches_.offset[n + 1]; ++k)
         taken_of_lane_[k] = batches_.member[k] == BatchMember::kNone ? none : batches_.member[k];
     for (uint32_t k = batches_.offset[n]; k < batches_.offset[n + 1]; ++k) form_[k] = form_of(k);
 }
@@ -200,8 +199,8 @@ void ContactRound::give(uint32_t n) {
         for (uint32_t place = places.begin; place < places.end; ++place) {
             if (batches_.lane[place] == BatchMember::kNone) continue;
             const RoundImpulse& from = already_[place];
-            ContactBatch& c = contacts_[batches_.lane[place] / kLanes];
-            const uint32_t lane = batches_.lane[place] % kLanes;
+            ContactBatch& c = contacts_[batches_.lane[place] / kContactLanes];
+            const uint32_t lane = batches_.lane[place] % kContactLanes;
             c.normal_impulse[lane] += sign * from.normal;
             for (int i = 0; i < 3; ++i)
                 c.impulse[i][lane] += sign * from.friction[i], c.impulse[3 + i][lane] += sign * from.rolling[i];
@@ -243,7 +242,7 @@ void ContactRound::lay_out() {
     const auto n = static_cast<uint32_t>(batches_.size());
     if (contacts_.size() < n)
         contacts_.resize(n), starts_.resize(n), idle_.resize(n), form_.resize(n), active_.resize(n),
-            taken_of_lane_.resize(kLanes * n);
+            taken_of_lane_.resize(kContactLanes * n);
     for (uint32_t k = static_cast<uint32_t>(all_.size()); k < n; ++k) all_.push_back(k);
 }
 

@@ -9,7 +9,6 @@
 namespace sunder::math {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr TwoPart kHalfTurn = {0x1.921fb54442d18p1, 0x1.1a62633145c07p-53};
 constexpr TwoPart kQuarterTurn = {0x1.921fb54442d18p0, 0x1.1a62633145c07p-54};
 

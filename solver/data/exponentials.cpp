@@ -8,7 +8,6 @@
 namespace sunder::math {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 constexpr double kBeyond = 746;  // e^746 is larger than all doubles, and e^-746 is nearer to 0 than to the smallest
 

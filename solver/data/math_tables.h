@@ -2,10 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "solver/data/two_part_numbers.h"
 
 namespace sunder::math {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // 2^(j/32)
 constexpr TwoPart kRoots[32] = {

@@ -9,8 +9,6 @@
 namespace sunder {
 namespace {
 
-constexpr uint32_t kLanes = LaneLayout::kLanes;
-
 // Numbers of a lane without what is rounding beside the largest of them: noise times noise is denormal in single
 // precision, which takes a hundred times as long (a plate of 600 fragments ran 2.5 times as long).
 template <class Numbers>

@@ -7,7 +7,6 @@
 namespace sunder {
 namespace {
 
-constexpr uint32_t kLanes = LaneLayout::kLanes;
 constexpr double kRounding = 1e-11;  // of a group's radius: residuals below it are rounding, and left
 
 bool is_seen(const UnitResidual& r) { return r.now > kRounding * kRounding * r.size; }

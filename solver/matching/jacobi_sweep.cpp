@@ -5,13 +5,6 @@
 #include "solver/lanes/instruction_set.h"
 
 namespace sunder {
-namespace {
-
-constexpr uint32_t kLanes = LaneLayout::kLanes;
-constexpr size_t kSharedUnit = 64;  // blocks; the fewest that all threads work on together
-
-}  // namespace
-
 JacobiSweep::JacobiSweep() : kernels_(&SUNDER_BEST_KERNELS(kSweepKernels)) {}
 
 void JacobiSweep::take_up(const SweepInput& in, const WorkerPool& workers) {

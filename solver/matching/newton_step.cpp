@@ -12,10 +12,8 @@
 namespace sunder {
 namespace {
 
-constexpr uint32_t kLanes = LaneLayout::kLanes;
 // A piece moves freely as a whole, 1 beside the b of its groups in H: with single precision that is 6e-8 of some 7 b.
 constexpr double kStiffestSingle = 5e3;  // largest b, -
-constexpr size_t kSharedUnit = 64;       // blocks; the fewest that all threads work on together
 constexpr size_t kKeptBlocks = 4096;     // scenes of more have rest shapes expanded when they are needed
 
 }  // namespace

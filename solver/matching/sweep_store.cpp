@@ -8,12 +8,6 @@
 #include "solver/matching/polar_decomposition.h"
 
 namespace sunder {
-namespace {
-
-constexpr uint32_t kLanes = LaneLayout::kLanes;
-
-}  // namespace
-
 ShapeRecords shape_records(const SweepInput& in, const ShapeWatch& watch) {
     static_assert(sizeof(MemberShape) == ShapeRecords::kNumbers * sizeof(double));
     static_assert(offsetof(MemberShape, weight) == 3 * sizeof(double));

@@ -11,6 +11,8 @@
 
 namespace sunder {
 
+constexpr uint32_t kLanes = LaneLayout::kLanes;
+
 class BendingShapes;
 
 struct SweepInput {

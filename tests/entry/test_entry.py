@@ -166,6 +166,15 @@ class Entry(unittest.TestCase):
         self.assertEqual(self.result_of("add_test(NAME a COMMAND true)\nadd_test(NAME b COMMAND false)", "-R", "^a$"),
                          (0, ["1 passed, 0 failed"]))
 
+    def test_fast_leaves_out_what_is_long_and_says_so(self):
+        self.write("tests.cmake", "".join(f"add_test(NAME {name} COMMAND false)\nset_tests_properties({name} PROPERTIES LABELS {label})\n"
+                                          for name, label in (("a", "long"), ("b", "blender"), ("c", "blender_host"))) +
+                   "add_test(NAME d COMMAND true)\nadd_test(NAME e COMMAND false)")
+        done = self.run_entry("test", "--fast", "-E", "^e$")
+        self.assertEqual((done.returncode, done.stdout.splitlines()[-1]), (0, "1 passed, 0 failed"))
+        self.assertRegex(done.stderr, "not run: .*stability.*Blender")
+        self.assertEqual(self.run_entry("test", "--fast").returncode, 1)
+
     def test_no_tests_is_a_failure(self):
         for options in ((), ("-R", "nothing is called so")):
             status, lines = self.result_of("", *options)

@@ -196,18 +196,19 @@ BLENDER_ALONE = Host("alone", "Debian 13's Blender and nothing else", root="trix
 PACKAGE_ROOTS = {host.root: host for host in (OLD_DEBIAN, HOSTS["4.3"], HOSTS["sid"])}
 
 
-def _source_root(name, sentence, root, compilers=("gcc", "g++")):
-    """A host with what a newcomer's build installs, and what the tests of parts ask for beside."""
+def _source_root(name, sentence, root, compilers=("gcc", "g++"), options=()):
+    """A host with what a newcomer's build installs, and what the tests of parts ask for beside; options are CMake's."""
     listed, = re.findall(r"^build_packages=\((.*?)\)", (REPOSITORY / "sunder").read_text(), re.S | re.M)
     packages = [*listed.split(), *([] if "gcc" in compilers else compilers[:1]), "libcgal-demo", "dpkg-dev", "file"]
     host = Host(name, sentence, root=root, packages=packages, at=f"{root}-build")
     host.compilers = compilers  # of C and C++
+    host.options = options
     return host
 
 
-# What Sunder is built in from its sources; the last has the earliest clang that does.
+# What Sunder is built in from its sources; the first file by file, the last by the earliest clang that does.
 SOURCE_ROOTS = {host.name: host for host in [
-    _source_root("source-13", "Debian 13, g++ 14", "trixie"),
+    _source_root("source-13", "Debian 13, g++ 14", "trixie", options=["-DSUNDER_UNITY=OFF"]),
     _source_root("source-sid", "Debian sid, g++ 16", "sid"),
     _source_root("source-clang", "Debian 12, clang 16", "bookworm", ("clang-16", "clang++-16")),
 ]}

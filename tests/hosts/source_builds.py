@@ -36,9 +36,9 @@ class SourceBuild:
 
     def make(self):
         """Builds everything; raises Failed."""
-        if not (self.folder / "build.ninja").exists():
-            self._step("configuring", "cmake", "-S", hosts.REPOSITORY, "-B", self.folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
-                       "-DSUNDER_TESTS=ON", "-DCMAKE_COMPILE_WARNING_AS_ERROR=ON", "-DPython3_EXECUTABLE=/usr/bin/python3")
+        self._step("configuring", "cmake", "-S", hosts.REPOSITORY, "-B", self.folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
+                   "-DSUNDER_TESTS=ON", "-DCMAKE_COMPILE_WARNING_AS_ERROR=ON", "-DPython3_EXECUTABLE=/usr/bin/python3",
+                   *self.host.options)
         self._step("building", "nice", "ninja", "-C", self.folder, "-j", os.cpu_count())
 
     def versions(self):
