@@ -3,12 +3,12 @@
 #include <algorithm>
 
 #include "solver/awake_reach.h"
+#include "solver/data/ids.h"
 #include "solver/matching/unit_schedule.h"
 
 namespace sunder {
 namespace {
 
-constexpr uint32_t kNone = SimulationMesh::kNone;
 constexpr double kSkin =
     0.5;  // of a movable's radius: how much farther than a frame takes it neighbours are looked for
 

@@ -63,7 +63,7 @@ bool moves_alone(const ContactPiece& p) { return p.rigid || p.inverse_mass == 0;
 const RoundPush& round_push(const Workspace& w, uint32_t i) {
     static const RoundPush none;
     const uint32_t slot = w.islands.movable_slot[i];
-    return slot == ContactIslands::kNone ? none : w.round_push[slot];
+    return slot == kNone ? none : w.round_push[slot];
 }
 
 void move_alone(uint32_t i, Workspace& w) {

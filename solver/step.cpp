@@ -170,7 +170,7 @@ std::vector<uint32_t> with_same_ring(std::span<const uint32_t> former, const Liv
     };
     workers.for_range(known.size(), kGroupGrain, [&](size_t first, size_t last) {
         for (size_t g = first; g < last; ++g)
-            if (former[g] != FormerNumbers::kNone && !is_same(g)) known[g] = FormerNumbers::kNone;
+            if (former[g] != kNone && !is_same(g)) known[g] = kNone;
     });
     return known;
 }

@@ -7,10 +7,11 @@
 #include <numeric>
 #include <tuple>
 
+#include "solver/data/ids.h"
+
 namespace sunder {
 namespace {
 
-constexpr uint32_t kNone = 0xffffffffu;
 /// Moving the cells beside one pinched edge may pinch another: a few rounds cure nearly all, more only go in circles.
 constexpr int kMaxRounds = 8;
 

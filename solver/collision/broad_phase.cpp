@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "solver/collision/rank.h"
+#include "solver/data/ids.h"
 
 namespace sunder {
 namespace {
@@ -109,7 +110,6 @@ bool PairFilter::is_possible(uint32_t i, uint32_t j) const {
 
 void PairFilter::remove_excluded(std::vector<uint32_t>& io_marks, std::vector<Pair>& io_pairs) const {
     if (excludes_by_rings_alone() && rings.begin.empty()) return;
-    constexpr uint32_t kNone = 0xffffffffu;
     io_marks.resize(n_particles, kNone);
     uint32_t marked = kNone;
     const auto is_excluded = [&](const Pair& pair) {

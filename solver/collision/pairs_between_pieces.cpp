@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "solver/collision/rank.h"
+#include "solver/data/ids.h"
 
 namespace sunder {
 namespace {
 
-constexpr uint32_t kNone = 0xffffffffu;
 constexpr size_t kGrain = 256;          // fewest a thread is worth waking for
 constexpr double kSkin = 0.15;          // of a box: how much it is grown on every side
 constexpr uint32_t kManyPartners = 16;  // a piece that meets more is not asked for each which of it meets it

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cassert>
 
+#include "solver/data/ids.h"
+
 namespace sunder {
 namespace {
 
-constexpr uint32_t kNobody = 0xffffffffu;
 constexpr double kSkinInPiece = 0.15;        // of a mean box: how much boxes are grown on every side
 constexpr size_t kMostAgainInPiece = 6;      // looked for again: one of so many at most,
 constexpr size_t kMostAlone = 32;     // and no more, for each is tested against the whole piece
@@ -21,7 +22,7 @@ void collect(size_t n, size_t n_marks, const WorkerPool& workers, const Find& fi
     std::vector<std::vector<Pair>> found(n);
     std::vector<std::vector<uint32_t>> near(static_cast<size_t>(workers.threads()));
     workers.for_each_in_slots(n, [&](size_t k, size_t slot) {
-        near[slot].resize(n_marks, kNobody);
+        near[slot].resize(n_marks, kNone);
         find(k, near[slot], found[k]);
     });
     for (const std::vector<Pair>& some : found) out.insert(out.end(), some.begin(), some.end());
@@ -37,11 +38,11 @@ void PiecePairs::reset() {
 void PiecePairs::renumber(std::span<const uint32_t> former) {
     std::vector<uint32_t> now;  // by former number
     for (uint32_t i = 0; i < former.size(); ++i) {
-        if (former[i] == kNobody) continue;
-        now.resize(former[i] + 1, kNobody);
+        if (former[i] == kNone) continue;
+        now.resize(former[i] + 1, kNone);
         now.back() = i;
     }
-    const auto is_gone = [&](uint32_t i) { return i >= now.size() || now[i] == kNobody; };
+    const auto is_gone = [&](uint32_t i) { return i >= now.size() || now[i] == kNone; };
     std::erase_if(pieces_, [&](const Piece& p) { return std::ranges::any_of(p.member, is_gone); });
     for (Piece& p : pieces_) {
         for (uint32_t& i : p.member) i = now[i];
@@ -54,7 +55,7 @@ void PiecePairs::renumber(std::span<const uint32_t> former) {
 void PiecePairs::take_pieces(std::span<const uint32_t> piece, const LiveRings& rings, const WorkerPool& workers) {
     std::vector<Piece> old = std::move(pieces_);
     std::vector<uint32_t> size, index;                  // by piece; place in pieces_, from 1
-    std::vector<uint32_t> parent(piece.size(), kNobody);  // in `old`
+    std::vector<uint32_t> parent(piece.size(), kNone);  // in `old`
     for (const uint32_t p : piece) {
         if (p >= size.size()) size.resize(p + 1, 0);
         ++size[p];
@@ -76,7 +77,7 @@ void PiecePairs::take_pieces(std::span<const uint32_t> piece, const LiveRings& r
     for (uint32_t p = 0; p < pieces_.size(); ++p) {
         const std::vector<uint32_t>& member = pieces_[p].member;
         const uint32_t k = parent[member.front()];
-        if (k != kNobody && std::ranges::all_of(member, [&](uint32_t i) { return parent[i] == k; }))
+        if (k != kNone && std::ranges::all_of(member, [&](uint32_t i) { return parent[i] == k; }))
             parts[k].push_back(p);
     }
     workers.for_each(old.size(), [&](size_t k) {
@@ -133,7 +134,7 @@ void PiecePairs::take_in(const LiveRings& rings, std::span<const uint32_t> piece
         const std::span<const uint32_t> before = p.ring_of(k);
         if (before.size() == rings.end[i] - rings.begin[i]) continue;
         if (place.empty()) {
-            place.resize(p.member.back() - first + 1), near.resize(place.size(), kNobody);
+            place.resize(p.member.back() - first + 1), near.resize(place.size(), kNone);
             for (uint32_t m = 0; m < p.member.size(); ++m) place[p.member[m] - first] = m;
         }
         rings.mark_near(i, near, first);
@@ -230,7 +231,7 @@ void PiecePairs::find_pairs(const LiveRings& rings, const WorkerPool& workers, P
     std::vector<Pair> places;  // in `member`
     find_overlaps(p.grown, {}, workers, scratch, places);
     const auto find = [&](size_t n, std::span<uint32_t> io_near, std::vector<Pair>& out) {
-        uint32_t marked = kNobody;
+        uint32_t marked = kNone;
         for (const Pair& pair : std::span(places).subspan(n * kChunk, std::min(kChunk, places.size() - n * kChunk))) {
             const uint32_t i = p.member[pair.first], j = p.member[pair.second];
             if (i != marked) rings.mark_near(i, io_near, first);

@@ -6,20 +6,21 @@
 #include <span>
 #include <vector>
 
+#include "solver/data/ids.h"
+
 namespace sunder {
 
 /// What a contact asks of the other seven: that they touch none of the same things.
 struct BatchMember {
-    static constexpr uint32_t kNone = 0xffffffffu;
     enum class Kind : uint8_t { pushes, idle, left_out };
     std::array<uint32_t, 4> touches = {kNone, kNone, kNone, kNone};
     Kind kind = Kind::left_out;
 };
 
 struct ContactBatches {
-    std::vector<uint32_t> member;  // eight lanes a batch; BatchMember::kNone: empty  (8 n_batches)
-    std::vector<uint32_t> offset;  // of islands, in batches                         (n_islands + 1)
-    std::vector<uint32_t> lane;    // of members: 8 batch + lane, or kNone           (n_members)
+    std::vector<uint32_t> member;  // eight lanes a batch; kNone: empty     (8 n_batches)
+    std::vector<uint32_t> offset;  // of islands, in batches                (n_islands + 1)
+    std::vector<uint32_t> lane;    // of members: 8 batch + lane, or kNone  (n_members)
 
     size_t size() const { return member.size() / 8; }
 

@@ -4,12 +4,11 @@
 #include <numeric>
 
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/ids.h"
 #include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
-
-constexpr uint32_t kNone = ContactIslands::kNone;
 
 bool is_hinged(const ContactBodies& b, uint32_t i) {
     const ContactPiece& p = b.pieces[b.piece[i]];

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solver/contacts/contact_response.h"
+#include "solver/data/ids.h"
 #include "solver/threads/parallel.h"
 
 namespace sunder {
@@ -13,7 +14,6 @@ namespace sunder {
 /// Contacts of one island move nothing that those of another touch, so that each is solved by itself and ends when it
 /// is done. Colliders join nothing. What islands touch is listed island after island, so that it can be packed.
 struct ContactIslands {
-    static constexpr uint32_t kNone = 0xffffffffu;
     std::vector<uint32_t> contact;         // in each island in stored order                        (n_contacts)
     std::vector<uint32_t> offset;          // of islands in `contact`                               (n_islands + 1)
     std::vector<uint32_t> piece;           // that an island's contacts push

@@ -84,7 +84,7 @@ void ContactRound::end_contacts(uint32_t n) {
     for (uint32_t k = islands_->movable_offset[n]; k < islands_->movable_offset[n + 1]; ++k) given_[k] = Given();
     given_[islands_->movable.size() + n] = Given();
     for (uint32_t place = islands_->offset[n]; place < islands_->offset[n + 1]; ++place) {
-        if (batches_.lane[place] == BatchMember::kNone) continue;
+        if (batches_.lane[place] == kNone) continue;
         const ContactBatch& from = contacts_[batches_.lane[place] / kContactLanes];
         const uint32_t lane = batches_.lane[place] % kContactLanes;
         RoundContact& c = taken_[place];
@@ -114,7 +114,7 @@ void ContactRound::share_masses_out(uint32_t n) {
         return;
     for (uint32_t place = islands_->offset[n]; place < islands_->offset[n + 1]; ++place) {
         const RoundContact& c = taken_[place];
-        if (batches_.lane[place] == BatchMember::kNone || !(c.normal_impulse > 0)) continue;
+        if (batches_.lane[place] == kNone || !(c.normal_impulse > 0)) continue;
         for (const int side : {0, 1}) {
             const uint32_t other = c.movable[1 - side] / kMovableStride;
             const double given_way =
@@ -184,7 +184,7 @@ void ContactRound::hand_over(uint32_t island, std::span<ActiveContact> io_contac
         ActiveContact& c = io_contacts[islands_->contact[place]];
         c.impulse = impulse(island, place);
         const uint32_t lane = batches_.lane[place];
-        c.inverse_mass_normal = lane == BatchMember::kNone
+        c.inverse_mass_normal = lane == kNone
                                     ? 0.0
                                     : contacts_[lane / kContactLanes].inverse_mass[lane % kContactLanes] /
                                           units_[island].mass;

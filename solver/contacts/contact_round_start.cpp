@@ -127,7 +127,7 @@ BatchMember ContactRound::member_of(size_t place) const {
             member.touches[2 * side + 1] = static_cast<uint32_t>(movables_.size()) + piece;
     };
     touch(0, c.arm_a), touch(1, c.arm_b);
-    if (member.touches[3] == member.touches[1]) member.touches[3] = BatchMember::kNone;
+    if (member.touches[3] == member.touches[1]) member.touches[3] = kNone;
     return member;
 }
 
@@ -146,7 +146,7 @@ BatchForm ContactRound::form_of(uint32_t batch) const {
         const uint32_t(&piece)[2] = taken_[place].piece;
         return moves_alone(piece[0] / kPieceStride) && moves_alone(piece[1] / kPieceStride);
     };
-    const auto end = std::ranges::find(places, BatchMember::kNone);  // lanes are filled from the first on
+    const auto end = std::ranges::find(places, kNone);  // lanes are filled from the first on
     const auto n = static_cast<size_t>(end - places.begin());
     const uint8_t width = n > kContactLanes / 2 ? kContactLanes : n > 1 ? kContactLanes / 2 : 1;
     return {width, std::all_of(places.begin(), end, is_rigid)};
@@ -157,7 +157,7 @@ void ContactRound::place_batches(uint32_t n) {
     batches_.place(n, places.begin, places.end);
     const auto none = static_cast<uint32_t>(islands_->contact.size()) + n;
     for (uint32_t k = kContactLanes * batches_.offset[n]; k < kContactLanes * batches_.offset[n + 1]; ++k)
-        taken_of_lane_[k] = batches_.member[k] == BatchMember::kNone ? none : batches_.member[k];
+        taken_of_lane_[k] = batches_.member[k] == kNone ? none : batches_.member[k];
     for (uint32_t k = batches_.offset[n]; k < batches_.offset[n + 1]; ++k) form_[k] = form_of(k);
 }
 
@@ -197,7 +197,7 @@ void ContactRound::give(uint32_t n) {
     const auto add = [&](float sign) {
         if (which_ == Which::first) return;
         for (uint32_t place = places.begin; place < places.end; ++place) {
-            if (batches_.lane[place] == BatchMember::kNone) continue;
+            if (batches_.lane[place] == kNone) continue;
             const RoundImpulse& from = already_[place];
             ContactBatch& c = contacts_[batches_.lane[place] / kContactLanes];
             const uint32_t lane = batches_.lane[place] % kContactLanes;

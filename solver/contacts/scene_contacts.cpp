@@ -47,7 +47,7 @@ void SceneContacts::list_neighbours(const SimulationMesh& rest, const WorkerPool
     const auto name = [&](uint32_t i) { return uint64_t{rest.body[i]} << 32 | rest.fragment[i]; };
     std::swap(neighbours_, former_);
     neighbours_.clear(), unknown_.clear(), pair_of_unknown_.clear();
-    neighbours_of_.assign(contacts_.size(), SimulationMesh::kNone);
+    neighbours_of_.assign(contacts_.size(), kNone);
     auto former = former_.begin();
     for (size_t k = 0; k < contacts_.size(); ++k) {
         const Contact& c = contacts_[k];
@@ -97,7 +97,7 @@ void SceneContacts::measure_reach(const SimulationMesh& rest, const MovableMotio
         }
         const uint32_t at = neighbours_of_[k];
         return ContactReach{uneven(c.a) < uneven(c.b) ? speed_of(c.a, c.b) : speed_of(c.b, c.a),
-                            at == SimulationMesh::kNone ? 0.0 : std::min(0.0, neighbours_[at].gap)};
+                            at == kNone ? 0.0 : std::min(0.0, neighbours_[at].gap)};
     };
     reach_.resize(contacts_.size());
     workers.for_range(contacts_.size(), kGrain, [&](size_t begin, size_t end) {
@@ -173,7 +173,7 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
             c.allowed_gap = std::min(
                 0.0, -standing_out_of(contact.a, -contact.normal) - standing_out_of(contact.b, contact.normal));
             if (contact.a < n && contact.b < n) c.separate_pieces = live.piece(contact.a) != live.piece(contact.b);
-            if (neighbours_of_[k] != SimulationMesh::kNone)
+            if (neighbours_of_[k] != kNone)
                 c.allowed_gap = std::min(c.allowed_gap, neighbours_[neighbours_of_[k]].gap);
         }
         c.friction = std::sqrt(a.friction * b.friction);

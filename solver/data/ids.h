@@ -8,15 +8,17 @@
 
 namespace sunder {
 
+/// Stands for no particle, edge, slot, vertex, ... wherever a number may be missing.
+constexpr uint32_t kNone = 0xffffffffu;
+
 template <class Tag>
 struct Id {
-    static constexpr uint32_t kNoneValue = 0xffffffffu;
-    uint32_t value = kNoneValue;
+    uint32_t value = kNone;
 
     constexpr Id() = default;
     constexpr explicit Id(size_t index) : value(static_cast<uint32_t>(index)) {}
     static constexpr Id none() { return Id(); }
-    constexpr bool is_none() const { return value == kNoneValue; }
+    constexpr bool is_none() const { return value == kNone; }
     constexpr size_t index() const { return value; }
     constexpr auto operator<=>(const Id&) const = default;
 };

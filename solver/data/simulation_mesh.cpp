@@ -28,7 +28,7 @@ void build_one_rings(SimulationMesh& m) {
     };
     std::vector<Member> members(m.group_offset.back());
     std::vector<uint32_t> next(m.group_offset.begin(), m.group_offset.end() - 1);
-    for (uint32_t i = 0; i < n; ++i) members[next[i]++] = {i, SimulationMesh::kNone};
+    for (uint32_t i = 0; i < n; ++i) members[next[i]++] = {i, kNone};
     for (uint32_t e = 0; e < m.edges.size(); ++e) {
         assert(m.edges[e].a < m.edges[e].b && m.edges[e].b < n);
         members[next[m.edges[e].a]++] = {m.edges[e].b, e};
@@ -44,7 +44,7 @@ void build_one_rings(SimulationMesh& m) {
         for (uint32_t s = m.group_offset[i]; s < m.group_offset[i + 1]; ++s) {
             m.group_member[s] = members[s].particle;
             m.member_edge[s] = members[s].edge;
-            if (members[s].edge == SimulationMesh::kNone)
+            if (members[s].edge == kNone)
                 m.member_twin[s] = s;
             else
                 edge_slots[members[s].edge][m.edges[members[s].edge].a == i ? 0 : 1] = s;

@@ -51,7 +51,6 @@ struct SimulationMesh {
     std::vector<double> group_trace;  // of the whole rest one-ring (rest_traces), kg m2 (n_particles); or empty
     std::vector<uint8_t> thin;        // 1: one fragment thick (solver/matching/thin_groups.h) (n_particles); or empty
 
-    static constexpr uint32_t kNone = 0xffffffffu;
     size_t n_particles() const { return rest_position.size(); }
     size_t n_edges() const { return edges.size(); }
     std::span<const Vec3f> hull(size_t particle) const {

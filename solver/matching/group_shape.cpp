@@ -29,7 +29,7 @@ std::vector<double> rest_traces(const SimulationMesh& rest) {
         for (uint32_t s = rest.group_offset[g]; s < rest.group_offset[g + 1]; ++s) {
             const uint32_t j = rest.group_member[s], e = rest.member_edge[s];
             const Vec3 r = rest.rest_position[j] - rest.rest_position[g];
-            const double m = rest.mass[j] * (e == SimulationMesh::kNone ? 1.0 : edge_weight_of(rest, rest.edges[e]));
+            const double m = rest.mass[j] * (e == kNone ? 1.0 : edge_weight_of(rest, rest.edges[e]));
             mass += m, center += m * r, second += m * r.squaredNorm();
         }
         traces[g] = second - center.squaredNorm() / mass;
@@ -60,7 +60,7 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
     // What groups are made of: moments, and weights of edges, each by the first of its ends.
     const auto take_parts = [&](uint32_t g) {
         const uint32_t before = former.of[g];
-        const bool is_known = before != FormerNumbers::kNone;
+        const bool is_known = before != kNone;
         if (is_known)
             particle_moment[g] = moment_before[before];
         else
@@ -72,7 +72,7 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
     };
     const auto take_over = [&](uint32_t g) {  // whether the shape is as it was
         const uint32_t before = former.of[g];
-        if (before == FormerNumbers::kNone || group_before_[before].plastic_key != plastic_key(plastic_deformation[g]))
+        if (before == kNone || group_before_[before].plastic_key != plastic_key(plastic_deformation[g]))
             return false;
         std::copy_n(member_before_.begin() + former.live.begin(before), live.count(g), member.begin() + live.begin(g));
         group[g] = group_before_[before];

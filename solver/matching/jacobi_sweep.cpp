@@ -16,7 +16,7 @@ void JacobiSweep::take_up(const SweepInput& in, const WorkerPool& workers) {
         units_[u].origin.clear();
         for (size_t lane = kLanes * unit.begin_block; lane < kLanes * unit.end_block; ++lane) {
             const uint32_t j = layout_.particle(lane);
-            units_[u].origin.push_back(j == LaneLayout::kNone ? j : in.live.piece_particles(in.live.piece(j)).front());
+            units_[u].origin.push_back(j == kNone ? j : in.live.piece_particles(in.live.piece(j)).front());
         }
     }
 }
@@ -29,7 +29,7 @@ void JacobiSweep::apply(const JacobiIteration& iteration, const SweepInput& in, 
         Unit& unit = units_[u];
         if (iteration.number == 0) {
             unit.is_touched = std::ranges::any_of(unit.origin, [&](uint32_t j) {
-                return j != LaneLayout::kNone && iteration.is_touched[in.live.piece(j)];
+                return j != kNone && iteration.is_touched[in.live.piece(j)];
             });
             unit.store.open(in, layout_, u, blocks);
             blocks([&](size_t begin, size_t end) {

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "solver/data/ids.h"
 #include "solver/scene/live_topology.h"
 #include "solver/threads/parallel.h"
 
@@ -22,7 +23,6 @@ namespace sunder {
 class LaneLayout {
 public:
     static constexpr uint32_t kLanes = 8;
-    static constexpr uint32_t kNone = SimulationMesh::kNone;
 
     struct Unit {
         uint32_t begin_block, end_block;

@@ -39,7 +39,7 @@ UnitKernels<Real> NewtonStep::kernels_of(const Precision<Real>& precision, size_
 
 bool NewtonStep::moves(const SweepInput& in, const LaneLayout::Unit& unit) const {
     const auto lanes = layout_.particles().subspan(kLanes * unit.begin_block, kLanes * unit.n_blocks());
-    return std::ranges::any_of(lanes, [&](uint32_t j) { return j != LaneLayout::kNone && !in.held[j]; });
+    return std::ranges::any_of(lanes, [&](uint32_t j) { return j != kNone && !in.held[j]; });
 }
 
 // Squared, of the whole scene, for a unit of size 1.
@@ -181,7 +181,7 @@ void NewtonStep::damp_in(Precision<Real>& precision, const SweepInput& in, const
         blocks([&](size_t begin, size_t end) {
             for (size_t lane = begin * kLanes; lane < end * kLanes; ++lane) {
                 const uint32_t j = layout_.particle(first + lane);
-                if (j == LaneLayout::kNone) continue;
+                if (j == kNone) continue;
                 NewtonParticles& block = io_newton[lane / kLanes];
                 put_lane(io_shift[j], lane % kLanes, block.residual);
                 put_lane(io_turn[j], lane % kLanes, block.residual + 3);

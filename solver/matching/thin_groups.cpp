@@ -46,7 +46,7 @@ std::vector<uint8_t> thin_groups(const SimulationMesh& rest) {
         if (end - begin < 2) continue;
         Cover cover(rest, g);
         for (uint32_t s = begin; s < end; ++s)
-            if (rest.member_edge[s] != SimulationMesh::kNone)
+            if (rest.member_edge[s] != kNone)
                 cover.add(rest, g, rest.group_member[s], rest.edges[rest.member_edge[s]].area);
         thin[g] = cover.directions() < 3;
     }

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/ids.h"
 
 namespace sunder {
 
@@ -13,7 +14,6 @@ void LiveTopology::reset(const SimulationMesh& rest, std::span<const uint8_t> ed
 
 void LiveTopology::reset(const SimulationMesh& rest, std::span<const uint8_t> edge_intact, const WorkerPool& workers) {
     constexpr size_t kGrain = 256;  // fewest groups a thread is worth waking for
-    constexpr uint32_t kNone = SimulationMesh::kNone;
     const size_t n = rest.n_particles(), n_slots = rest.group_member.size();
     offset_ = rest.group_offset;
     gone_.assign(rest.n_edges(), 0);
@@ -39,10 +39,10 @@ void LiveTopology::reset(const SimulationMesh& rest, std::span<const uint8_t> ed
 void LiveTopology::drop_from_group(uint32_t g) {
     uint32_t to = offset_[g];
     for (uint32_t s = offset_[g]; s < end_[g]; ++s) {
-        if (edge_[s] != SimulationMesh::kNone && gone_[edge_[s]]) continue;
+        if (edge_[s] != kNone && gone_[edge_[s]]) continue;
         member_[to] = member_[s], edge_[to] = edge_[s];
         // The slot moved: tell its twin (the centre's slot is its own twin).
-        if (edge_[s] == SimulationMesh::kNone) {
+        if (edge_[s] == kNone) {
             twin_[to] = to;
         } else {
             twin_[to] = twin_[s];

@@ -24,7 +24,7 @@ public:
     uint32_t end(size_t g) const { return end_[g]; }
     uint32_t count(size_t g) const { return end_[g] - offset_[g]; }
     uint32_t member(size_t slot) const { return member_[slot]; }
-    uint32_t edge(size_t slot) const { return edge_[slot]; }       // SimulationMesh::kNone for the centre
+    uint32_t edge(size_t slot) const { return edge_[slot]; }       // kNone for the centre
     uint32_t twin(size_t slot) const { return twin_[slot]; }       // slot of the centre in the member's group
     bool joined(uint32_t i, uint32_t j) const;                     // by an intact edge
     std::span<const uint32_t> begins() const { return offset_; }   // (n_particles + 1)

@@ -7,7 +7,7 @@ bool rings_match_edges(const LiveTopology& live, const SimulationMesh& rest, std
         uint32_t s = live.begin(g);
         for (uint32_t r = rest.group_offset[g]; r < rest.group_offset[g + 1]; ++r) {
             const uint32_t e = rest.member_edge[r];
-            if (e != SimulationMesh::kNone && !edge_intact[e]) continue;
+            if (e != kNone && !edge_intact[e]) continue;
             if (s == live.end(g) || live.member(s) != rest.group_member[r] || live.edge(s) != e) return false;
             const uint32_t twin = live.twin(s), j = live.member(s);
             if (live.member(twin) != g || live.twin(twin) != s || live.piece(j) != live.piece(g)) return false;

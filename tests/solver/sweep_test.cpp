@@ -204,7 +204,7 @@ TEST(sweep, of_newton_takes_the_inertia_of_members_as_they_are_turned) {
         store.give_rotations(d.goals, 0, n);
         for (size_t lane = 0; lane < n_lanes; ++lane) {
             const uint32_t g = store.lane_particles()[lane];
-            if (g == LaneLayout::kNone) continue;
+            if (g == kNone) continue;
             const Mat3 R = d.goals[g].rotation.toRotationMatrix();
             const Mat3 A = R * to_matrix(d.shapes.group[g].stiffness_moment) * R.transpose();
             Mat3 K = A.trace() * Mat3::Identity() - A;

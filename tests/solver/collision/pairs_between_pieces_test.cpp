@@ -59,7 +59,7 @@ TEST(pairs_between_pieces, who_was_numbered_anew_keeps_its_pairs) {
         for (const uint32_t i : now) {
             const auto was = std::ranges::lower_bound(here, i);
             const bool was_here = was != here.end() && *was == i;
-            former.push_back(was_here ? static_cast<uint32_t>(was - here.begin()) : 0xffffffffu);
+            former.push_back(was_here ? static_cast<uint32_t>(was - here.begin()) : kNone);
         }
         whole.jostle(0.3);
         Heap f = whole;

@@ -5,10 +5,10 @@
 #include <random>
 #include <set>
 
+#include "solver/data/ids.h"
+
 namespace sunder {
 namespace {
-
-constexpr uint32_t kNone = BatchMember::kNone;
 
 // Two islands: every contact touches two of the island's things, some of them the first, as rubble does a large piece.
 struct Islands {

@@ -26,14 +26,14 @@ void expect_whole(const SimulationMesh& rest, const LiveTopology& live, const La
         for (uint32_t lane = 0; lane < kLanes * unit.n_blocks(); ++lane) {
             const uint32_t g = layout.particle(first + lane);
             const uint32_t begin = layout.row_begin(u)[lane / kLanes], end = layout.row_begin(u)[lane / kLanes + 1];
-            const uint32_t count = g == LaneLayout::kNone ? 0 : live.count(g);
+            const uint32_t count = g == kNone ? 0 : live.count(g);
             ASSERT_LE(count, end - begin);
             for (uint32_t row = begin; row < end; ++row) {
                 const uint32_t neighbour = layout.neighbours(u)[kLanes * row + lane % kLanes];
                 const uint32_t k = row - begin;
                 EXPECT_EQ(neighbour, k < count ? layout.lane(live.member(live.begin(g) + k)) - first : lane);
             }
-            if (g == LaneLayout::kNone) continue;
+            if (g == kNone) continue;
             EXPECT_TRUE(particles.insert(g).second);
             EXPECT_EQ(layout.lane(g), first + lane);
         }
@@ -42,7 +42,7 @@ void expect_whole(const SimulationMesh& rest, const LiveTopology& live, const La
     EXPECT_EQ(end_row, layout.n_rows());
     for (uint32_t g = 0; g < rest.n_particles(); ++g) {
         EXPECT_EQ(particles.contains(g), live.count(g) > 1);
-        EXPECT_EQ(layout.lane(g) != LaneLayout::kNone, live.count(g) > 1);
+        EXPECT_EQ(layout.lane(g) != kNone, live.count(g) > 1);
     }
 }
 
