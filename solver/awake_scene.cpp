@@ -4,6 +4,7 @@
 
 #include "solver/awake_reach.h"
 #include "solver/data/ids.h"
+#include "solver/data/invariant.h"
 #include "solver/matching/unit_schedule.h"
 
 namespace sunder {
@@ -56,6 +57,7 @@ Aabb ball_of(const StepContext& whole, const FrameState& state, size_t i) {
 }  // namespace
 
 void AwakeScene::enter(const StepContext& whole, const FrameState& state) {
+    SUNDER_ASSERT(state.asleep.size() == state.n_particles() + state.rigid_bodies.size());
     if (asleep_ != state.asleep && !wake_here(whole, state)) return build(whole, state);
     gather(state, whole.workers);
     synchronise(context(whole), state_, work_);
@@ -278,6 +280,8 @@ void AwakeScene::gather(const FrameState& s, const WorkerPool& workers) {
 
 void AwakeScene::leave(const WorkerPool& workers, FrameState& io_state) {
     FrameState& s = io_state;
+    SUNDER_ASSERT(index_.size() == s.n_particles() + s.rigid_bodies.size());
+    SUNDER_ASSERT(state_.edge_intact.size() >= edge_.size() && state_.n_particles() == particle_.size());
     s.time = state_.time;
     workers.for_range(particle_.size(), kParticleGrain, [&](size_t first, size_t last) {
         for (size_t k = first; k < last; ++k) {

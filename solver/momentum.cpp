@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solver/data/invariant.h"
+
 namespace sunder {
 namespace {
 
@@ -37,6 +39,7 @@ void set_angular_momentum(const SimulationMesh& rest, std::span<const Sym3> iner
                           std::span<const Vec3> position, std::span<Vec3> io_velocity,
                           std::span<Vec3> io_angular_velocity) {
     const PieceMomentum p = piece_momentum(rest, inertia, particles, position, io_velocity, io_angular_velocity);
+    SUNDER_ASSERT(p.mass > 0 && most_energy >= 0);
     const Vec3 missing = wanted - p.angular;
     Vec3 spin = rigid_spin(p, missing);
     const double now = p.angular.dot(rigid_spin(p, p.angular)), cross = p.angular.dot(spin), square = missing.dot(spin);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/free_rotation.h"
 #include "solver/matching/polar_decomposition.h"
@@ -141,6 +142,8 @@ Quat mean_turn(const SimulationMesh& rest, std::span<const uint32_t> particles, 
 }  // namespace
 
 void remember_pieces(const StepContext& context, double h, Workspace& w) {
+    SUNDER_ASSERT(h > 0 && w.pieces.size() == w.live.n_pieces() + context.scene.rigid_bodies.size());
+    SUNDER_ASSERT(w.piece_held.size() == w.live.n_pieces() && w.piece_angular.size() == w.live.n_pieces());
     const SimulationMesh& rest = context.scene.rest;
     for_pieces(w.live, kParticleGrain, context.workers, [&](size_t piece) {
         w.pieces[piece] = ContactPiece();
@@ -287,6 +290,7 @@ double share_across(const BendingShape& sheet, double pulls, double give, double
 }  // namespace
 
 void divide_pushes(const StepContext& context, double h, bool last, uint32_t island, Workspace& w) {
+    SUNDER_ASSERT(h > 0 && island < w.islands.size());
     for (const uint32_t piece : w.islands.pieces_of(island)) w.pieces[piece].own_share = last ? 1 : 0;
     double approach = 0;  // of the fastest that meets a sheet, m/s
     for (size_t k = 0; !w.thin.empty() && k < w.islands.contacts_of(island).size(); ++k)

@@ -6,6 +6,7 @@
 #include "solver/collision/contact.h"
 #include "solver/collision/shape_distance.h"
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/scene/rest_conditions.h"
 #include "solver/scene/scales.h"
@@ -212,6 +213,7 @@ void wake_changed(const Scene& scene, const FrameInput& input, bool self_collisi
                   FrameState& io_state) {
     FrameState& s = io_state;
     if (s.rest_conditions.empty()) return;
+    SUNDER_ASSERT(margin > 0 && s.asleep.size() == s.n_particles() + s.rigid_bodies.size());
     const std::vector<uint64_t> now = rest_conditions(input, self_collision, FrameEnd::begin, s);
     const std::vector<uint64_t>& then = s.rest_conditions;
     if (now.size() != then.size() || now[0] != then[0] || now[1] != then[1]) {
@@ -247,6 +249,7 @@ void wake(const Scene& scene, const FrameInput& input, std::span<const Woken> wo
     DisjointSets pieces = pieces_of(scene, io_state), heaps = heaps_of(scene, io_state);
     std::vector<uint8_t> piece_wakes(io_state.asleep.size(), 0), heap_wakes = piece_wakes;  // by root
     for (const Woken& w : woken) {
+        SUNDER_ASSERT(w.movable < piece_wakes.size());
         piece_wakes[lowest(pieces, w.movable)] = 1;
         if (w.passes_on) heap_wakes[lowest(heaps, w.movable)] = 1;
     }
@@ -259,6 +262,8 @@ void wake(const Scene& scene, const FrameInput& input, std::span<const Woken> wo
 size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collision, const FrameState& before,
                    FrameState& io_state) {
     FrameState& s = io_state;
+    SUNDER_ASSERT(before.n_particles() == s.n_particles() && s.n_particles() == scene.rest.n_particles());
+    SUNDER_ASSERT(s.asleep.size() == s.still_time.size() && s.asleep.size() == s.rest_load.size());
     const double acceleration = acceleration_of(input);
     for (uint32_t i = 0; i < s.asleep.size(); ++i)
         if (!s.asleep[i]) s.still_time[i] = is_still(scene, input, before, s, i) ? s.still_time[i] + input.duration : 0;

@@ -130,6 +130,7 @@ struct Solver::Impl {
     Impl(Scene s, std::shared_ptr<const WorkerPool> w)
         : scene(std::move(s)), workers(std::move(w)), margin(contact_margin(scene)) {}
     Status check_input(const FrameInput& input) const;
+    void forget() { work = {}, awake = {}, local_hit.reset(); }
     void enter(const StepContext& whole, const FrameState& state);
     SubstepPair pair(const WorkerPool& threads, const FrameState& state);
     void go_on(const StepContext& whole, const FrameState& state, SubstepPair pair);
@@ -397,7 +398,14 @@ Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings
     std::optional<ThreadTrial>& trial = impl_->trial;
     const WorkerPool& threads = trial && trial->alone() ? impl_->alone : *impl_->workers;
     const Clock::time_point begin = Clock::now();
-    Result<StepReport> report = impl_->run_frame(input, settings, before, threads, o_after, progress);
+    Result<StepReport> report = [&] {
+        try {
+            return impl_->run_frame(input, settings, before, threads, o_after, progress);
+        } catch (...) {  // out of memory, or a bug: scratch may be half written
+            impl_->forget();
+            throw;
+        }
+    }();
     if (report && trial) trial->took(std::chrono::duration<double>(Clock::now() - begin).count());
     return report;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/piece_motion.h"
 #include "solver/scene/scales.h"
@@ -115,6 +116,7 @@ void StandingLoads::open(const ContactIslands& islands) {
 
 void find_standing_loads(const StepContext& context, double h, std::span<const double> strain, uint32_t island,
                          Workspace& w) {
+    SUNDER_ASSERT(h > 0 && island < w.loads.how.size() && strain.size() == context.scene.rest.n_particles());
     using How = StandingLoads::How;
     const ContactBodies b = bodies_of(w);
     bool any = false;

@@ -209,6 +209,7 @@ bool is_in_line(const FrameState& state, size_t n_movables, const WorkerPool& wo
 void renumber(const StepContext& context, const FrameState& state, std::span<const uint32_t> former, Workspace& w) {
     const SimulationMesh& rest = context.scene.rest;
     const size_t n = rest.n_particles();
+    SUNDER_ASSERT(former.size() == n && state.n_particles() == n && state.edge_intact.size() == rest.n_edges());
     const LiveTopology before = w.live;
     w.live.reset(rest, state.edge_intact, context.workers);
     const std::vector<uint32_t> known = with_same_ring(former, before, w.live, context.workers);
@@ -221,6 +222,8 @@ void renumber(const StepContext& context, const FrameState& state, std::span<con
 void synchronise(const StepContext& context, const FrameState& state, Workspace& w) {
     const SimulationMesh& rest = context.scene.rest;
     const size_t n = rest.n_particles(), n_movables = n + context.scene.rigid_bodies.size();
+    SUNDER_ASSERT(state.n_particles() == n && state.edge_intact.size() == rest.n_edges());
+    SUNDER_ASSERT(state.rigid_bodies.size() == context.scene.rigid_bodies.size());
     if (!is_in_line(state, n_movables, context.workers, w)) {
         w.live.reset(rest, state.edge_intact, context.workers);
         w.detection.reset();
@@ -234,7 +237,11 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
 Status substep(const StepContext& context, const SubstepTime& time, Workspace& io_work, FrameState& io_state,
                StepReport& io_report) {
     const double h = time.h;
+    SUNDER_ASSERT(h > 0 && time.begin >= 0 && time.begin < time.end && time.end <= 1);
     Substep s{context, time.stage, h, time.begin, time.end, time.measure, io_work, io_state, io_report};
+    SUNDER_ASSERT(io_state.n_particles() == s.n_particles() && io_work.moving.size() == s.n_movables());
+    SUNDER_ASSERT(context.fixed.empty() || context.fixed.size() == s.n_movables());
+    SUNDER_ASSERT(context.input.materials.size() == context.scene.bodies.size());
     io_work.kept.assign(s.n_movables(), 0), io_work.is_taken_again = false, io_work.parts = 1;
     bool has_flowed = false, may_break = false;  // what a contact pushes, at the end
     for (int pass = 1;; ++pass) {

@@ -1,9 +1,9 @@
 // Contacts of a substep: found, pushed apart between Newton steps, settled at the end.
 #include <algorithm>
-#include <cassert>
 
 #include "solver/contacts/contact_memory.h"
 #include "solver/contacts/depenetration.h"
+#include "solver/data/invariant.h"
 #include "solver/piece_motion.h"
 #include "solver/sleeping.h"
 #include "solver/standing_loads.h"
@@ -101,7 +101,7 @@ void Substep::push_apart(ContactRound::Which which, int sweep) {
     const auto is_left_out = [&](uint32_t island) {
         const auto movables = work.islands.movables_of(island);
         const uint8_t kept = work.kept[movables.front()];  // all of it, or nothing
-        assert(std::ranges::all_of(movables, [&](uint32_t i) { return work.kept[i] == kept; }));
+        SUNDER_ASSERT(std::ranges::all_of(movables, [&](uint32_t i) { return work.kept[i] == kept; }));
         return kept || (which == Which::between && sweep >= newton_steps(island));
     };
     using How = StandingLoads::How;

@@ -158,6 +158,7 @@ bool Substep::break_edges(Found found, double leading) {
                                    context.workers);
     std::vector<uint32_t> broken;
     for (const BrokenEdge& cut : cuts) {
+        SUNDER_ASSERT(state.edge_intact[cut.edge]);
         state.edge_intact[cut.edge] = work.synced_edges[cut.edge] = 0;
         state.broken.push_back(cut);
         broken.push_back(cut.edge);

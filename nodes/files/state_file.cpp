@@ -1,11 +1,11 @@
 #include "nodes/files/state_file.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
 #include "nodes/files/compression.h"
 #include "nodes/files/ply_file.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -271,7 +271,7 @@ private:
 
 ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& rest) {
     const size_t n = s.n_particles();
-    assert(rest.n_particles() == n && rest.n_edges() == s.edge_intact.size());
+    SUNDER_ASSERT(rest.n_particles() == n && rest.n_edges() == s.edge_intact.size());
     const std::string_view version = s.plastic_curvature.empty() ? kStateFileMagic : kBendingStateFileMagic;
     std::vector<PlyElement> elements = layout(version);
     const size_t counts[] = {n,

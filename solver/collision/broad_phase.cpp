@@ -7,6 +7,7 @@
 
 #include "solver/collision/rank.h"
 #include "solver/data/ids.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -165,6 +166,8 @@ void find_in_sweep(const PairFilter& filter, const WorkerPool& workers, OverlapS
 void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, const WorkerPool& workers, OverlapScratch& s,
                    std::vector<Pair>& out) {
     out.clear();
+    SUNDER_ASSERT(filter.item.empty() || filter.item.size() == boxes.size());
+    SUNDER_ASSERT(filter.n_particles <= boxes.size());
     s.usable.resize(boxes.size());
     for (size_t i = 0; i < boxes.size(); ++i) s.usable[i] = is_usable(boxes[i]);
     const bool is_crowded = s.sweep.sort(boxes, s.usable, workers) > kSweepTests * boxes.size();

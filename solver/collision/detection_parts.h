@@ -2,11 +2,11 @@
 #pragma once
 
 #include <algorithm>
-#include <cassert>
 
 #include "solver/collision/detection.h"
 #include "solver/collision/first_touch.h"
 #include "solver/collision/support_ascent.h"
+#include "solver/data/invariant.h"
 
 namespace sunder::detail {
 
@@ -89,7 +89,7 @@ inline void add_manifold(uint32_t a, uint32_t b, PlacedShape shape_a, const Plac
     };
     const auto deepest_at = [&](const Vec3& offset) {
         const Manifold m = manifold_at(offset);
-        assert(m.count > 0);
+        SUNDER_ASSERT(m.count > 0);
         int least = 0;
         for (int k = 1; k < m.count; ++k)
             if (m.points[k].gap < m.points[least].gap) least = k;

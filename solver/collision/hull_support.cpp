@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "solver/collision/ellipsoid_distance.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -135,6 +136,7 @@ void rest_gaps(const SimulationMesh& rest, std::span<const std::pair<uint32_t, u
 }
 
 void HullReach::renumber(std::span<const uint32_t> former) {
+    SUNDER_ASSERT(reach_.size() >= found_for_.size());
     const std::vector<uint64_t> found_for = std::move(found_for_);
     const std::vector<double> reach = std::move(reach_);
     found_for_.assign(former.size(), 0), reach_.resize(former.size());
@@ -145,6 +147,7 @@ void HullReach::renumber(std::span<const uint32_t> former) {
 }
 
 void HullReach::update(const SimulationMesh& rest, std::span<const Mat3> F_P, const WorkerPool& workers) {
+    SUNDER_ASSERT(F_P.size() == rest.n_particles() && rest.radii.size() == F_P.size());
     constexpr size_t kGrain = 256;
     if (found_for_.size() != F_P.size()) {
         found_for_.assign(F_P.size(), 0);

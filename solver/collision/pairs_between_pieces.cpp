@@ -6,6 +6,7 @@
 
 #include "solver/collision/rank.h"
 #include "solver/data/ids.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -47,6 +48,7 @@ Vec3 common_way(std::span<const Aabb> from, std::span<const Aabb> to) {
 void PairsBetweenPieces::renumber(std::span<const uint32_t> former) {
     are_known_ = false, is_renumbered_ = true;
     if (grown_.empty()) return;
+    SUNDER_ASSERT(with_.size() == grown_.size());
     std::vector<uint32_t> now(n_remembered_particles_, kNone);
     for (uint32_t i = 0; i < former.size(); ++i)
         if (former[i] < now.size()) now[former[i]] = i;
@@ -78,6 +80,7 @@ void PairsBetweenPieces::take_pieces(std::span<const uint32_t> piece, size_t n_m
 
 std::span<const Pair> PairsBetweenPieces::update(std::span<const Aabb> boxes, std::span<const uint32_t> piece,
                                                  PairFilter filter, const WorkerPool& workers) {
+    SUNDER_ASSERT(piece.size() <= boxes.size() && (!are_known_ || item_.size() == boxes.size()));
     if (self_collision_ != filter.self_collision) reset();
     self_collision_ = filter.self_collision;
     const size_t n = boxes.size();

@@ -1,9 +1,9 @@
 #include "solver/collision/piece_pairs.h"
 
 #include <algorithm>
-#include <cassert>
 
 #include "solver/data/ids.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -248,7 +248,8 @@ std::span<const Pair> PiecePairs::update(const ParticleMotion& motion, std::span
     if (self_collision_ != filter.self_collision) reset();
     self_collision_ = filter.self_collision;
     if (!filter.self_collision) return {};
-    assert(filter.rings.edge.empty());
+    SUNDER_ASSERT(filter.rings.edge.empty());
+    SUNDER_ASSERT(filter.rings.begin.size() == piece.size() && filter.rings.end.size() == piece.size());
     bool changed = !are_known_;
     if (!are_known_) {
         workers.for_each(pieces_.size(), [&](size_t k) { take_in(filter.rings, piece, pieces_[k]); });

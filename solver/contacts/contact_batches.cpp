@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "solver/data/invariant.h"
+
 namespace sunder {
 namespace {
 
@@ -76,6 +78,7 @@ void ContactBatches::open(size_t n_members, size_t n_islands, size_t n_things) {
 }
 
 void ContactBatches::form(uint32_t island, std::span<const BatchMember> members, uint32_t first) {
+    SUNDER_ASSERT(island < count_.size() && first + members.size() <= lane.size());
     OpenBatches open(taken_);
     std::fill_n(lane.begin() + first, members.size(), kNone);
     for (const BatchMember::Kind kind : {BatchMember::Kind::pushes, BatchMember::Kind::idle})
@@ -91,6 +94,7 @@ void ContactBatches::lay_out() {
 }
 
 void ContactBatches::place(uint32_t island, uint32_t first, uint32_t end) {
+    SUNDER_ASSERT(island + size_t{1} < offset.size() && first <= end && end <= lane.size());
     const uint32_t begin = kLanes * offset[island];
     std::fill(member.begin() + begin, member.begin() + kLanes * offset[island + 1], kNone);
     for (uint32_t k = first; k < end; ++k)

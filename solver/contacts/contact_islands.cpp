@@ -92,6 +92,7 @@ bool are_whole(const ContactBodies& b, std::span<const ActiveContact> contacts, 
 
 void find_islands(const ContactBodies& b, std::span<ActiveContact> io_contacts, size_t n_shares,
                   ContactIslands& o_islands) {
+    SUNDER_ASSERT(n_shares > 0 && b.inverse_mass.size() == b.piece.size());
     std::vector<uint32_t> sets = disjoint_sets(b.pieces.size());
     for (const ActiveContact& c : io_contacts)
         if (has_movable_b(c.contact)) unite(sets, b.piece[c.contact.a], b.piece[c.contact.b]);

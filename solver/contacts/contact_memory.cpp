@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "solver/contacts/depenetration.h"
+#include "solver/data/invariant.h"
 #include "solver/scene/scales.h"
 
 namespace sunder {
@@ -46,6 +47,7 @@ double wanted_work(const ContactBodies& b, const ActiveContact& c) {
 void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, double h, double resting,
                 std::span<ActiveContact> io_contacts) {
     const auto pair_of = [](const auto& c) { return std::pair(c.a, c.b); };
+    SUNDER_ASSERT(h > 0 && resting >= 0);
     if (io_contacts.empty()) return;
     auto first = static_cast<size_t>(
         std::ranges::lower_bound(memory, pair_of(io_contacts.front().contact), {}, pair_of) - memory.begin());
@@ -73,6 +75,7 @@ void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, d
 
 void temper_warm_start(const ContactBodies& b, const ContactIslands& islands, uint32_t island, double h,
                        double acceleration, std::span<PieceMotion> io_motion, std::span<ActiveContact> io_contacts) {
+    SUNDER_ASSERT(h > 0 && island < islands.size() && io_motion.size() == b.pieces.size());
     const auto push = [&](uint32_t i, const Vec3& arm, const Vec3& impulse, const Vec3& couple) {
         PieceMotion& p = io_motion[b.piece[i]];
         p.shift += impulse;
@@ -109,6 +112,7 @@ void temper_warm_start(const ContactBodies& b, const ContactIslands& islands, ui
 void remember(const ContactBodies& b, std::span<const ActiveContact> contacts, double h, double acceleration,
               std::vector<ContactMemory>& o_memory) {
     o_memory.clear();
+    SUNDER_ASSERT(h > 0 && acceleration >= 0);
     for (const ActiveContact& c : contacts) {
         if (c.impulse.normal <= 0) continue;
         const double inverse_mass =

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 
+#include "solver/data/invariant.h"
+
 namespace sunder {
 
 std::vector<uint32_t> in_reach(std::span<const Contact> contacts, std::span<const ContactReach> reach,
                                size_t n_movables, double h, double margin) {
+    SUNDER_ASSERT(reach.size() == contacts.size() && h > 0 && margin > 0);
     constexpr double kMarginsApart = 2.5;          // leaves out 4 in 10,000 of those that push, at most; 1: 8
     std::vector<double> fastest(n_movables, 0.0);  // of a movable's contacts, m/s
     const auto is_movable = [](uint32_t b) { return !(b & Contact::kStatic); };

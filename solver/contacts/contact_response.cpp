@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "solver/contacts/depenetration.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 
@@ -40,6 +41,8 @@ const Vec3& spin_of(const ContactBodies& b, std::span<const Vec3> angular_veloci
 
 void prepare_contacts(const ContactBodies& b, std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity,
                       double h, double recovery_speed, std::span<ActiveContact> io_contacts) {
+    SUNDER_ASSERT(h > 0 && recovery_speed > 0);
+    SUNDER_ASSERT(velocity.size() == b.piece.size() && angular_velocity.size() == b.piece.size());
     const double share = std::min(kMostRecovery, kRecoveryRate * h);
     for (ActiveContact& c : io_contacts) {
         const uint32_t i = c.contact.a;
@@ -62,6 +65,7 @@ void prepare_contacts(const ContactBodies& b, std::span<const Vec3> velocity, st
 void settle_velocities(const ContactBodies& b, double h, double threshold, std::span<const ActiveContact> contacts,
                        std::span<const uint32_t> which, std::span<const Vec3> angular_velocity,
                        std::span<Vec3> io_velocity, std::span<PieceVelocity> io_change) {
+    SUNDER_ASSERT(h > 0 && io_velocity.size() == b.piece.size() && io_change.size() == b.pieces.size());
     const auto velocity_at = [&](uint32_t i, const Vec3& arm) -> Vec3 {
         const PieceVelocity& whole = io_change[b.piece[i]];
         return io_velocity[i] + whole.velocity + whole.turn.cross(lever_of(b, i)) +

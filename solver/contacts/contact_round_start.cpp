@@ -1,7 +1,7 @@
-#include <cassert>
 #include <cmath>
 
 #include "solver/contacts/contact_round.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -213,7 +213,8 @@ void ContactRound::give(uint32_t n) {
 
 void ContactRound::open(const ContactBodies& bodies, const ContactIslands& islands, Which which, double length,
                         std::span<const ActiveContact> contacts) {
-    assert(which == Which::first || exact_.size() == contacts.size());
+    SUNDER_ASSERT(which == Which::first || exact_.size() == contacts.size());
+    SUNDER_ASSERT(length > 0 && islands.contact.size() == contacts.size());
     b_ = bodies, islands_ = &islands, which_ = which, from_ = contacts, length_ = rounded_unit(length);
     if (which == Which::between) return;
     const size_t n_contacts = contacts.size(), n_islands = islands.size();
@@ -229,6 +230,7 @@ void ContactRound::open(const ContactBodies& bodies, const ContactIslands& islan
 }
 
 void ContactRound::take_up(uint32_t island) {
+    SUNDER_ASSERT(island < units_.size());
     take_up_movables(island);
     if (which_ == Which::first) take_up_contacts(island);
     note_what_was_given(island);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solver/data/invariant.h"
 #include "solver/scene/motion.h"
 
 namespace sunder {
@@ -111,6 +112,11 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
                          std::vector<ActiveContact>& out) {
     const SimulationMesh& rest = scene.rest;
     const uint32_t n = static_cast<uint32_t>(rest.n_particles());
+    const size_t n_movables = n + scene.rigid_bodies.size();
+    SUNDER_ASSERT(motion.position.size() == n_movables && motion.rotation.size() == n_movables);
+    SUNDER_ASSERT(motion.velocity.size() == n_movables && motion.angular_velocity.size() == n_movables);
+    SUNDER_ASSERT(motion.plastic_deformation.size() == n && live.ends().size() == n && held.size() == n_movables);
+    SUNDER_ASSERT(input.colliders.size() == scene.colliders.size() && interval.h > 0 && margin > 0);
     hulls_.update(rest, motion.plastic_deformation, workers);
     rigid_bodies_.clear();
     for (size_t r = 0; r < scene.rigid_bodies.size(); ++r)

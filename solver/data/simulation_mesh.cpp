@@ -1,7 +1,8 @@
 #include "solver/data/simulation_mesh.h"
 
 #include <algorithm>
-#include <cassert>
+
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -30,7 +31,7 @@ void build_one_rings(SimulationMesh& m) {
     std::vector<uint32_t> next(m.group_offset.begin(), m.group_offset.end() - 1);
     for (uint32_t i = 0; i < n; ++i) members[next[i]++] = {i, kNone};
     for (uint32_t e = 0; e < m.edges.size(); ++e) {
-        assert(m.edges[e].a < m.edges[e].b && m.edges[e].b < n);
+        SUNDER_ASSERT(m.edges[e].a < m.edges[e].b && m.edges[e].b < n);
         members[next[m.edges[e].a]++] = {m.edges[e].b, e};
         members[next[m.edges[e].b]++] = {m.edges[e].a, e};
     }
@@ -81,6 +82,8 @@ void append_hulls(SimulationMesh& io_scene, const SimulationMesh& body, const Qu
 void append_body(SimulationMesh& scene, const SimulationMesh& body, const Pose& pose) {
     const uint32_t particle_base = static_cast<uint32_t>(scene.n_particles());
     const uint32_t body_index = scene.body.empty() ? 0 : scene.body.back() + 1;
+    for (const size_t n : {body.radii.size(), body.volume.size(), body.mass.size(), body.fragment.size()})
+        SUNDER_ASSERT(n == body.n_particles());
     for (size_t i = 0; i < body.n_particles(); ++i) {
         scene.rest_position.push_back(pose.apply(body.rest_position[i]));
         scene.rest_orientation.push_back((pose.orientation * body.rest_orientation[i]).normalized());

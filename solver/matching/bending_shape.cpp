@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 
+#include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/matching/arc.h"
 #include "solver/matching/polar_decomposition.h"
@@ -116,6 +117,9 @@ void BendingShapes::update(const SimulationMesh& rest, const LiveTopology& live,
                            std::span<const GroupStiffness> stiffness, const Bending& bending,
                            const WorkerPool& workers) {
     const size_t n = bending.thin.size();
+    SUNDER_ASSERT(n == rest.n_particles() && bending.pinned.size() == n && bending.plastic_deformation.size() == n);
+    SUNDER_ASSERT(bending.plastic_curvature.empty() || bending.plastic_curvature.size() == n);
+    SUNDER_ASSERT(stiffness.size() == n && shapes.revision.size() == n);
     if (member_.size() != live.n_slots() || version_ != live.version() || !std::ranges::equal(thin_, bending.thin) ||
         !std::ranges::equal(pinned_, bending.pinned)) {
         shape_.assign(n, {}), member_.assign(live.n_slots(), {}), key_.assign(n, {});
@@ -243,6 +247,7 @@ void BendingShapes::find_blocks(const LiveTopology& live, uint32_t g) {
 
 BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<const MovingParticle> particles,
                uint32_t g, std::span<BentMember> o_members) {
+    SUNDER_ASSERT(o_members.size() == live.count(g));
     const BendingShape& s = shapes.shape(g);
     const uint32_t begin = live.begin(g);
     const MovingParticle& cell = particles[g];
@@ -300,6 +305,7 @@ BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<
 
 void pull_back(const BendingShapes& shapes, const LiveTopology& live, uint32_t g, const BentGroup& of,
                std::span<BentMember> io_members) {
+    SUNDER_ASSERT(io_members.size() == live.count(g));
     const BendingShape& s = shapes.shape(g);
     const uint32_t begin = live.begin(g);
     const Mat3 RP = of.R * s.spanned;

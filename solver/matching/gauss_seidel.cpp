@@ -1,5 +1,6 @@
 #include "solver/matching/gauss_seidel.h"
 
+#include "solver/data/invariant.h"
 #include "solver/data/rotations.h"
 #include "solver/matching/polar_decomposition.h"
 
@@ -8,6 +9,7 @@ namespace sunder {
 void gauss_seidel_sweep(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
                         std::span<const double> stiffness, std::span<const uint8_t> held,
                         std::span<MovingParticle> io_particles, std::span<GroupGoal> io_goals) {
+    SUNDER_ASSERT(io_goals.size() == rest.n_particles() && held.size() >= io_goals.size());
     for (uint32_t g = 0; g < io_goals.size(); ++g) {
         if (live.count(g) == 1) {
             io_goals[g].rotation = io_particles[g].d;

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "solver/data/frame_state.h"
+#include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/lanes/instruction_set.h"
 
@@ -50,6 +51,7 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
                            const WorkerPool& workers) {
     constexpr size_t kGrain = 256;  // fewest groups a thread is worth waking for
     const uint32_t n = static_cast<uint32_t>(rest.n_particles());
+    SUNDER_ASSERT(former.of.size() == n && plastic_deformation.size() == n && live.ends().size() == n);
     std::swap(group, group_before_), std::swap(member, member_before_);
     const std::vector<Sym3> moment_before = std::move(particle_moment);
     group.resize(n), member.resize(live.n_slots()), particle_moment.resize(n);
@@ -89,6 +91,7 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
 void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,
                         std::span<const Mat3> plastic_deformation) {
     const size_t n = rest.n_particles();
+    SUNDER_ASSERT(plastic_deformation.size() == n && live.ends().size() == n && rest.mass.size() == n);
     particle_mass = rest.mass;
     particle_moment.resize(n);
     for (size_t i = 0; i < n; ++i) find_moment(rest, i);
@@ -121,6 +124,7 @@ GroupStiffness group_stiffness(const GroupShape& shape, double rest_trace, doubl
                                const Material& material) {
     GroupStiffness s;
     if (shape.positions_trace <= 0) return s;
+    SUNDER_ASSERT(rest_trace > 0 && rest_volume > 0);
     const double nu = material.poisson_ratio, mu = material.youngs_modulus / (2 * (1 + nu));
     s.k = 6 * mu * rest_volume / rest_trace;
     s.volume_ratio = nu / (1 - 2 * nu);

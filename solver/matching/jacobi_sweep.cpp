@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "solver/data/invariant.h"
 #include "solver/lanes/instruction_set.h"
 
 namespace sunder {
@@ -24,6 +25,8 @@ void JacobiSweep::take_up(const SweepInput& in, const WorkerPool& workers) {
 void JacobiSweep::apply(const JacobiIteration& iteration, const SweepInput& in, const WorkerPool& workers,
                         std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles) {
     static_assert(sizeof(GroupGoal) == 4 * sizeof(double));
+    SUNDER_ASSERT(io_goals.size() == in.live.ends().size() && io_particles.size() >= io_goals.size());
+    SUNDER_ASSERT(iteration.number >= 0 && iteration.number < iteration.of);
     take_up(in, workers);
     for_units(layout_, kSharedUnit, workers, [&](size_t u, size_t, const UnitBlocks& blocks) {
         Unit& unit = units_[u];

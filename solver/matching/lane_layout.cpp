@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "solver/data/invariant.h"
+
 namespace sunder {
 namespace {
 
@@ -17,6 +19,7 @@ bool LaneLayout::update(const LiveTopology& live, const WorkerPool& workers) {
     list_units(live);
     // Blocks and rows as they are counted: each window has its own.
     workers.for_each(windows_.size(), [&](size_t w) { sort_window(live, windows_[w]); });
+    SUNDER_ASSERT(units_.size() <= windows_.size() && particle_.size() % kLanes == 0);
     uint32_t n_rows = 0;
     for (size_t u = 0; u < units_.size(); ++u) {
         Unit& unit = units_[u];

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "solver/data/invariant.h"
 #include "solver/data/rotations.h"
 #include "solver/lanes/instruction_set.h"
 #include "solver/matching/step_limit.h"
@@ -199,6 +200,9 @@ void NewtonStep::damp_in(Precision<Real>& precision, const SweepInput& in, const
 }
 
 bool NewtonStep::take_up(const SweepInput& in, const WorkerPool& workers) {
+    const size_t n = in.live.ends().size();
+    SUNDER_ASSERT(in.rest.n_particles() == n && in.shapes.group.size() == n && in.stiffness.size() == n);
+    SUNDER_ASSERT(in.held.size() >= n && in.span.size() >= n && (in.brace.empty() || in.brace.size() >= n));
     if (layout_.update(in.live, workers)) {
         residual_.resize(layout_.units().size());
         block_residual_.resize(layout_.n_blocks());
@@ -219,6 +223,7 @@ bool NewtonStep::take_up(const SweepInput& in, const WorkerPool& workers) {
 
 void NewtonStep::apply(bool first_iteration, const SweepInput& in, const WorkerPool& workers,
                        std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles) {
+    SUNDER_ASSERT(io_goals.size() == in.live.ends().size() && io_particles.size() >= io_goals.size());
     if (take_up(in, workers))
         apply_in(full_, first_iteration, in, workers, io_goals, io_particles);
     else
@@ -227,6 +232,7 @@ void NewtonStep::apply(bool first_iteration, const SweepInput& in, const WorkerP
 
 void NewtonStep::damp(const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,
                       std::span<const MovingParticle> particles, std::span<Vec3> io_shift, std::span<Vec3> io_turn) {
+    SUNDER_ASSERT(io_shift.size() == io_turn.size() && io_shift.size() >= io_goals.size());
     if (take_up(in, workers))
         damp_in(full_, in, workers, io_goals, particles, io_shift, io_turn);
     else

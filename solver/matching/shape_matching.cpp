@@ -1,5 +1,7 @@
 #include "solver/matching/shape_matching.h"
 
+#include "solver/data/invariant.h"
+
 namespace sunder {
 namespace {
 
@@ -32,6 +34,7 @@ GroupMoments group_moments(const LiveTopology& live, const GroupShapes& shapes,
 
 void restore_linear_momentum(const SimulationMesh& rest, const LiveTopology& live, std::span<const uint8_t> piece_held,
                              size_t begin_piece, size_t end_piece, std::span<MovingParticle> io_particles) {
+    SUNDER_ASSERT(begin_piece <= end_piece && end_piece <= live.n_pieces() && piece_held.size() == live.n_pieces());
     for (size_t piece = begin_piece; piece < end_piece; ++piece) {
         const auto particles = live.piece_particles(piece);
         if (piece_held[piece] || particles.size() == 1) continue;

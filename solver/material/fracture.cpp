@@ -4,6 +4,7 @@
 #include <cmath>
 #include <mutex>
 
+#include "solver/data/invariant.h"
 #include "solver/matching/unit_schedule.h"
 
 namespace sunder {
@@ -168,6 +169,8 @@ void cut_group(const LiveGroups& groups, std::span<const GroupStrain> strains, u
 std::vector<BrokenEdge> edges_to_cut(const LiveGroups& groups, std::span<const GroupStrain> strains, double leading,
                                      double time, const WorkerPool& workers) {
     const LiveTopology& live = groups.live;
+    SUNDER_ASSERT(strains.size() == live.ends().size() && groups.shapes.group.size() == strains.size());
+    SUNDER_ASSERT(leading >= 0 && leading <= 1);
     std::vector<double> most(live.n_pieces(), 1.0);
     for (uint32_t g = 0; g < strains.size(); ++g) most[live.piece(g)] = std::max(most[live.piece(g)], strains[g].load);
     std::mutex mutex;

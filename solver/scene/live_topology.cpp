@@ -5,6 +5,7 @@
 
 #include "solver/data/disjoint_sets.h"
 #include "solver/data/ids.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 
@@ -15,6 +16,9 @@ void LiveTopology::reset(const SimulationMesh& rest, std::span<const uint8_t> ed
 void LiveTopology::reset(const SimulationMesh& rest, std::span<const uint8_t> edge_intact, const WorkerPool& workers) {
     constexpr size_t kGrain = 256;  // fewest groups a thread is worth waking for
     const size_t n = rest.n_particles(), n_slots = rest.group_member.size();
+    SUNDER_ASSERT(edge_intact.size() == rest.n_edges() && rest.group_offset.size() == n + 1);
+    SUNDER_ASSERT(rest.group_offset.back() == n_slots);
+    SUNDER_ASSERT(rest.member_edge.size() == n_slots && rest.member_twin.size() == n_slots);
     offset_ = rest.group_offset;
     gone_.assign(rest.n_edges(), 0);
     end_.resize(n), place_.resize(n_slots);
@@ -56,6 +60,7 @@ void LiveTopology::drop_from_group(uint32_t g) {
 std::vector<uint32_t> LiveTopology::remove_edges(const SimulationMesh& rest, std::span<const uint32_t> broken) {
     std::vector<uint32_t> groups;
     for (uint32_t e : broken) {
+        SUNDER_ASSERT(e < gone_.size());
         gone_[e] = 1;
         groups.push_back(rest.edges[e].a), groups.push_back(rest.edges[e].b);
     }
