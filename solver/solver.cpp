@@ -78,7 +78,7 @@ Status check_scene(const Scene& scene) {
         if (!(rest.edges[e].toughness_factor > 0))
             return bad_input("scene", "edge " + std::to_string(e) + " has a toughness factor that is not above 0");
     for (const Pin& pin : scene.pins)
-        for (uint32_t i : pin.particles)
+        for (const ParticleId i : pin.particles)
             if (i >= n)
                 return bad_input("pin '" + pin.name + "'",
                                  "holds particle " + std::to_string(i) + " of " + std::to_string(n));
@@ -418,16 +418,14 @@ Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings
     return report;
 }
 
-std::vector<uint32_t> connected_pieces(const SimulationMesh& rest, const std::vector<uint8_t>& edge_intact) {
+std::vector<PieceId> connected_pieces(const SimulationMesh& rest, const std::vector<uint8_t>& edge_intact) {
     SimulationMesh joined;  // the edges are enough: the caller's one-rings need not be built
     joined.rest_position = rest.rest_position;
     joined.edges = rest.edges;
     build_one_rings(joined);
     LiveTopology live;
     live.reset(joined, edge_intact);
-    std::vector<uint32_t> piece(rest.n_particles());
-    for (size_t i = 0; i < piece.size(); ++i) piece[i] = live.piece(i);
-    return piece;
+    return {live.pieces().begin(), live.pieces().end()};
 }
 
 }  // namespace sunder

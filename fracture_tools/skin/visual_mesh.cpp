@@ -63,7 +63,7 @@ Error not_finite(const char* thing, size_t particle) {
 std::vector<uint32_t> edge_interfaces(const FragmentSet& set, const SimulationMesh& rest) {
     std::vector<uint32_t> of_edge;
     for (const Edge& e : rest.edges) {
-        const std::pair wanted(FragmentId(e.a), FragmentId(e.b));
+        const std::pair wanted(FragmentId(e.a.value), FragmentId(e.b.value));
         const auto at = std::lower_bound(set.interfaces.begin(), set.interfaces.end(), wanted,
                                          [](const Interface& i, const auto& w) { return std::pair(i.a, i.b) < w; });
         const bool found = at != set.interfaces.end() && std::pair(at->a, at->b) == wanted;

@@ -77,7 +77,7 @@ void ContactBatches::open(size_t n_members, size_t n_islands, size_t n_things) {
     lane.resize(n_members);
 }
 
-void ContactBatches::form(uint32_t island, std::span<const BatchMember> members, uint32_t first) {
+void ContactBatches::form(IslandId island, std::span<const BatchMember> members, uint32_t first) {
     SUNDER_ASSERT(island < count_.size() && first + members.size() <= lane.size());
     OpenBatches open(taken_);
     std::fill_n(lane.begin() + first, members.size(), kNone);
@@ -93,7 +93,7 @@ void ContactBatches::lay_out() {
     member.resize(size_t{kLanes} * offset.back());
 }
 
-void ContactBatches::place(uint32_t island, uint32_t first, uint32_t end) {
+void ContactBatches::place(IslandId island, uint32_t first, uint32_t end) {
     SUNDER_ASSERT(island + size_t{1} < offset.size() && first <= end && end <= lane.size());
     const uint32_t begin = kLanes * offset[island];
     std::fill(member.begin() + begin, member.begin() + kLanes * offset[island + 1], kNone);

@@ -31,11 +31,11 @@ struct ContactBatches {
     /// Batches of an island, whose contacts are `members` from `first` on; no two islands touch the same. Each contact
     /// goes into the first batch that has room for it of the 64 that were begun last, those that push before those that
     /// are idle, so that batches of idle ones can be passed over.
-    void form(uint32_t island, std::span<const BatchMember> members, uint32_t first);
+    void form(IslandId island, std::span<const BatchMember> members, uint32_t first);
 
     void lay_out();
 
-    void place(uint32_t island, uint32_t first, uint32_t end);
+    void place(IslandId island, uint32_t first, uint32_t end);
 
 private:
     std::vector<uint64_t> taken_;  // in which open batches a thing is touched (n_things)

@@ -20,7 +20,7 @@ struct Surface {
     double friction, restitution;
 };
 
-Surface surface_of(const Scene& scene, const FrameInput& input, uint32_t movable) {
+Surface surface_of(const Scene& scene, const FrameInput& input, MovableId movable) {
     const size_t n = scene.rest.n_particles();
     if (movable < n) {
         const Material& m = input.materials[scene.rest.body[movable]];
@@ -45,7 +45,7 @@ double contact_margin(const Scene& scene) {
 void SceneContacts::list_neighbours(const SimulationMesh& rest, const WorkerPool& workers) {
     constexpr size_t kPairs = 32;  // fewest a thread is worth waking for
     const size_t n = rest.n_particles();
-    const auto name = [&](uint32_t i) { return uint64_t{rest.body[i]} << 32 | rest.fragment[i]; };
+    const auto name = [&](MovableId i) { return uint64_t{rest.body[i]} << 32 | rest.fragment[i]; };
     std::swap(neighbours_, former_);
     neighbours_.clear(), unknown_.clear(), pair_of_unknown_.clear();
     neighbours_of_.assign(contacts_.size(), kNone);
@@ -78,12 +78,12 @@ Vec3 SceneContacts::collider_motion(const Contact& c) const {
 void SceneContacts::measure_reach(const SimulationMesh& rest, const MovableMotion& motion, double h,
                                   const WorkerPool& workers) {
     const size_t n = rest.n_particles();
-    const auto uneven = [&](uint32_t i) {
+    const auto uneven = [&](MovableId i) {
         if (i < n) return rest.radii[i].maxCoeff() - rest.radii[i].minCoeff();
         const Shape& shape = rigid_bodies_[i - n].shape;
         return shape.kind == ShapeKind::box ? bounding_radius(shape) - shape.half_extents.minCoeff() : 0.0;
     };
-    const auto speed_of = [&](uint32_t a, uint32_t b) {
+    const auto speed_of = [&](MovableId a, MovableId b) {
         const Vec3 way = motion.velocity[a] - motion.velocity[b] -
                          motion.angular_velocity[b].cross(motion.position[a] - motion.position[b]);
         return way.norm() + uneven(a) * (motion.angular_velocity[a] - motion.angular_velocity[b]).norm();
@@ -153,11 +153,11 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
         return false;
     }
 
-    const auto standing_out_of = [&](uint32_t i, const Vec3& direction) {
+    const auto standing_out_of = [&](MovableId i, const Vec3& direction) {
         if (i >= n) return 0.0;
-        return standing_out(rest, i, motion.plastic_deformation[i], motion.rotation[i].conjugate() * direction);
+        return standing_out(rest, i.value, motion.plastic_deformation[i], motion.rotation[i].conjugate() * direction);
     };
-    const auto rolling_arm = [&](uint32_t movable) {
+    const auto rolling_arm = [&](MovableId movable) {
         return movable < n ? kRollingShare * rest.radii[movable].minCoeff() : 0.0;
     };
     const auto describe = [&](size_t k) {
@@ -178,7 +178,8 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
             c.rolling_arm = std::max(c.rolling_arm, rolling_arm(contact.b));
             c.allowed_gap = std::min(
                 0.0, -standing_out_of(contact.a, -contact.normal) - standing_out_of(contact.b, contact.normal));
-            if (contact.a < n && contact.b < n) c.separate_pieces = live.piece(contact.a) != live.piece(contact.b);
+            if (contact.a < n && contact.b < n)
+                c.separate_pieces = live.piece(contact.a.value) != live.piece(contact.b.value);
             if (neighbours_of_[k] != kNone)
                 c.allowed_gap = std::min(c.allowed_gap, neighbours_[neighbours_of_[k]].gap);
         }
@@ -188,7 +189,7 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     };
     list_neighbours(rest, workers);
     measure_reach(rest, motion, interval.h, workers);
-    const std::vector<uint32_t> those = in_reach(contacts_, reach_, motion.position.size(), interval.h, margin);
+    const std::vector<ContactId> those = in_reach(contacts_, reach_, motion.position.size(), interval.h, margin);
     out.resize(those.size());  // those that are there are written over
     workers.for_range(those.size(), kGrain, [&](size_t begin, size_t end) {
         for (size_t k = begin; k < end; ++k) out[k] = describe(those[k]);

@@ -25,12 +25,13 @@ void build_one_rings(SimulationMesh& m) {
     for (uint32_t i = 0; i < n; ++i) m.group_offset[i + 1] += m.group_offset[i];
 
     struct Member {
-        uint32_t particle, edge;
+        ParticleId particle;
+        EdgeId edge;
     };
     std::vector<Member> members(m.group_offset.back());
     std::vector<uint32_t> next(m.group_offset.begin(), m.group_offset.end() - 1);
-    for (uint32_t i = 0; i < n; ++i) members[next[i]++] = {i, kNone};
-    for (uint32_t e = 0; e < m.edges.size(); ++e) {
+    for (uint32_t i = 0; i < n; ++i) members[next[i]++] = {ParticleId(i), EdgeId::none()};
+    for (EdgeId e(0); e < m.edges.size(); ++e) {
         SUNDER_ASSERT(m.edges[e].a < m.edges[e].b && m.edges[e].b < n);
         members[next[m.edges[e].a]++] = {m.edges[e].b, e};
         members[next[m.edges[e].b]++] = {m.edges[e].a, e};
@@ -45,7 +46,7 @@ void build_one_rings(SimulationMesh& m) {
         for (uint32_t s = m.group_offset[i]; s < m.group_offset[i + 1]; ++s) {
             m.group_member[s] = members[s].particle;
             m.member_edge[s] = members[s].edge;
-            if (members[s].edge == kNone)
+            if (members[s].edge.is_none())
                 m.member_twin[s] = s;
             else
                 edge_slots[members[s].edge][m.edges[members[s].edge].a == i ? 0 : 1] = s;
@@ -98,7 +99,8 @@ void append_body(SimulationMesh& scene, const SimulationMesh& body, const Pose& 
     append_factors(scene.yield_factor, particle_base, body.yield_factor, body.n_particles());
     append_factors(scene.toughness_factor, particle_base, body.toughness_factor, body.n_particles());
     for (const Edge& e : body.edges)
-        scene.edges.push_back({e.a + particle_base, e.b + particle_base, e.area, e.toughness_factor});
+        scene.edges.push_back(
+            {ParticleId(e.a + particle_base), ParticleId(e.b + particle_base), e.area, e.toughness_factor});
 }
 
 }  // namespace sunder

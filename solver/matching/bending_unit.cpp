@@ -112,7 +112,7 @@ void BendingUnit<Real>::linearise(const SweepInput& in, std::span<const MovingPa
 }
 
 template <class Real>
-void BendingUnit<Real>::put(const SweepInput& in, uint32_t g, size_t lane, const BentGroup& group,
+void BendingUnit<Real>::put(const SweepInput& in, ParticleIndex g, size_t lane, const BentGroup& group,
                             std::span<const BentMember> members) {
     const BendingShape& s = in.bending->shape(g);
     const double b = in.span[g] * in.span[g];

@@ -20,7 +20,7 @@ void gauss_seidel_sweep(const SimulationMesh& rest, const LiveTopology& live, co
         io_goals[g].rotation = R;
         const Mat3 matrix = R.toRotationMatrix();
         for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
-            const uint32_t j = live.member(s);
+            const ParticleId j = live.member(s);
             if (held[j]) continue;
             MovingParticle& p = io_particles[j];
             const double k = stiffness[rest.body[g]] * shapes.member[s].weight;

@@ -28,9 +28,10 @@ std::vector<double> rest_traces(const SimulationMesh& rest) {
         Vec3 center = Vec3::Zero();
         double mass = 0, second = 0;
         for (uint32_t s = rest.group_offset[g]; s < rest.group_offset[g + 1]; ++s) {
-            const uint32_t j = rest.group_member[s], e = rest.member_edge[s];
+            const ParticleId j = rest.group_member[s];
+            const EdgeId e = rest.member_edge[s];
             const Vec3 r = rest.rest_position[j] - rest.rest_position[g];
-            const double m = rest.mass[j] * (e == kNone ? 1.0 : edge_weight_of(rest, rest.edges[e]));
+            const double m = rest.mass[j] * (e.is_none() ? 1.0 : edge_weight_of(rest, rest.edges[e]));
             mass += m, center += m * r, second += m * r.squaredNorm();
         }
         traces[g] = second - center.squaredNorm() / mass;
@@ -60,9 +61,9 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
     rest_trace = rest.group_trace.empty() ? rest_traces(rest) : rest.group_trace;
     revision.assign(n, uint64_t{++resets_} << 32);
     // What groups are made of: moments, and weights of edges, each by the first of its ends.
-    const auto take_parts = [&](uint32_t g) {
-        const uint32_t before = former.of[g];
-        const bool is_known = before != kNone;
+    const auto take_parts = [&](ParticleIndex g) {
+        const ParticleId before = former.of[g];
+        const bool is_known = !before.is_none();
         if (is_known)
             particle_moment[g] = moment_before[before];
         else
@@ -72,19 +73,19 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
                 edge_weight[live.edge(s)] = is_known ? member_before_[former.live.begin(before) + k].weight
                                                      : edge_weight_of(rest, rest.edges[live.edge(s)]);
     };
-    const auto take_over = [&](uint32_t g) {  // whether the shape is as it was
-        const uint32_t before = former.of[g];
-        if (before == kNone || group_before_[before].plastic_key != plastic_key(plastic_deformation[g]))
+    const auto take_over = [&](ParticleIndex g) {  // whether the shape is as it was
+        const ParticleId before = former.of[g];
+        if (before.is_none() || group_before_[before].plastic_key != plastic_key(plastic_deformation[g]))
             return false;
         std::copy_n(member_before_.begin() + former.live.begin(before), live.count(g), member.begin() + live.begin(g));
         group[g] = group_before_[before];
         return true;
     };
     workers.for_range(n, kGrain, [&](size_t first, size_t last) {
-        for (size_t g = first; g < last; ++g) take_parts(static_cast<uint32_t>(g));
+        for (size_t g = first; g < last; ++g) take_parts(g);
     });
     workers.for_range(n, kGrain, [&](size_t first, size_t last) {
-        rebuild(rest, live, plastic_deformation, first, last, [&](uint32_t g) { return !take_over(g); });
+        rebuild(rest, live, plastic_deformation, first, last, [&](ParticleIndex g) { return !take_over(g); });
     });
 }
 
@@ -111,8 +112,8 @@ void GroupShapes::rebuild_four(const SimulationMesh& rest, const LiveTopology& l
     static_assert(sizeof(MemberShape) == RestShapeRecords::kMemberNumbers * sizeof(double));
     kernels_->build({rest.rest_position.data()->data(), plastic_deformation.data()->data(), particle_mass.data(),
                      particle_moment.data()->data(), edge_weight.data(), live.begins().data(), live.ends().data(),
-                     live.members().data(), live.edges().data(), kStretchMomentWeight, &group.data()->mass,
-                     member.data()->q.data()},
+                     numbers(live.members()).data(), numbers(live.edges()).data(), kStretchMomentWeight,
+                     &group.data()->mass, member.data()->q.data()},
                     groups);
     for (uint32_t i = 0; i < n; ++i) {
         ++revision[groups[i]];

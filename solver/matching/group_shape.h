@@ -50,8 +50,8 @@ constexpr double kOrientationWeight = 0.15;
 
 /// Particles as they were numbered before.
 struct FormerNumbers {
-    std::span<const uint32_t> of;  // those who are known from before, ascending; else kNone (n_particles)
-    const LiveTopology& live;      // before
+    std::span<const ParticleId> of;  // those who are known from before, ascending; else none (n_particles)
+    const LiveTopology& live;        // before
 };
 
 struct GroupShapes {

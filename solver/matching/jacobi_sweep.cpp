@@ -16,8 +16,8 @@ void JacobiSweep::take_up(const SweepInput& in, const WorkerPool& workers) {
         units_[u].particles.resize(unit.n_blocks());
         units_[u].origin.clear();
         for (size_t lane = kLanes * unit.begin_block; lane < kLanes * unit.end_block; ++lane) {
-            const uint32_t j = layout_.particle(lane);
-            units_[u].origin.push_back(j == kNone ? j : in.live.piece_particles(in.live.piece(j)).front());
+            const ParticleId j = layout_.particle(lane);
+            units_[u].origin.push_back(j.is_none() ? j : in.live.piece_particles(in.live.piece(j)).front());
         }
     }
 }

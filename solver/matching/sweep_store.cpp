@@ -16,8 +16,8 @@ ShapeRecords shape_records(const SweepInput& in, const ShapeWatch& watch) {
             in.live.begins().data(),
             in.live.ends().data(),
             in.live.twins().data(),
-            in.live.members().data(),
-            watch.particles()};
+            numbers(in.live.members()).data(),
+            numbers(watch.particles()).data()};
 }
 
 template <class Real>

@@ -21,7 +21,7 @@ GroupStretcher::GroupStretcher(const LiveTopology& live, const GroupShapes& shap
                &shapes.group.data()->mass,
                live.begins().data(),
                live.ends().data(),
-               live.members().data(),
+               numbers(live.members()).data(),
                kOrientationWeight,
                kStretchMomentWeight,
                optimal_rotation_svd},

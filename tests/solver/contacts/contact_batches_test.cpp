@@ -40,10 +40,10 @@ struct Islands {
             for (uint32_t k = 0; k < n; ++k) body(backwards ? n - 1 - k : k);
         };
         for_islands([&](uint32_t k) {
-            batches.form(k, std::span(members).subspan(offset[k], offset[k + 1] - offset[k]), offset[k]);
+            batches.form(IslandId(k), std::span(members).subspan(offset[k], offset[k + 1] - offset[k]), offset[k]);
         });
         batches.lay_out();
-        for_islands([&](uint32_t k) { batches.place(k, offset[k], offset[k + 1]); });
+        for_islands([&](uint32_t k) { batches.place(IslandId(k), offset[k], offset[k + 1]); });
         return batches;
     }
 };

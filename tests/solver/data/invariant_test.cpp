@@ -66,7 +66,7 @@ TEST(assertion, guards_the_doors_of_rooms) {
     LiveTopology live;
     EXPECT_THROW(live.reset(rest, std::vector<uint8_t>(rest.n_edges() - 1, 1)), std::logic_error);
     live.reset(rest, std::vector<uint8_t>(rest.n_edges(), 1));
-    EXPECT_THROW(live.remove_edges(rest, std::vector{static_cast<uint32_t>(rest.n_edges())}), std::logic_error);
+    EXPECT_THROW(live.remove_edges(rest, std::vector{EdgeId(rest.n_edges())}), std::logic_error);
     const Result<int> error = bad_usage("nothing");
     EXPECT_THROW(*error, std::logic_error);
 }
@@ -80,7 +80,7 @@ TEST(invariant, rings_that_do_not_match_edges_are_found) {
     EXPECT_TRUE(rings_match_edges(live, rest, intact));
     intact[7] = 0;
     EXPECT_FALSE(rings_match_edges(live, rest, intact));
-    live.remove_edges(rest, std::vector<uint32_t>{7});
+    live.remove_edges(rest, std::vector<EdgeId>{EdgeId(7)});
     EXPECT_TRUE(rings_match_edges(live, rest, intact));
     intact[7] = 1;
     EXPECT_FALSE(rings_match_edges(live, rest, intact));

@@ -59,8 +59,8 @@ TEST(lane_layout, every_membership_has_a_cell_before_and_after_breaks) {
     // Lanes in the order of ring sizes: hardly anything is padding.
     EXPECT_LT(layout.n_rows() * LaneLayout::kLanes, 1.15 * static_cast<double>(rest.group_member.size()));
 
-    std::vector<uint32_t> cut;  // a slab comes off, and crumbs of it
-    for (uint32_t e = 0; e < rest.n_edges(); ++e) {
+    std::vector<EdgeId> cut;  // a slab comes off, and crumbs of it
+    for (EdgeId e(0); e < rest.n_edges(); ++e) {
         const double za = rest.rest_position[rest.edges[e].a].z(), zb = rest.rest_position[rest.edges[e].b].z();
         const double middle = rest.rest_position[4 * 20].z() + 0.05;
         if ((za < middle) != (zb < middle) || (e % 3 == 0 && za > middle)) cut.push_back(e);
