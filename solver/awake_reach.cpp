@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "solver/collision/shape_distance.h"
+#include "solver/data/invariant.h"
 #include "solver/matching/unit_schedule.h"
 #include "solver/scene/motion.h"
 #include "solver/scene/scales.h"
@@ -18,6 +19,7 @@ double reach_of(const Scene& scene, size_t i) {
 std::vector<Aabb> reach(const StepContext& context, const FrameState& state, std::span<const uint8_t> rests,
                         double seconds, double end, double skin) {
     const size_t n = state.n_particles();
+    SUNDER_ASSERT(rests.size() == n + state.rigid_bodies.size() && seconds > 0 && skin >= 0);
     const double fall = fall_in_step(seconds, acceleration_of(context.input));
     std::vector<Aabb> boxes(rests.size());
     std::vector<double> size(rests.size());
@@ -39,7 +41,7 @@ std::vector<Aabb> reach(const StepContext& context, const FrameState& state, std
     for (size_t k = 0; k < context.scene.pins.size(); ++k) {
         if (!context.input.pins[k].active) continue;
         const Pose pose = interpolate(context.input.pins[k], end);
-        for (const uint32_t i : context.scene.pins[k].particles) {
+        for (const ParticleId i : context.scene.pins[k].particles) {
             if (rests[i]) continue;
             const Aabb there = ball(pose.apply(context.scene.rest.rest_position[i]), size[i]);
             boxes[i].extend(there.min), boxes[i].extend(there.max);
@@ -62,6 +64,7 @@ void CellFilter::for_cells(const Aabb& box, const Visit& visit) const {
 }
 
 CellFilter::CellFilter(std::span<const Aabb> boxes, std::span<const uint8_t> counts, const WorkerPool& workers) {
+    SUNDER_ASSERT(counts.size() == boxes.size());
     double extent = 0;
     size_t n_boxes = 0;
     for (size_t i = 0; i < boxes.size(); ++i)

@@ -3,12 +3,13 @@
 #include <algorithm>
 
 #include "solver/awake_reach.h"
+#include "solver/data/ids.h"
+#include "solver/data/invariant.h"
 #include "solver/matching/unit_schedule.h"
 
 namespace sunder {
 namespace {
 
-constexpr uint32_t kNone = SimulationMesh::kNone;
 constexpr double kSkin =
     0.5;  // of a movable's radius: how much farther than a frame takes it neighbours are looked for
 
@@ -39,7 +40,7 @@ bool is_lone(const SimulationMesh& rest, const FrameState& state, size_t i) {
     if (i >= rest.n_particles()) return true;
     const auto ring =
         std::span(rest.member_edge).subspan(rest.group_offset[i], rest.group_offset[i + 1] - rest.group_offset[i]);
-    return std::ranges::none_of(ring, [&](uint32_t e) { return e != kNone && state.edge_intact[e]; });
+    return std::ranges::none_of(ring, [&](EdgeId e) { return !e.is_none() && state.edge_intact[e]; });
 }
 
 bool acts_on_awake(const ContactMemory& c, const std::vector<uint8_t>& asleep) {
@@ -56,6 +57,7 @@ Aabb ball_of(const StepContext& whole, const FrameState& state, size_t i) {
 }  // namespace
 
 void AwakeScene::enter(const StepContext& whole, const FrameState& state) {
+    SUNDER_ASSERT(state.asleep.size() == state.n_particles() + state.rigid_bodies.size());
     if (asleep_ != state.asleep && !wake_here(whole, state)) return build(whole, state);
     gather(state, whole.workers);
     synchronise(context(whole), state_, work_);
@@ -66,7 +68,7 @@ void AwakeScene::enter(const StepContext& whole, const FrameState& state) {
 // would be lost.
 bool AwakeScene::wake_here(const StepContext& whole, const FrameState& state) {
     if (asleep_.size() != state.asleep.size()) return false;
-    std::vector<uint32_t> woken;  // here
+    std::vector<MovableId> woken;  // here
     for (size_t i = 0; i < asleep_.size(); ++i) {
         if (asleep_[i] == state.asleep[i]) continue;
         if (!asleep_[i] || index_[i] == kNone || !is_lone(whole.scene.rest, state, i)) return false;
@@ -74,7 +76,7 @@ bool AwakeScene::wake_here(const StepContext& whole, const FrameState& state) {
     }
     const auto is_missing = [&](const ContactMemory& c) { return acts_on_awake(c, state.asleep) && !is_here(c); };
     if (std::ranges::any_of(state.contacts, is_missing)) return false;
-    for (const uint32_t k : woken) fixed_[k] = 0;
+    for (const MovableId k : woken) fixed_[k] = 0;
     n_awake_ += woken.size();
     asleep_ = state.asleep;
     take_pins(whole.scene.pins);
@@ -135,13 +137,13 @@ void AwakeScene::build(const StepContext& whole, const FrameState& state) {
         }
     });
 
-    const std::vector<uint32_t> before = std::move(index_);
-    std::vector<uint32_t> former;
+    const std::vector<MovableId> before = std::move(index_);
+    std::vector<ParticleId> former;
     movable_.clear(), particle_.clear(), rigid_body_.clear(), fixed_.clear(), covered_.clear();
-    index_.assign(n_movables, kNone);
-    for (uint32_t i = 0; i < n_movables; ++i) {
+    index_.assign(n_movables, MovableId::none());
+    for (MovableId i(0); i < n_movables; ++i) {
         if (!here[i]) continue;
-        index_[i] = static_cast<uint32_t>(fixed_.size());
+        index_[i] = MovableId(fixed_.size());
         fixed_.push_back(asleep_[i]);
         covered_.push_back(boxes[i]);
         movable_.push_back(i);
@@ -149,8 +151,8 @@ void AwakeScene::build(const StepContext& whole, const FrameState& state) {
             rigid_body_.push_back(static_cast<uint32_t>(i - n));
             continue;
         }
-        particle_.push_back(i);
-        former.push_back(i < before.size() ? before[i] : kNone);
+        particle_.push_back(ParticleId(i.value));
+        former.push_back(ParticleId(i < before.size() ? before[i].value : kNone));
     }
     take_particles(whole.scene.rest, whole.workers);
     pick(rigid_body_, whole.workers, Pick{whole.scene.rigid_bodies, scene_.rigid_bodies});
@@ -163,14 +165,15 @@ void AwakeScene::build(const StepContext& whole, const FrameState& state) {
 void AwakeScene::take_pins(const std::vector<Pin>& pins) {
     scene_.pins = pins;
     for (Pin& pin : scene_.pins) {
-        std::erase_if(pin.particles, [&](uint32_t i) { return asleep_[i]; });
-        for (uint32_t& i : pin.particles) i = index_[i];
+        std::erase_if(pin.particles, [&](ParticleId i) { return asleep_[i]; });
+        for (ParticleId& i : pin.particles) i = particle_here(i);
     }
 }
 
 void AwakeScene::take_particles(const SimulationMesh& rest, const WorkerPool& workers) {
     SimulationMesh& m = scene_.rest;
-    pick(particle_, workers, Pick{rest.rest_position, m.rest_position}, Pick{rest.rest_orientation, m.rest_orientation},
+    pick(numbers(particles()), workers, Pick{rest.rest_position, m.rest_position},
+         Pick{rest.rest_orientation, m.rest_orientation},
          Pick{rest.radii, m.radii}, Pick{rest.volume, m.volume}, Pick{rest.mass, m.mass}, Pick{rest.body, m.body},
          Pick{rest.fragment, m.fragment}, Pick{rest.yield_factor, m.yield_factor},
          Pick{rest.toughness_factor, m.toughness_factor}, Pick{rest.group_uneven, m.group_uneven},
@@ -178,7 +181,7 @@ void AwakeScene::take_particles(const SimulationMesh& rest, const WorkerPool& wo
     m.hull_offset.clear();
     if (rest.hull_offset.empty()) return;
     m.hull_offset.push_back(0);
-    for (uint32_t i : particle_)
+    for (const ParticleId i : particle_)
         m.hull_offset.push_back(m.hull_offset.back() + static_cast<uint32_t>(rest.hull(i).size()));
     m.hull_point.resize(m.hull_offset.back());
     workers.for_range(particle_.size(), kParticleGrain, [&](size_t first, size_t last) {
@@ -194,37 +197,37 @@ void AwakeScene::take_particles(const SimulationMesh& rest, const WorkerPool& wo
 //            edges        -  e  f                    edges        -  e' broken
 void AwakeScene::take_rings(const SimulationMesh& rest, const FrameState& state, const WorkerPool& workers) {
     SimulationMesh& m = scene_.rest;
-    const auto awake = [&](uint32_t i) { return !asleep_[i]; };
-    const auto is_bound = [&](uint32_t i) { return !awake(i) && !is_lone(rest, state, i); };
+    const auto awake = [&](ParticleId i) { return !asleep_[i]; };
+    const auto is_bound = [&](ParticleId i) { return !awake(i) && !is_lone(rest, state, i); };
     take_edges(rest, workers);
-    const auto broken = static_cast<uint32_t>(edge_.size());
-    if (!particle_.empty()) m.edges.push_back({0, 0, 0, 1});
+    const EdgeId broken(edge_.size());
+    if (!particle_.empty()) m.edges.push_back({ParticleId(0), ParticleId(0), 0, 1});
 
     m.group_offset.assign(1, 0);
-    for (const uint32_t i : particle_) {
+    for (const ParticleId i : particle_) {
         const uint32_t n_slots = is_bound(i) ? 1 : rest.group_offset[i + 1] - rest.group_offset[i];
         m.group_offset.push_back(m.group_offset.back() + n_slots);
     }
     const uint32_t n_slots = m.group_offset.back();
     m.group_member.resize(n_slots), m.member_edge.resize(n_slots), m.member_twin.resize(n_slots);
-    const auto take_ring = [&](uint32_t k) {
-        const uint32_t i = particle_[k];
+    const auto take_ring = [&](ParticleId k) {
+        const ParticleId i = particle_[k];
         uint32_t own = m.group_offset[k];
         if (is_bound(i)) {
-            m.group_member[own] = k, m.member_edge[own] = kNone, m.member_twin[own] = own;
+            m.group_member[own] = k, m.member_edge[own] = EdgeId::none(), m.member_twin[own] = own;
             m.group_uneven[k] = 0;
             return;
         }
         for (uint32_t s = rest.group_offset[i]; s < rest.group_offset[i + 1]; ++s, ++own) {
-            const uint32_t j = rest.group_member[s], e = rest.member_edge[s];
+            const ParticleId j = rest.group_member[s];
             const bool known = awake(i) && awake(j);
-            m.group_member[own] = known ? index_[j] : k;
-            m.member_edge[own] = j == i ? kNone : known ? edge_here_[e] : broken;
+            m.group_member[own] = known ? particle_here(j) : k;
+            m.member_edge[own] = j == i ? EdgeId::none() : known ? edge_here_[rest.member_edge[s]] : broken;
             m.member_twin[own] = known ? m.group_offset[index_[j]] + rest.member_twin[s] - rest.group_offset[j] : own;
         }
     };
     workers.for_range(particle_.size(), kParticleGrain, [&](size_t first, size_t last) {
-        for (size_t k = first; k < last; ++k) take_ring(static_cast<uint32_t>(k));
+        for (size_t k = first; k < last; ++k) take_ring(ParticleId(k));
     });
 }
 
@@ -235,35 +238,35 @@ void AwakeScene::take_edges(const SimulationMesh& rest, const WorkerPool& worker
         workers.for_range(n_chunks, 1, [&](size_t first, size_t last) {
             for (size_t chunk = first; chunk < last; ++chunk)
                 for (size_t e = chunk * kChunk; e < std::min((chunk + 1) * kChunk, rest.n_edges()); ++e)
-                    body(chunk, static_cast<uint32_t>(e));
+                    body(chunk, EdgeId(e));
         });
     };
     std::vector<uint32_t> begin(n_chunks + 1, 0);
     edge_here_.resize(rest.n_edges());
-    for_chunks([&](size_t chunk, uint32_t e) {  // counted within the chunk
+    for_chunks([&](size_t chunk, EdgeId e) {  // counted within the chunk
         const bool a = !asleep_[rest.edges[e].a], b = !asleep_[rest.edges[e].b];
-        edge_here_[e] = a && b ? begin[chunk + 1]++ : kNone;
+        edge_here_[e] = EdgeId(a && b ? begin[chunk + 1]++ : kNone);
     });
     for (size_t chunk = 0; chunk < n_chunks; ++chunk) begin[chunk + 1] += begin[chunk];
     edge_.resize(begin[n_chunks]), scene_.rest.edges.resize(begin[n_chunks]);
-    for_chunks([&](size_t chunk, uint32_t e) {
-        if (edge_here_[e] == kNone) return;
-        const uint32_t here = edge_here_[e] += begin[chunk];
+    for_chunks([&](size_t chunk, EdgeId e) {
+        if (edge_here_[e].is_none()) return;
+        const EdgeId here = edge_here_[e] = EdgeId(edge_here_[e] + begin[chunk]);
         const Edge& edge = rest.edges[e];
         edge_[here] = e;
-        scene_.rest.edges[here] = {index_[edge.a], index_[edge.b], edge.area, edge.toughness_factor};
+        scene_.rest.edges[here] = {particle_here(edge.a), particle_here(edge.b), edge.area, edge.toughness_factor};
     });
 }
 
 void AwakeScene::gather(const FrameState& s, const WorkerPool& workers) {
     state_.time = s.time;
-    pick(particle_, workers, Pick{s.position, state_.position}, Pick{s.orientation, state_.orientation},
+    pick(numbers(particles()), workers, Pick{s.position, state_.position}, Pick{s.orientation, state_.orientation},
          Pick{s.velocity, state_.velocity}, Pick{s.angular_velocity, state_.angular_velocity},
          Pick{s.plastic_deformation, state_.plastic_deformation},
          Pick{s.plastic_curvature, state_.plastic_curvature}, Pick{s.layer_strain, state_.layer_strain},
          Pick{s.yield, state_.yield},
          Pick{s.strain, state_.strain}, Pick{s.group_rotation, state_.group_rotation});
-    pick(edge_, workers, Pick{s.edge_intact, state_.edge_intact});
+    pick(numbers(std::span<const EdgeId>(edge_)), workers, Pick{s.edge_intact, state_.edge_intact});
     state_.edge_intact.resize(scene_.rest.n_edges(), 0);  // the broken one of take_rings
     pick(rigid_body_, workers, Pick{s.rigid_bodies, state_.rigid_bodies});
     state_.broken.clear();
@@ -278,11 +281,13 @@ void AwakeScene::gather(const FrameState& s, const WorkerPool& workers) {
 
 void AwakeScene::leave(const WorkerPool& workers, FrameState& io_state) {
     FrameState& s = io_state;
+    SUNDER_ASSERT(index_.size() == s.n_particles() + s.rigid_bodies.size());
+    SUNDER_ASSERT(state_.edge_intact.size() >= edge_.size() && state_.n_particles() == particle_.size());
     s.time = state_.time;
     workers.for_range(particle_.size(), kParticleGrain, [&](size_t first, size_t last) {
         for (size_t k = first; k < last; ++k) {
             if (fixed_[k]) continue;
-            const uint32_t i = particle_[k];
+            const ParticleId i = particle_[k];
             s.position[i] = state_.position[k], s.orientation[i] = state_.orientation[k];
             s.velocity[i] = state_.velocity[k], s.angular_velocity[i] = state_.angular_velocity[k];
             s.plastic_deformation[i] = state_.plastic_deformation[k];

@@ -39,6 +39,8 @@ public:
 
 private:
     void build(const StepContext& whole, const FrameState& state);
+    std::span<const ParticleId> particles() const { return particle_; }
+    ParticleId particle_here(ParticleId whole) const { return ParticleId(index_[whole].value); }
     bool wake_here(const StepContext& whole, const FrameState& state);
     bool is_here(const ContactMemory& contact) const;  // whose movables are of the whole scene
     bool meets_more(const StepContext& whole, const FrameState& state, std::span<const Aabb> boxes,
@@ -53,11 +55,16 @@ private:
     FrameState state_;
     Workspace work_;
     std::vector<uint8_t> asleep_;  // what it was made for  (n_movables of the whole scene)
-    std::vector<uint32_t> movable_, particle_, rigid_body_, edge_;  // here: which of the whole scene's; ascending
-    std::vector<uint32_t> index_;                                   // movable of the whole scene -> here, or kNone
-    std::vector<uint32_t> edge_here_;                               // edge of the whole scene -> here, or kNone
-    std::vector<uint8_t> fixed_;                                    // (n_movables)
-    std::vector<Aabb> covered_;                                     // where neighbours are known (n_movables), m
+    // Here: which of the whole scene's; ascending.
+    std::vector<MovableId> movable_;
+    std::vector<ParticleId> particle_;
+    std::vector<uint32_t> rigid_body_;
+    std::vector<EdgeId> edge_;
+    // Of the whole scene's: which here, or none.
+    std::vector<MovableId> index_;
+    std::vector<EdgeId> edge_here_;
+    std::vector<uint8_t> fixed_;    // (n_movables)
+    std::vector<Aabb> covered_;     // where neighbours are known (n_movables), m
     size_t n_awake_ = 0;
 };
 

@@ -37,7 +37,7 @@ struct Held {
         : particle(context.scene.rest.n_particles(), 0), piece(live.n_pieces(), 0) {
         for (size_t k = 0; k < context.scene.pins.size(); ++k)
             if (context.input.pins[k].active)
-                for (uint32_t j : context.scene.pins[k].particles) particle[j] = piece[live.piece(j)] = 1;
+                for (const ParticleId j : context.scene.pins[k].particles) particle[j] = piece[live.piece(j)] = 1;
     }
 };
 
@@ -55,11 +55,11 @@ struct RigidMotion {
 };
 
 // The rigid motion with the linear and angular momentum of a piece whose particles move at `velocity`.
-RigidMotion rigid_motion(const SimulationMesh& rest, std::span<const uint32_t> particles, const Placement& at,
+RigidMotion rigid_motion(const SimulationMesh& rest, std::span<const ParticleId> particles, const Placement& at,
                          std::span<const Vec3> velocity) {
     RigidMotion m;
     double mass = 0;
-    for (uint32_t j : particles) {
+    for (const ParticleId j : particles) {
         mass += rest.mass[j];
         m.center += rest.mass[j] * (at[j].x - at[particles.front()].x);
         m.velocity += rest.mass[j] * velocity[j];
@@ -68,7 +68,7 @@ RigidMotion rigid_motion(const SimulationMesh& rest, std::span<const uint32_t> p
     m.velocity /= mass;
     Vec3 L = Vec3::Zero();
     Mat3 H = Mat3::Zero();
-    for (uint32_t j : particles) {
+    for (const ParticleId j : particles) {
         const Vec3 r = at[j].x - m.center;
         const double own = 0.4 * rest.radii[j].squaredNorm() / 3;  // of a ball: keeps H regular
         L += rest.mass[j] * r.cross(velocity[j] - m.velocity);
@@ -95,7 +95,7 @@ Placement moved(Path path, const StepContext& context, const FrameState& state, 
         const bool free = !held.piece[piece];
         const RigidMotion m = free ? rigid_motion(rest, particles, start, state.velocity) : RigidMotion();
         const Quat turn = rotation_of(seconds * m.spin);
-        for (uint32_t j : particles) {
+        for (const ParticleId j : particles) {
             if (held.particle[j] && path == Path::inertial) continue;
             const Vec3 r = start[j].x - m.center;
             const Vec3 own = state.velocity[j] - m.velocity - m.spin.cross(r);
@@ -151,17 +151,18 @@ std::vector<GroupChange> group_changes(const StepContext& context, const Workspa
 }
 
 // Substeps that the phase of one piece's oscillation asks for; `shift`: from the rigid path to the end, m.
-double oscillation(const StepContext& context, const Workspace& work, bool touches, std::span<const uint32_t> particles,
+double oscillation(const StepContext& context, const Workspace& work, bool touches,
+                   std::span<const ParticleId> particles,
                    bool held, const Placement& end, std::span<const Vec3> shift,
                    const std::vector<GroupChange>& changes) {
     const SimulationMesh& rest = context.scene.rest;
     double elastic = 0, inertia = 0, strain = 0;
-    for (uint32_t g : particles) {
+    for (const ParticleId g : particles) {
         elastic += work.stiffness[g].k * changes[g].misfit;
         strain = std::max(strain, changes[g].pushed);
     }
     const RigidMotion m = held ? RigidMotion() : rigid_motion(rest, particles, end, shift);
-    for (uint32_t j : particles)
+    for (const ParticleId j : particles)
         inertia += rest.mass[j] * (shift[j] - m.velocity - m.spin.cross(end[j].x - m.center)).squaredNorm();
     if (!(inertia > 0)) return 1;
     const double omega_squared = elastic / inertia, seen = std::min(1.0, strain / kUnseenStrain);
@@ -180,10 +181,10 @@ double oscillation(const StepContext& context, const Workspace& work, bool touch
 
 // Substeps that the time of breaking asks for in one piece.
 double breaking(const StepContext& context, const LiveTopology& live, const FrameState& state,
-                std::span<const uint32_t> particles, const std::vector<GroupChange>& changes) {
+                std::span<const ParticleId> particles, const std::vector<GroupChange>& changes) {
     const SimulationMesh& rest = context.scene.rest;
     double most = 1;
-    for (uint32_t g : particles) {
+    for (const ParticleId g : particles) {
         const Material own = material_of(rest, g, context.input.materials[rest.body[g]]);
         const double toughness = breaking_strain(rest, live, own, g);
         if (toughness < kNever && state.strain[g] + kFramesToBreaking * changes[g].strain > toughness)
@@ -194,14 +195,14 @@ double breaking(const StepContext& context, const LiveTopology& live, const Fram
 
 // Whether a piece neither deforms nor is being stopped: `after` is the state at the end of the trial, `soon` that after
 // a first short substep.
-bool calm(const StepContext& context, const Workspace& work, std::span<const uint32_t> particles,
+bool calm(const StepContext& context, const Workspace& work, std::span<const ParticleId> particles,
           const Placement& start, const FrameState& state, const FrameState& soon, const FrameState& after) {
     const SimulationMesh& rest = context.scene.rest;
     const double seconds = context.input.duration;
     auto size = [&](uint32_t g) { return std::sqrt(work.shapes.group[g].positions_trace / work.shapes.group[g].mass); };
     for (const FrameState* s : {&state, &soon}) {
         const RigidMotion m = rigid_motion(rest, particles, start, s->velocity);
-        for (uint32_t j : particles) {
+        for (const ParticleId j : particles) {
             const Vec3 own = s->velocity[j] - m.velocity - m.spin.cross(start[j].x - m.center);
             if (own.norm() * seconds > kCalm * size(j)) return false;
         }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "solver/data/invariant.h"
+
 namespace sunder {
 namespace {
 
@@ -38,6 +40,7 @@ Result<bool> LocalHit::advance(const StepContext& whole, std::span<const uint8_t
                                const SubstepTime& time, const Progress& progress, FrameState& io_state,
                                SubstepPair& io_pair, StepReport& io_report) {
     FrameState state = io_state;
+    SUNDER_ASSERT(parts > 1 && hit.size() == state.n_particles() + state.rigid_bodies.size());
     const size_t broken_before = io_report.edges_broken;
     const auto met = [&] { return io_report.edges_broken = broken_before, Result<bool>(false); };
     const auto let_move = [&](bool what_is_hit) {

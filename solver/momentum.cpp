@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solver/data/invariant.h"
+
 namespace sunder {
 namespace {
 
@@ -33,16 +35,17 @@ Vec3 rigid_spin(const PieceMomentum& piece, const Vec3& angular) {
 }
 
 void set_angular_momentum(const SimulationMesh& rest, std::span<const Sym3> inertia,
-                          std::span<const uint32_t> particles, const Vec3& wanted, double most_energy,
+                          std::span<const ParticleId> particles, const Vec3& wanted, double most_energy,
                           std::span<const Vec3> position, std::span<Vec3> io_velocity,
                           std::span<Vec3> io_angular_velocity) {
     const PieceMomentum p = piece_momentum(rest, inertia, particles, position, io_velocity, io_angular_velocity);
+    SUNDER_ASSERT(p.mass > 0 && most_energy >= 0);
     const Vec3 missing = wanted - p.angular;
     Vec3 spin = rigid_spin(p, missing);
     const double now = p.angular.dot(rigid_spin(p, p.angular)), cross = p.angular.dot(spin), square = missing.dot(spin);
     if (square > 0 && now + 2 * cross + square > 2 * most_energy)
         spin *= share_within(now, cross, square, 2 * most_energy);
-    for (uint32_t j : particles) {
+    for (const ParticleId j : particles) {
         io_velocity[j] += spin.cross(position[j] - p.center);
         io_angular_velocity[j] += spin;
     }

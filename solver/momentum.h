@@ -23,20 +23,20 @@ struct PieceMomentum {
 Sym3 turned_inertia(const Quat& rotation, const Sym3& moment);
 
 /// `inertia_of(j)`: what a particle contributes besides its mass, its ellipsoid's tensor, kg m2.
-template <std::invocable<uint32_t> InertiaOf>
+template <std::invocable<ParticleId> InertiaOf>
 PieceMomentum piece_momentum(const SimulationMesh& rest, const InertiaOf& inertia_of,
-                             std::span<const uint32_t> particles, std::span<const Vec3> position,
+                             std::span<const ParticleId> particles, std::span<const Vec3> position,
                              std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity) {
     PieceMomentum p;
     const Vec3 origin = position[particles.front()];  // relative sums: exact far from the world's origin
-    for (uint32_t j : particles) {
+    for (const ParticleId j : particles) {
         p.mass += rest.mass[j];
         p.center += rest.mass[j] * (position[j] - origin);
         p.velocity += rest.mass[j] * velocity[j];
     }
     p.center = origin + p.center / p.mass;
     p.velocity /= p.mass;
-    for (uint32_t j : particles) {
+    for (const ParticleId j : particles) {
         const Sym3 inertia = inertia_of(j);
         const Vec3 r = position[j] - p.center;
         p.angular += rest.mass[j] * r.cross(velocity[j] - p.velocity) + product(inertia, angular_velocity[j]);
@@ -47,9 +47,9 @@ PieceMomentum piece_momentum(const SimulationMesh& rest, const InertiaOf& inerti
 
 /// Where they are known: `inertia` (n_particles).
 inline PieceMomentum piece_momentum(const SimulationMesh& rest, std::span<const Sym3> inertia,
-                                    std::span<const uint32_t> particles, std::span<const Vec3> position,
+                                    std::span<const ParticleId> particles, std::span<const Vec3> position,
                                     std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity) {
-    const auto known = [&](uint32_t j) -> const Sym3& { return inertia[j]; };
+    const auto known = [&](ParticleId j) -> const Sym3& { return inertia[j]; };
     return piece_momentum(rest, known, particles, position, velocity, angular_velocity);
 }
 
@@ -60,7 +60,7 @@ Vec3 rigid_spin(const PieceMomentum& piece, const Vec3& angular);
 /// about it. Where L^T H^-1 L / 2 would come to more than `most_energy` (J), and to more than it is, only as much of
 /// the spin is added as keeps it below both.
 void set_angular_momentum(const SimulationMesh& rest, std::span<const Sym3> inertia,
-                          std::span<const uint32_t> particles, const Vec3& wanted, double most_energy,
+                          std::span<const ParticleId> particles, const Vec3& wanted, double most_energy,
                           std::span<const Vec3> position, std::span<Vec3> io_velocity,
                           std::span<Vec3> io_angular_velocity);
 

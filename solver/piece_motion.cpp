@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/free_rotation.h"
 #include "solver/matching/polar_decomposition.h"
@@ -29,7 +30,7 @@ constexpr double kTiny = 1e-300;
 // velocities, which are ways of a substep, point too far inwards, rad.
 constexpr double kLeastTumble = 0.02, kMostTumble = 0.5;
 
-Vec3 ellipsoid_inertia(const SimulationMesh& rest, uint32_t i) {
+Vec3 ellipsoid_inertia(const SimulationMesh& rest, ParticleId i) {
     const Vec3 squared = rest.radii[i].cwiseProduct(rest.radii[i]);
     return rest.mass[i] / 5 * (squared.sum() * Vec3::Ones() - squared);
 }
@@ -40,7 +41,7 @@ Vec3 bounded(const Vec3& torque, const Mat3& inverse_inertia) {
 }
 
 // A movable that turns by itself; `rest_frame`: its principal axes where it is not turned.
-void turn_alone(Workspace& w, uint32_t i, const Quat& rest_frame, const Vec3& moments, const Vec3& L, double h) {
+void turn_alone(Workspace& w, MovableId i, const Quat& rest_frame, const Vec3& moments, const Vec3& L, double h) {
     MovingParticle& p = w.moving[i];
     const Turning after = turn_freely(w.start_rotation[i] * rest_frame, moments, L, h);
     p.d = (after.frame * rest_frame.conjugate()).normalized();
@@ -48,25 +49,25 @@ void turn_alone(Workspace& w, uint32_t i, const Quat& rest_frame, const Vec3& mo
 }
 
 // Centre of mass of the present or of the inertial positions, m.
-Vec3 piece_center(const SimulationMesh& rest, std::span<const uint32_t> particles,
+Vec3 piece_center(const SimulationMesh& rest, std::span<const ParticleId> particles,
                   std::span<const MovingParticle> moving, Vec3 MovingParticle::*position) {
     const Vec3 origin = moving[particles.front()].*position;  // relative: exact far from the world's origin
     Vec3 center = Vec3::Zero();
     double mass = 0;
-    for (uint32_t j : particles) mass += rest.mass[j], center += rest.mass[j] * (moving[j].*position - origin);
+    for (const ParticleId j : particles) mass += rest.mass[j], center += rest.mass[j] * (moving[j].*position - origin);
     return origin + center / mass;
 }
 
 bool moves_alone(const ContactPiece& p) { return p.rigid || p.inverse_mass == 0; }
 
 // Zero where nothing touches it.
-const RoundPush& round_push(const Workspace& w, uint32_t i) {
+const RoundPush& round_push(const Workspace& w, MovableIndex i) {
     static const RoundPush none;
     const uint32_t slot = w.islands.movable_slot[i];
-    return slot == ContactIslands::kNone ? none : w.round_push[slot];
+    return slot == kNone ? none : w.round_push[slot];
 }
 
-void move_alone(uint32_t i, Workspace& w) {
+void move_alone(MovableId i, Workspace& w) {
     const RoundPush& push = round_push(w, i);
     w.moving[i].x += push.own;
     w.moving[i].x_inertial += push.shift;
@@ -81,11 +82,11 @@ struct PushesInPiece {
     bool any = false;
 };
 
-PushesInPiece pushes_in(const SimulationMesh& rest, std::span<const uint32_t> particles, const ContactPiece& piece,
+PushesInPiece pushes_in(const SimulationMesh& rest, std::span<const ParticleId> particles, const ContactPiece& piece,
                         const Workspace& w) {
     PushesInPiece in;
     Vec3 angular = Vec3::Zero();
-    for (uint32_t j : particles) {
+    for (const ParticleId j : particles) {
         const RoundPush& push = round_push(w, j);
         if (push.own.isZero(0) && push.shift.isZero(0) && push.torque.isZero(0)) continue;
         in.any = true;
@@ -99,7 +100,7 @@ PushesInPiece pushes_in(const SimulationMesh& rest, std::span<const uint32_t> pa
 
 // A piece turns by its net spin without being stretched. What remains is linear, and small even where large pushes and
 // their couples all but cancel, as on a piece that is pinched.
-void move_piece(const SimulationMesh& rest, std::span<const uint32_t> particles, const ContactPiece& piece,
+void move_piece(const SimulationMesh& rest, std::span<const ParticleId> particles, const ContactPiece& piece,
                 const PieceMotion& motion, bool as_whole, Workspace& w) {
     const PushesInPiece in = pushes_in(rest, particles, piece, w);
     if (!in.any) return;
@@ -109,7 +110,7 @@ void move_piece(const SimulationMesh& rest, std::span<const uint32_t> particles,
     const Vec3 center = piece_center(rest, particles, w.moving, &MovingParticle::x);
     const Vec3 shift = as_whole ? in.shift : Vec3(motion.shift + in.own);
     const Vec3 inertial_center = piece_center(rest, particles, w.moving, &MovingParticle::x_inertial);
-    for (uint32_t j : particles) {
+    for (const ParticleId j : particles) {
         MovingParticle& p = w.moving[j];
         const RoundPush& push = round_push(w, j);
         const Vec3 lever = w.start_position[j] - piece.center;
@@ -126,10 +127,10 @@ void move_piece(const SimulationMesh& rest, std::span<const uint32_t> particles,
 }
 
 // How far a piece turned since the start of the substep, in the mean.
-Quat mean_turn(const SimulationMesh& rest, std::span<const uint32_t> particles, const Vec3& start_center,
+Quat mean_turn(const SimulationMesh& rest, std::span<const ParticleId> particles, const Vec3& start_center,
                const Vec3& center, const Workspace& w) {
     Mat3 A = Mat3::Zero();
-    for (uint32_t j : particles) {
+    for (const ParticleId j : particles) {
         const MovingParticle& p = w.moving[j];
         const Mat3 H = to_matrix(w.inertia[j]), moment = 0.5 * H.trace() * Mat3::Identity() - H;
         A += rest.mass[j] * (p.x - center) * (w.start_position[j] - start_center).transpose() +
@@ -141,11 +142,13 @@ Quat mean_turn(const SimulationMesh& rest, std::span<const uint32_t> particles, 
 }  // namespace
 
 void remember_pieces(const StepContext& context, double h, Workspace& w) {
+    SUNDER_ASSERT(h > 0 && w.pieces.size() == w.live.n_pieces() + context.scene.rigid_bodies.size());
+    SUNDER_ASSERT(w.piece_held.size() == w.live.n_pieces() && w.piece_angular.size() == w.live.n_pieces());
     const SimulationMesh& rest = context.scene.rest;
     for_pieces(w.live, kParticleGrain, context.workers, [&](size_t piece) {
         w.pieces[piece] = ContactPiece();
         const auto particles = w.live.piece_particles(piece);
-        const auto holds = [&](uint32_t j) {
+        const auto holds = [&](ParticleId j) {
             return w.live.count(j) == rest.group_offset[j + 1] - rest.group_offset[j];
         };
         w.pieces[piece].unbroken = std::ranges::all_of(particles, holds);
@@ -195,7 +198,7 @@ void tumble_pieces(const StepContext& context, double h, Workspace& w) {
         const Quat wanted = turn_freely(start, eigen.eigenvalues().cwiseInverse(), L, h).frame * start.conjugate();
         const Vec3 center = piece_center(rest, particles, w.moving, &MovingParticle::x);
         const Quat more = wanted * mean_turn(rest, particles, c.center, center, w).conjugate();
-        for (uint32_t j : particles) {
+        for (const ParticleId j : particles) {
             MovingParticle& p = w.moving[j];
             p.x = center + more * (p.x - center);
             p.d = (more * p.d).normalized();
@@ -204,18 +207,18 @@ void tumble_pieces(const StepContext& context, double h, Workspace& w) {
     });
 }
 
-void note_what_pins_take(const StepContext& context, double h, uint32_t island, Workspace& w) {
+void note_what_pins_take(const StepContext& context, double h, IslandId island, Workspace& w) {
     const SimulationMesh& rest = context.scene.rest;
-    std::vector<uint32_t> free;
-    for (const uint32_t piece : w.islands.pieces_of(island)) {
+    std::vector<ParticleId> free;
+    for (const PieceId piece : w.islands.pieces_of(island)) {
         if (piece >= w.live.n_pieces() || !w.piece_held[piece]) continue;
-        const auto taken = [&](uint32_t j) -> Vec3 {
+        const auto taken = [&](ParticleId j) -> Vec3 {
             const RoundPush& push = round_push(w, j);
             return rest.mass[j] * (push.shift - push.own);
         };
         free.clear();
         bool any = false;
-        for (const uint32_t j : w.live.piece_particles(piece)) {
+        for (const ParticleId j : w.live.piece_particles(piece)) {
             if (w.held[j]) continue;
             free.push_back(j);
             any |= !taken(j).isZero(0);
@@ -223,7 +226,7 @@ void note_what_pins_take(const StepContext& context, double h, uint32_t island, 
         if (!any) continue;
         const PieceMomentum p = piece_momentum(rest, w.inertia, free, w.start_position, w.velocity, w.angular_velocity);
         Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
-        for (const uint32_t j : free) {
+        for (const ParticleId j : free) {
             linear += taken(j);
             angular += (w.start_position[j] - p.center).cross(taken(j));
         }
@@ -239,7 +242,7 @@ void slow_held_pieces(const StepContext& context, Workspace& w) {
         PieceVelocity& change = w.piece_change[piece];
         if (!w.piece_held[piece] || (change.velocity.isZero(0) && change.turn.isZero(0))) return;
         double slope = 0, curvature = 0;  // of the energy along the change, J
-        for (const uint32_t j : w.live.piece_particles(piece)) {
+        for (const ParticleId j : w.live.piece_particles(piece)) {
             if (w.held[j]) continue;
             const Vec3 by = change.velocity + change.turn.cross(w.start_position[j] - w.pieces[piece].center);
             const Vec3 spun = product(w.inertia[j], change.spin);
@@ -251,12 +254,12 @@ void slow_held_pieces(const StepContext& context, Workspace& w) {
     });
 }
 
-void turn_pieces(const StepContext& context, uint32_t island, Workspace& w) {
-    for (const uint32_t piece : w.islands.pieces_of(island)) {
+void turn_pieces(const StepContext& context, IslandId island, Workspace& w) {
+    for (const PieceId piece : w.islands.pieces_of(island)) {
         ContactPiece& p = w.pieces[piece];
         if (moves_alone(p)) continue;
         Vec3 angular = Vec3::Zero();  // L of the displacements, kg m2
-        for (const uint32_t j : w.live.piece_particles(piece)) {
+        for (const ParticleId j : w.live.piece_particles(piece)) {
             const Vec3 lever = w.start_position[j] - p.center, shift = w.moving[j].x - w.start_position[j];
             const Vec3 own = turned_by(w.moving[j].d * w.start_rotation[j].conjugate());
             angular += context.scene.rest.mass[j] * lever.cross(shift) + product(w.inertia[j], own);
@@ -265,10 +268,10 @@ void turn_pieces(const StepContext& context, uint32_t island, Workspace& w) {
     }
 }
 
-double sum_of_pulls(const Workspace& w, double h, uint32_t i) {
+double sum_of_pulls(const Workspace& w, double h, ParticleIndex i) {
     double b = 0;
     for (uint32_t s = w.live.begin(i); s < w.live.end(i); ++s) {
-        const uint32_t g = w.live.member(s);
+        const ParticleId g = w.live.member(s);
         b += h * h * w.stiffness[g].k * (w.thin.empty() ? 1 : w.bending.softness(g));
     }
     return b;
@@ -286,33 +289,34 @@ double share_across(const BendingShape& sheet, double pulls, double give, double
 
 }  // namespace
 
-void divide_pushes(const StepContext& context, double h, bool last, uint32_t island, Workspace& w) {
-    for (const uint32_t piece : w.islands.pieces_of(island)) w.pieces[piece].own_share = last ? 1 : 0;
+void divide_pushes(const StepContext& context, double h, bool last, IslandId island, Workspace& w) {
+    SUNDER_ASSERT(h > 0 && island < w.islands.size());
+    for (const PieceId piece : w.islands.pieces_of(island)) w.pieces[piece].own_share = last ? 1 : 0;
     double approach = 0;  // of the fastest that meets a sheet, m/s
     for (size_t k = 0; !w.thin.empty() && k < w.islands.contacts_of(island).size(); ++k)
         approach = std::max(approach, w.contacts[w.islands.contacts_of(island)[k]].approach_speed);
-    for (const uint32_t i : w.islands.movables_of(island)) {
+    for (const MovableId i : w.islands.movables_of(island)) {
         double share = 1;
         ContactPiece& p = w.pieces[w.piece[i]];
         if (!p.rigid && context.settings.method != Method::gauss_seidel && (last || p.unbroken)) {
-            const bool bends = !w.thin.empty() && w.bending.pulls(i);
-            const double pulls = sum_of_pulls(w, h, i), b = bends ? pulls / w.bending.softness(i) : pulls;
+            const bool bends = !w.thin.empty() && w.bending.pulls(i.value);
+            const double pulls = sum_of_pulls(w, h, i.value), b = bends ? pulls / w.bending.softness(i.value) : pulls;
             const double n = last ? 1 : static_cast<double>(w.live.piece_particles(w.piece[i]).size());
             const double reach = std::max(1.0, std::min(waves_in_step(1 + b), math::cbrt(n)));
             const double give = last && p.is_held() && w.loads.how[island] == StandingLoads::How::together
                                     ? kUnderLoads * kGive
                                     : kGive;
             share = std::min(1.0, give * reach / (1 + b));
-            if (bends) share = share_across(w.bending.shape(i), pulls, give, share, approach * h);
+            if (bends) share = share_across(w.bending.shape(i.value), pulls, give, share, approach * h);
         }
         p.own_share = last ? std::min(p.own_share, share) : std::max(p.own_share, share);
     }
 }
 
-void move_pieces(const StepContext& context, bool as_wholes, uint32_t island, Workspace& w) {
-    for (const uint32_t i : w.islands.movables_of(island))
+void move_pieces(const StepContext& context, bool as_wholes, IslandId island, Workspace& w) {
+    for (const MovableId i : w.islands.movables_of(island))
         if (moves_alone(w.pieces[w.piece[i]])) move_alone(i, w);
-    for (const uint32_t piece : w.islands.pieces_of(island)) {
+    for (const PieceId piece : w.islands.pieces_of(island)) {
         ContactPiece& p = w.pieces[piece];
         if (moves_alone(p))
             p.turned += w.piece_motion[piece].spin;
@@ -326,12 +330,12 @@ void turn_rigid_things(const StepContext& context, double h, Workspace& w) {
     const SimulationMesh& rest = context.scene.rest;
     for_pieces(w.live, kParticleGrain, context.workers, [&](size_t piece) {
         if (!w.pieces[piece].rigid) return;
-        const uint32_t i = w.live.piece_particles(piece).front();
+        const ParticleId i = w.live.piece_particles(piece).front();
         turn_alone(w, i, rest.rest_orientation[i], ellipsoid_inertia(rest, i),
                    w.piece_angular[piece] + bounded(w.push[i].torque, w.pieces[piece].inverse_inertia) / h, h);
     });
     for (size_t r = 0; r < context.scene.rigid_bodies.size(); ++r) {
-        const auto i = static_cast<uint32_t>(rest.n_particles() + r);
+        const MovableId i(rest.n_particles() + r);
         const Vec3 moments = rigid_body_inertia(context.scene.rigid_bodies[r]);
         const Quat& D = w.start_rotation[i];
         const Vec3 L = D * moments.cwiseProduct(D.conjugate() * w.angular_velocity[i]) +
@@ -347,7 +351,7 @@ void change_velocities(const StepContext& context, Workspace& w) {
         if (change.velocity.isZero(0) && change.turn.isZero(0) && change.spin.isZero(0)) return;
         // From where the contacts were solved: a spin about what was the thin axis of a piece that has turned since
         // would swing its ends.
-        for (const uint32_t j : w.live.piece_particles(piece)) {
+        for (const ParticleId j : w.live.piece_particles(piece)) {
             if (w.held[j]) continue;
             w.velocity[j] += change.velocity + change.turn.cross(w.start_position[j] - w.pieces[piece].center);
             w.angular_velocity[j] += change.spin;

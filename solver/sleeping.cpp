@@ -6,6 +6,7 @@
 #include "solver/collision/contact.h"
 #include "solver/collision/shape_distance.h"
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/scene/rest_conditions.h"
 #include "solver/scene/scales.h"
@@ -41,7 +42,7 @@ const Quat& orientation_of(const FrameState& s, size_t i) {
     return i < s.n_particles() ? s.orientation[i] : s.rigid_bodies[i - s.n_particles()].orientation;
 }
 
-double bounding_radius(const Scene& scene, size_t i) {
+double bounding_radius(const Scene& scene, MovableIndex i) {
     const size_t n = scene.rest.n_particles();
     return i < n ? scene.rest.radii[i].maxCoeff() : bounding_radius(scene.rigid_bodies[i - n].shape);
 }
@@ -63,14 +64,14 @@ bool comes_near(const Shape& shape, const DrivenPose& drive, const Vec3& point, 
 }
 
 // The fastest that any point of it may be, m/s.
-double surface_speed(const Scene& scene, const FrameState& s, uint32_t i) {
+double surface_speed(const Scene& scene, const FrameState& s, MovableIndex i) {
     const size_t n = s.n_particles();
     const Vec3& v = i < n ? s.velocity[i] : s.rigid_bodies[i - n].velocity;
     const Vec3& w = i < n ? s.angular_velocity[i] : s.rigid_bodies[i - n].angular_velocity;
     return v.norm() + w.norm() * bounding_radius(scene, i);
 }
 
-double mass_of(const Scene& scene, uint32_t i) {
+double mass_of(const Scene& scene, MovableIndex i) {
     const size_t n = scene.rest.n_particles();
     return i < n ? scene.rest.mass[i] : scene.rigid_bodies[i - n].mass;
 }
@@ -102,7 +103,7 @@ void for_carried(const FrameInput& input, const FrameState& s, const Visit& visi
 void wake_carried(const Scene& scene, const FrameInput& input, FrameState& io_state) {
     FrameState& s = io_state;
     bool lies_on_what_is_awake = false;
-    for_carried(input, s, [&](uint32_t carrier, uint32_t carried) {
+    for_carried(input, s, [&](MovableId carrier, MovableId carried) {
         lies_on_what_is_awake |= s.asleep[carried] && !s.asleep[carrier];
     });
     if (!lies_on_what_is_awake) return;
@@ -111,7 +112,7 @@ void wake_carried(const Scene& scene, const FrameInput& input, FrameState& io_st
     const auto is_awake = [&](uint32_t i) { return !s.asleep[i] || wakes[lowest(pieces, i)]; };
     for (bool any = true; any;) {
         any = false;
-        for_carried(input, s, [&](uint32_t carrier, uint32_t carried) {
+        for_carried(input, s, [&](MovableId carrier, MovableId carried) {
             if (is_awake(carrier) && !is_awake(carried)) wakes[lowest(pieces, carried)] = 1, any = true;
         });
     }
@@ -144,7 +145,7 @@ void wake_where_loads_changed(const Scene& scene, double acceleration, bool at_l
 
 // What is awake of pieces that have been still for long enough, that nothing fast touches, and that lie on nothing
 // else.
-std::vector<uint32_t> rested(const Scene& scene, const FrameInput& input, const FrameState& s) {
+std::vector<MovableId> rested(const Scene& scene, const FrameInput& input, const FrameState& s) {
     const double acceleration = acceleration_of(input);
     DisjointSets pieces = pieces_of(scene, s);
     std::vector<double> still(s.asleep.size(), kNever);  // by root: how long all of the piece has been, s
@@ -161,18 +162,19 @@ std::vector<uint32_t> rested(const Scene& scene, const FrameInput& input, const 
     const auto rests = [&](uint32_t i) { return s.asleep[i] || still[lowest(pieces, i)] >= kTimeToSleep - 1e-9; };
     for (bool any = true; any;) {
         any = false;
-        for_carried(input, s, [&](uint32_t carrier, uint32_t carried) {
+        for_carried(input, s, [&](MovableId carrier, MovableId carried) {
             if (!rests(carrier) && !s.asleep[carried] && rests(carried)) still[lowest(pieces, carried)] = 0, any = true;
         });
     }
-    std::vector<uint32_t> those;
-    for (uint32_t i = 0; i < still.size(); ++i)
+    std::vector<MovableId> those;
+    for (MovableId i(0); i < still.size(); ++i)
         if (!s.asleep[i] && still[lowest(pieces, i)] >= kTimeToSleep - 1e-9) those.push_back(i);
     return those;
 }
 
 // Whether it hardly moved in a frame.
-bool is_still(const Scene& scene, const FrameInput& input, const FrameState& before, const FrameState& s, uint32_t i) {
+bool is_still(const Scene& scene, const FrameInput& input, const FrameState& before, const FrameState& s,
+              MovableIndex i) {
     const bool flows = i < s.n_particles() && (s.plastic_deformation[i] != before.plastic_deformation[i] ||
                                              (!s.plastic_curvature.empty() &&
                                               s.plastic_curvature[i] != before.plastic_curvature[i]));
@@ -192,7 +194,7 @@ void stop(FrameState& io_state, size_t i) {
 
 }  // namespace
 
-double size_of(const Scene& scene, uint32_t movable) {
+double size_of(const Scene& scene, MovableIndex movable) {
     const size_t n = scene.rest.n_particles();
     if (movable < n) return math::cbrt(scene.rest.volume[movable]);
     const Shape& shape = scene.rigid_bodies[movable - n].shape;
@@ -212,6 +214,7 @@ void wake_changed(const Scene& scene, const FrameInput& input, bool self_collisi
                   FrameState& io_state) {
     FrameState& s = io_state;
     if (s.rest_conditions.empty()) return;
+    SUNDER_ASSERT(margin > 0 && s.asleep.size() == s.n_particles() + s.rigid_bodies.size());
     const std::vector<uint64_t> now = rest_conditions(input, self_collision, FrameEnd::begin, s);
     const std::vector<uint64_t>& then = s.rest_conditions;
     if (now.size() != then.size() || now[0] != then[0] || now[1] != then[1]) {
@@ -221,11 +224,11 @@ void wake_changed(const Scene& scene, const FrameInput& input, bool self_collisi
     const size_t n = s.n_particles(), first_pin = 2 + input.materials.size(),
                  first_collider = first_pin + input.pins.size();
     const auto changed = [&](size_t k) { return now[k] != then[k]; };
-    for (uint32_t i = 0; i < n; ++i)
+    for (ParticleId i(0); i < n; ++i)
         if (s.asleep[i] && changed(2 + scene.rest.body[i])) woken.push_back({i, true});
     for (size_t k = 0; k < input.pins.size(); ++k)
         if (changed(first_pin + k) || (input.pins[k].active && moves(input.pins[k])))
-            for (const uint32_t i : scene.pins[k].particles)
+            for (const ParticleId i : scene.pins[k].particles)
                 if (s.asleep[i]) woken.push_back({i, true});
     for (uint32_t c = 0; c < input.colliders.size(); ++c) {
         const DrivenPose& drive = input.colliders[c];
@@ -233,7 +236,7 @@ void wake_changed(const Scene& scene, const FrameInput& input, bool self_collisi
         for (const ContactMemory& contact : s.contacts)
             if (contact.b == (Contact::kStatic | c) && s.asleep[contact.a]) woken.push_back({contact.a, true});
         if (!drive.active) continue;
-        for (uint32_t i = 0; i < s.asleep.size(); ++i)
+        for (MovableId i(0); i < s.asleep.size(); ++i)
             if (s.asleep[i] &&
                 comes_near(scene.colliders[c].shape, drive, position_of(s, i), reach_of(scene, s, i) + margin))
                 woken.push_back({i, true});
@@ -247,6 +250,7 @@ void wake(const Scene& scene, const FrameInput& input, std::span<const Woken> wo
     DisjointSets pieces = pieces_of(scene, io_state), heaps = heaps_of(scene, io_state);
     std::vector<uint8_t> piece_wakes(io_state.asleep.size(), 0), heap_wakes = piece_wakes;  // by root
     for (const Woken& w : woken) {
+        SUNDER_ASSERT(w.movable < piece_wakes.size());
         piece_wakes[lowest(pieces, w.movable)] = 1;
         if (w.passes_on) heap_wakes[lowest(heaps, w.movable)] = 1;
     }
@@ -259,6 +263,8 @@ void wake(const Scene& scene, const FrameInput& input, std::span<const Woken> wo
 size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collision, const FrameState& before,
                    FrameState& io_state) {
     FrameState& s = io_state;
+    SUNDER_ASSERT(before.n_particles() == s.n_particles() && s.n_particles() == scene.rest.n_particles());
+    SUNDER_ASSERT(s.asleep.size() == s.still_time.size() && s.asleep.size() == s.rest_load.size());
     const double acceleration = acceleration_of(input);
     for (uint32_t i = 0; i < s.asleep.size(); ++i)
         if (!s.asleep[i]) s.still_time[i] = is_still(scene, input, before, s, i) ? s.still_time[i] + input.duration : 0;
@@ -273,7 +279,7 @@ size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collis
         wake_where_loads_changed(scene, acceleration, true, s);
         wake_carried(scene, input, s);
         const std::vector<double> load = loads_of(s);
-        for (const uint32_t i : rested(scene, input, s)) s.asleep[i] = 1, s.rest_load[i] = load[i], stop(s, i);
+        for (const MovableId i : rested(scene, input, s)) s.asleep[i] = 1, s.rest_load[i] = load[i], stop(s, i);
     }
     if (anything_sleeps(s))
         s.rest_conditions = rest_conditions(input, self_collision, FrameEnd::end, s);

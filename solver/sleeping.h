@@ -20,7 +20,7 @@ constexpr double kSleepInterval = 0.25;
 constexpr double kWakingLoss = 0.5, kWakingChange = 0.2;
 
 /// Length of a movable, m: the cube of the same volume.
-double size_of(const Scene& scene, uint32_t movable);
+double size_of(const Scene& scene, MovableIndex movable);
 
 bool anything_sleeps(const FrameState& state);
 
@@ -34,7 +34,7 @@ void wake_changed(const Scene& scene, const FrameInput& input, bool self_collisi
                   FrameState& io_state);
 
 struct Woken {
-    uint32_t movable;
+    MovableId movable;
     bool passes_on;  // all sleepers that hang together with it through pieces and contacts wake, too
 };
 

@@ -78,7 +78,7 @@ Status check_scene(const Scene& scene) {
         if (!(rest.edges[e].toughness_factor > 0))
             return bad_input("scene", "edge " + std::to_string(e) + " has a toughness factor that is not above 0");
     for (const Pin& pin : scene.pins)
-        for (uint32_t i : pin.particles)
+        for (const ParticleId i : pin.particles)
             if (i >= n)
                 return bad_input("pin '" + pin.name + "'",
                                  "holds particle " + std::to_string(i) + " of " + std::to_string(n));
@@ -130,6 +130,7 @@ struct Solver::Impl {
     Impl(Scene s, std::shared_ptr<const WorkerPool> w)
         : scene(std::move(s)), workers(std::move(w)), margin(contact_margin(scene)) {}
     Status check_input(const FrameInput& input) const;
+    void forget() { work = {}, awake = {}, local_hit.reset(); }
     void enter(const StepContext& whole, const FrameState& state);
     SubstepPair pair(const WorkerPool& threads, const FrameState& state);
     void go_on(const StepContext& whole, const FrameState& state, SubstepPair pair);
@@ -397,7 +398,14 @@ Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings
     std::optional<ThreadTrial>& trial = impl_->trial;
     const WorkerPool& threads = trial && trial->alone() ? impl_->alone : *impl_->workers;
     const Clock::time_point begin = Clock::now();
-    Result<StepReport> report = impl_->run_frame(input, settings, before, threads, o_after, progress);
+    Result<StepReport> report = [&] {
+        try {
+            return impl_->run_frame(input, settings, before, threads, o_after, progress);
+        } catch (...) {  // out of memory, or a bug: scratch may be half written
+            impl_->forget();
+            throw;
+        }
+    }();
     if (report && trial) trial->took(std::chrono::duration<double>(Clock::now() - begin).count());
     return report;
 }
@@ -410,16 +418,14 @@ Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings
     return report;
 }
 
-std::vector<uint32_t> connected_pieces(const SimulationMesh& rest, const std::vector<uint8_t>& edge_intact) {
+std::vector<PieceId> connected_pieces(const SimulationMesh& rest, const std::vector<uint8_t>& edge_intact) {
     SimulationMesh joined;  // the edges are enough: the caller's one-rings need not be built
     joined.rest_position = rest.rest_position;
     joined.edges = rest.edges;
     build_one_rings(joined);
     LiveTopology live;
     live.reset(joined, edge_intact);
-    std::vector<uint32_t> piece(rest.n_particles());
-    for (size_t i = 0; i < piece.size(); ++i) piece[i] = live.piece(i);
-    return piece;
+    return {live.pieces().begin(), live.pieces().end()};
 }
 
 }  // namespace sunder

@@ -44,6 +44,6 @@ private:
 
 /// Pieces: connected components of a range of particles under intact edges. Returns a piece index a particle,
 /// numbered by first particle; the count is the largest plus one.
-std::vector<uint32_t> connected_pieces(const SimulationMesh& rest, const std::vector<uint8_t>& edge_intact);
+std::vector<PieceId> connected_pieces(const SimulationMesh& rest, const std::vector<uint8_t>& edge_intact);
 
 }  // namespace sunder

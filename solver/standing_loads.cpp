@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/piece_motion.h"
 #include "solver/scene/scales.h"
@@ -41,9 +42,9 @@ uint32_t bearer(const Contact& c, const Bearing& at) { return at.of_a ? c.a : si
 uint32_t other(const Contact& c, const Bearing& at) { return at.of_a ? side_b(c) : c.a; }
 
 // m/s; a fall by half of the smallest fragment; `least`: where that is less.
-double standing_speed(const StepContext& context, double least, uint32_t island, const Workspace& w) {
+double standing_speed(const StepContext& context, double least, IslandId island, const Workspace& w) {
     double volume = std::numeric_limits<double>::max();
-    for (const uint32_t i : w.islands.movables_of(island))
+    for (const MovableId i : w.islands.movables_of(island))
         if (i < context.scene.rest.n_particles()) volume = std::min(volume, context.scene.rest.volume[i]);
     return std::max(least, speed_of_fall(math::cbrt(volume), acceleration_of(context.input)));
 }
@@ -54,19 +55,19 @@ Vec3 motion_of_ground(const ActiveContact& c, uint32_t ground, const Workspace& 
 
 // Calls body(place, contact, bearing) for the island's contacts.
 template <class Body>
-void for_places(Workspace& w, uint32_t island, const Body& body) {
+void for_places(Workspace& w, IslandId island, const Body& body) {
     for (uint32_t place = w.islands.offset[island]; place < w.islands.offset[island + 1]; ++place)
         body(place, w.contacts[w.islands.contact[place]], w.loads.bearings[place]);
 }
 
 // Fills `of` and `of_a` of the bearings of an island in which one piece gives. Whether there are loads.
-bool find_bearings(const StepContext& context, double h, uint32_t island, Workspace& w) {
+bool find_bearings(const StepContext& context, double h, IslandId island, Workspace& w) {
     const Vec3 down = FieldsOfForce(context.input).acceleration;
     const ContactBodies b = bodies_of(w);
     const auto of = [&](uint32_t i) -> StandingLoads::OfMovable& {
         return w.loads.movables[w.islands.movable_slot[i]];
     };
-    for (const uint32_t i : w.islands.movables_of(island)) of(i) = StandingLoads::OfMovable();
+    for (const MovableId i : w.islands.movables_of(island)) of(i) = StandingLoads::OfMovable();
     for_places(w, island, [&](uint32_t, ActiveContact& c, Bearing& o_at) {
         o_at = Bearing();
         const uint32_t a = c.contact.a, o = side_b(c.contact);
@@ -90,7 +91,7 @@ bool find_bearings(const StepContext& context, double h, uint32_t island, Worksp
     for_places(w, island, [&](uint32_t, ActiveContact& c, Bearing& io_at) {
         if (io_at.of != Bearing::Of::load) return;
         const StandingLoads::OfMovable& load = of(other(c.contact, io_at));
-        if (!load.is_load || load.on == Contact::kStatic || load.held_up.dot(down) >= 0)
+        if (!load.is_load || load.on.is_none() || load.held_up.dot(down) >= 0)
             io_at.of = Bearing::Of::nothing;
         else
             any |= b.pieces[load.on].is_held() || load.pull * b.inverse_mass[other(c.contact, io_at)] < kFirm;
@@ -98,7 +99,7 @@ bool find_bearings(const StepContext& context, double h, uint32_t island, Worksp
     return any;
 }
 
-bool is_crushed(uint32_t island, const Workspace& w, std::span<const double> strain) {
+bool is_crushed(IslandId island, const Workspace& w, std::span<const double> strain) {
     return std::ranges::any_of(w.islands.pieces_of(island), [&](uint32_t p) {
         return !w.pieces[p].rigid &&
                std::ranges::any_of(w.live.piece_particles(p), [&](uint32_t j) { return strain[j] > kCrushed; });
@@ -113,13 +114,14 @@ void StandingLoads::open(const ContactIslands& islands) {
     pieces.resize(islands.piece.size());
 }
 
-void find_standing_loads(const StepContext& context, double h, std::span<const double> strain, uint32_t island,
+void find_standing_loads(const StepContext& context, double h, std::span<const double> strain, IslandId island,
                          Workspace& w) {
+    SUNDER_ASSERT(h > 0 && island < w.loads.how.size() && strain.size() == context.scene.rest.n_particles());
     using How = StandingLoads::How;
     const ContactBodies b = bodies_of(w);
     bool any = false;
     double approach = 0;
-    for (const uint32_t k : w.islands.contacts_of(island)) {
+    for (const ContactId k : w.islands.contacts_of(island)) {
         const ActiveContact& c = w.contacts[k];
         if (c.has_hinges) return;
         any |= c.before.normal > 0;
@@ -148,12 +150,12 @@ void find_standing_loads(const StepContext& context, double h, std::span<const d
     });
 }
 
-void brace_bearers(const StepContext& context, double h, bool first, uint32_t island, Workspace& w) {
+void brace_bearers(const StepContext& context, double h, bool first, IslandId island, Workspace& w) {
     const ContactBodies b = bodies_of(w);
     const auto of = [&](uint32_t i) -> StandingLoads::OfMovable& {
         return w.loads.movables[w.islands.movable_slot[i]];
     };
-    for (const uint32_t i : w.islands.movables_of(island)) of(i) = StandingLoads::OfMovable();
+    for (const MovableId i : w.islands.movables_of(island)) of(i) = StandingLoads::OfMovable();
     const double evenly = kEvenly * fall_in_step(h, acceleration_of(context.input));  // m
     for_places(w, island, [&](uint32_t place, ActiveContact& c, Bearing& io_at) {
         if (io_at.of == Bearing::Of::nothing) return;
@@ -175,7 +177,7 @@ void brace_bearers(const StepContext& context, double h, bool first, uint32_t is
         const Vec3 way = motion_of_ground(c, o, w) - (w.moving[i].x - w.start_position[i]);
         of(i).ground += io_at.mass, of(i).to_ground += io_at.mass * n.dot(way) * n;
     });
-    for (const uint32_t i : w.islands.movables_of(island)) {
+    for (const MovableId i : w.islands.movables_of(island)) {
         StandingLoads::OfMovable& m = of(i);
         if (!(m.mass > 0)) continue;
         w.brace[i] = b.inverse_mass[i] * m.mass;
@@ -204,14 +206,14 @@ Vec3 force_of(const ContactImpulse& impulse, const Vec3& normal) { return impuls
 
 // The ground's mass is so large that what is left of a Newton step would be felt: what the ground gave to a free piece
 // in all is told by its momentum.
-void find_shares(const StepContext& context, uint32_t island, Workspace& w) {
+void find_shares(const StepContext& context, IslandId island, Workspace& w) {
     const SimulationMesh& rest = context.scene.rest;
-    for (const uint32_t p : w.islands.pieces_of(island)) {
+    for (const PieceId p : w.islands.pieces_of(island)) {
         StandingLoads::OfPiece& of = w.loads.pieces[w.islands.piece_slot[p]];
         of.share = 1;
         if (w.pieces[p].rigid || w.pieces[p].is_held() || of.by_ground.isZero(0)) continue;
         Vec3 all = Vec3::Zero();
-        for (const uint32_t j : w.live.piece_particles(p))
+        for (const ParticleId j : w.live.piece_particles(p))
             all += rest.mass[j] * (w.moving[j].x - w.moving[j].x_inertial);
         of.share = std::clamp(of.by_ground.dot(all - of.by_loads) / of.by_ground.squaredNorm(), 0.0, kMostOfGround);
     }
@@ -219,12 +221,12 @@ void find_shares(const StepContext& context, uint32_t island, Workspace& w) {
 
 }  // namespace
 
-void pass_loads_on(const StepContext& context, uint32_t island, Workspace& w) {
+void pass_loads_on(const StepContext& context, IslandId island, Workspace& w) {
     const ContactBodies b = bodies_of(w);
     const auto of_piece = [&](uint32_t i) -> StandingLoads::OfPiece& {
         return w.loads.pieces[w.islands.piece_slot[b.piece[i]]];
     };
-    for (const uint32_t p : w.islands.pieces_of(island)) w.loads.pieces[w.islands.piece_slot[p]] = {};
+    for (const PieceId p : w.islands.pieces_of(island)) w.loads.pieces[w.islands.piece_slot[p]] = {};
     for_places(w, island, [&](uint32_t place, ActiveContact& c, Bearing& io_at) {
         if (!(io_at.mass > 0)) return;
         const ContactImpulse had = w.round.impulse(island, place), now = resisted(c, io_at, had, w);
@@ -257,7 +259,7 @@ void pass_loads_on(const StepContext& context, uint32_t island, Workspace& w) {
     });
     // What is rigid goes with that at once. It turns by less than it was given, as bearings at its corners turn harder
     // than it does: by all of it, it would leave them behind.
-    for (const uint32_t i : w.islands.movables_of(island)) {
+    for (const MovableId i : w.islands.movables_of(island)) {
         const StandingLoads::OfMovable& s = w.loads.movables[w.islands.movable_slot[i]];
         if (s.impulse.isZero(0) && s.torque.isZero(0)) continue;
         w.moving[i].x += b.inverse_mass[i] * s.impulse;

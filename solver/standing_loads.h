@@ -35,7 +35,7 @@ struct StandingLoads {
         double pressure = 0;             // of its bearings, kg m
         Vec3 held_up = Vec3::Zero();     // by them, kg m
         double pull = 0;                 // of their particles' groups on these, kg
-        uint32_t on = Contact::kStatic;  // the piece that bears it
+        PieceId on;                      // the piece that bears it
         bool is_load = true;
         double mass = 0, ground = 0;    // of what presses on it, and of that ground's, kg
         Vec3 begin = Vec3::Zero();      // where it is before shape matching, m
@@ -66,15 +66,15 @@ struct StandingLoads {
 /// crushed, which closes faster as it trembles. Else forces are kept where nothing closes faster than what lies still
 /// and another round comes before the last: what gives pushes back by how it is bent, which no round knows of before
 /// shape matching, and would take the load from it. `strain`: FrameState::strain.
-void find_standing_loads(const StepContext& context, double h, std::span<const double> strain, uint32_t island,
+void find_standing_loads(const StepContext& context, double h, std::span<const double> strain, IslandId island,
                          Workspace& io_work);
 
 /// After a round that shape matching follows, where loads stand: what bears them is braced with their masses, shared
 /// out as they press on it, and begins where the ground is.
-void brace_bearers(const StepContext& context, double h, bool first, uint32_t island, Workspace& io_work);
+void brace_bearers(const StepContext& context, double h, bool first, IslandId island, Workspace& io_work);
 
 /// After shape matching, before pieces get back their momentum: what the masses resisted with is what these contacts
 /// push. It goes to both sides, as far as something is pushed and friction holds, so that nothing is lost.
-void pass_loads_on(const StepContext& context, uint32_t island, Workspace& io_work);
+void pass_loads_on(const StepContext& context, IslandId island, Workspace& io_work);
 
 }  // namespace sunder

@@ -51,8 +51,8 @@ void Substep::correct() {
 // All but the islands that take more Newton steps than that.
 void Substep::leave_out_what_is_matched(int steps) {
     std::vector<uint8_t> goes_on(work.pieces.size(), 0);
-    for (uint32_t island = 0; island < work.islands.size(); ++island)
-        for (const uint32_t piece : work.islands.pieces_of(island)) goes_on[piece] = newton_steps(island) > steps;
+    for (IslandId island(0); island < work.islands.size(); ++island)
+        for (const PieceId piece : work.islands.pieces_of(island)) goes_on[piece] = newton_steps(island) > steps;
     for_all(n_particles(), [&](size_t i) { work.unmoved[i] |= !goes_on[work.piece[i]]; });
     for_pieces([&](size_t piece) { work.piece_unmoved[piece] |= !goes_on[piece]; });
 }
@@ -105,7 +105,7 @@ void Substep::match_shapes(int sweep) {
         work.jacobi.apply({sweep, settings.iterations, steady_relaxation(settings), work.is_touched}, in,
                           context.workers, work.goals, work.moving);
     }
-    work.islands.for_each(context.workers, [&](uint32_t island) {
+    work.islands.for_each(context.workers, [&](IslandId island) {
         const bool stands = work.loads.how[island] == StandingLoads::How::together;
         if (stands && sweep < newton_steps(island)) pass_loads_on(context, island, work);
     });
@@ -159,9 +159,9 @@ void fit_arrays(const FrameState& state, size_t n, size_t n_movables, Workspace&
 }
 
 // Those of `former` whose rings hold the same particles as before.
-std::vector<uint32_t> with_same_ring(std::span<const uint32_t> former, const LiveTopology& before,
+std::vector<ParticleId> with_same_ring(std::span<const ParticleId> former, const LiveTopology& before,
                                      const LiveTopology& now, const WorkerPool& workers) {
-    std::vector<uint32_t> known(former.begin(), former.end());
+    std::vector<ParticleId> known(former.begin(), former.end());
     const auto is_same = [&](size_t g) {
         if (now.count(g) != before.count(former[g])) return false;
         for (uint32_t k = 0; k < now.count(g); ++k)
@@ -170,7 +170,7 @@ std::vector<uint32_t> with_same_ring(std::span<const uint32_t> former, const Liv
     };
     workers.for_range(known.size(), kGroupGrain, [&](size_t first, size_t last) {
         for (size_t g = first; g < last; ++g)
-            if (former[g] != FormerNumbers::kNone && !is_same(g)) known[g] = FormerNumbers::kNone;
+            if (!former[g].is_none() && !is_same(g)) known[g] = ParticleId::none();
     });
     return known;
 }
@@ -206,12 +206,13 @@ bool is_in_line(const FrameState& state, size_t n_movables, const WorkerPool& wo
 
 }  // namespace
 
-void renumber(const StepContext& context, const FrameState& state, std::span<const uint32_t> former, Workspace& w) {
+void renumber(const StepContext& context, const FrameState& state, std::span<const ParticleId> former, Workspace& w) {
     const SimulationMesh& rest = context.scene.rest;
     const size_t n = rest.n_particles();
+    SUNDER_ASSERT(former.size() == n && state.n_particles() == n && state.edge_intact.size() == rest.n_edges());
     const LiveTopology before = w.live;
     w.live.reset(rest, state.edge_intact, context.workers);
-    const std::vector<uint32_t> known = with_same_ring(former, before, w.live, context.workers);
+    const std::vector<ParticleId> known = with_same_ring(former, before, w.live, context.workers);
     w.detection.renumber(known);
     w.shapes.renumber(rest, w.live, state.plastic_deformation, {known, before}, context.workers);
     fit_arrays(state, n, n + context.scene.rigid_bodies.size(), w);
@@ -221,6 +222,8 @@ void renumber(const StepContext& context, const FrameState& state, std::span<con
 void synchronise(const StepContext& context, const FrameState& state, Workspace& w) {
     const SimulationMesh& rest = context.scene.rest;
     const size_t n = rest.n_particles(), n_movables = n + context.scene.rigid_bodies.size();
+    SUNDER_ASSERT(state.n_particles() == n && state.edge_intact.size() == rest.n_edges());
+    SUNDER_ASSERT(state.rigid_bodies.size() == context.scene.rigid_bodies.size());
     if (!is_in_line(state, n_movables, context.workers, w)) {
         w.live.reset(rest, state.edge_intact, context.workers);
         w.detection.reset();
@@ -234,7 +237,11 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
 Status substep(const StepContext& context, const SubstepTime& time, Workspace& io_work, FrameState& io_state,
                StepReport& io_report) {
     const double h = time.h;
+    SUNDER_ASSERT(h > 0 && time.begin >= 0 && time.begin < time.end && time.end <= 1);
     Substep s{context, time.stage, h, time.begin, time.end, time.measure, io_work, io_state, io_report};
+    SUNDER_ASSERT(io_state.n_particles() == s.n_particles() && io_work.moving.size() == s.n_movables());
+    SUNDER_ASSERT(context.fixed.empty() || context.fixed.size() == s.n_movables());
+    SUNDER_ASSERT(context.input.materials.size() == context.scene.bodies.size());
     io_work.kept.assign(s.n_movables(), 0), io_work.is_taken_again = false, io_work.parts = 1;
     bool has_flowed = false, may_break = false;  // what a contact pushes, at the end
     for (int pass = 1;; ++pass) {

@@ -39,7 +39,7 @@ double phase_error(double damping_time, double h);
 struct Workspace;
 
 /// Whether substeps of h seconds are short enough for a piece that touches nothing to be in pairs.
-bool resolves_waves(const Workspace& work, std::span<const uint32_t> particles, double h);
+bool resolves_waves(const Workspace& work, std::span<const ParticleId> particles, double h);
 
 /// What the second substep of a pair needs of the first, of those that are `smooth`: that touched nothing (n_movables).
 struct SubstepPair {
@@ -49,7 +49,7 @@ struct SubstepPair {
     std::vector<Quat> rotation;
 
     /// The same in a scene that was numbered anew; `former` (n_movables): the number in the scene before, or kNone.
-    SubstepPair renumbered(std::span<const uint32_t> former, const WorkerPool& workers) const;
+    SubstepPair renumbered(std::span<const MovableId> former, const WorkerPool& workers) const;
 };
 
 /// Scratch of the solver: derived from rest data and the state alone, so it may be rebuilt at any time without
@@ -70,7 +70,7 @@ struct Workspace {
     std::vector<double> gamma;                     // of what is in a pair: see Substep::pair_up (n_bodies)
     SubstepPair pair;
     std::vector<double> inverse_mass;  // held: 0 (n_movables)
-    std::vector<uint32_t> piece;       // of `pieces` (n_movables)
+    std::vector<PieceId> piece;        // of `pieces` (n_movables)
     std::vector<ContactPush> push;     // (n_movables)
     std::vector<ContactPiece> pieces;  // pieces, then rigid bodies (n_pieces + n_rigid_bodies)
     ContactRound round;
@@ -101,7 +101,7 @@ struct Workspace {
     // Where a substep is taken again (Substep::break_in_hit), of the pass before:
     bool is_taken_again = false;
     std::vector<ActiveContact> former_contacts;
-    std::vector<uint32_t> former_piece;
+    std::vector<PieceId> former_piece;
     std::vector<ContactPiece> former_pieces;
     std::vector<PieceVelocity> former_change;
     ContactIslands islands;  // of `contacts`
@@ -142,7 +142,7 @@ void synchronise(const StepContext& context, const FrameState& state, Workspace&
 
 /// The same for a scene that was numbered anew; `former` (n_particles): the number in the scene before, or kNone,
 /// ascending. What a particle that kept its ring had is taken over.
-void renumber(const StepContext& context, const FrameState& state, std::span<const uint32_t> former,
+void renumber(const StepContext& context, const FrameState& state, std::span<const ParticleId> former,
               Workspace& io_work);
 
 /// Advances by a substep. On an error the state is spoilt: keep a copy. Where `woken` is not empty afterwards the state

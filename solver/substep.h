@@ -44,10 +44,10 @@ struct Substep {
     size_t n_movables() const { return n_particles() + state.rigid_bodies.size(); }
     ContactBodies bodies() const { return bodies_of(work); }
     double resting_speed() const { return sunder::resting_speed(h, acceleration_of(context.input)); }
-    const Material& material(size_t particle) const { return context.input.materials[rest().body[particle]]; }
-    uint32_t piece_of(size_t movable) const {
-        return static_cast<uint32_t>(movable < n_particles() ? work.live.piece(movable)
-                                                             : work.live.n_pieces() + (movable - n_particles()));
+    const Material& material(ParticleIndex particle) const { return context.input.materials[rest().body[particle]]; }
+    PieceId piece_of(MovableIndex movable) const {
+        return movable < n_particles() ? work.live.piece(size_t{movable})
+                                       : PieceId(work.live.n_pieces() + (movable - n_particles()));
     }
     /// Calls body(i) for i in [0, n), in parts on all threads.
     template <class Body>
@@ -71,11 +71,11 @@ struct Substep {
     }
     /// Calls body(i) for the particles of a piece of `work.pieces`, or for its rigid body.
     template <class Body>
-    void for_movables(uint32_t piece, const Body& body) const {
+    void for_movables(PieceId piece, const Body& body) const {
         if (piece < work.live.n_pieces())
             std::ranges::for_each(work.live.piece_particles(piece), body);
         else
-            body(static_cast<uint32_t>(n_particles() + piece - work.live.n_pieces()));
+            body(MovableId(n_particles() + piece - work.live.n_pieces()));
     }
     /// Calls body(some of the contacts), in parts on all threads.
     template <class Body>
@@ -125,15 +125,15 @@ struct Substep {
         bool changed = false, overloaded = false;  // a rest shape flowed; a group is to break
     };
     Found flow_and_measure(double seconds);
-    double breaking_strain(uint32_t group) const;
-    double strain_limit(uint32_t group) const;
+    double breaking_strain(ParticleIndex group) const;
+    double strain_limit(ParticleIndex group) const;
     struct GivingWay {  // of four groups those that flow or break
         size_t n = 0;
-        std::array<uint32_t, 4> index;
+        std::array<ParticleId, 4> index;
         std::array<FlowingGroup, 4> group;
     };
-    Found flow_bent(uint32_t group, double seconds);
-    bool add_if_it_gives_way(uint32_t group, const PrincipalStretch& principal, GivingWay& io_groups) const;
+    Found flow_bent(ParticleIndex group, double seconds);
+    bool add_if_it_gives_way(ParticleIndex group, const PrincipalStretch& principal, GivingWay& io_groups) const;
     Found give_way(GivingWay& io_groups, double seconds, const StretchKernels& kernels);
     bool break_edges(Found found, double leading);
     bool run_cracks(bool has_flowed);  // whether material flowed, as it does once a substep
@@ -154,7 +154,7 @@ struct Substep {
     const BendingShapes* bending() const { return work.thin.empty() ? nullptr : &work.bending; }
     void match_shapes(int sweep);  // of those of `correct`
     void leave_out_what_is_matched(int steps);
-    int newton_steps(uint32_t island) const {
+    int newton_steps(IslandId island) const {
         return std::max(context.settings.iterations, work.loads.newton_steps[island]);
     }
     void find_what_starts_unloaded();

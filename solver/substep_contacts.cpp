@@ -1,9 +1,9 @@
 // Contacts of a substep: found, pushed apart between Newton steps, settled at the end.
 #include <algorithm>
-#include <cassert>
 
 #include "solver/contacts/contact_memory.h"
 #include "solver/contacts/depenetration.h"
+#include "solver/data/invariant.h"
 #include "solver/piece_motion.h"
 #include "solver/sleeping.h"
 #include "solver/standing_loads.h"
@@ -21,7 +21,7 @@ void Substep::mark_held_pieces() {
     work.piece_held.resize(work.live.n_pieces()), work.piece_unmoved.resize(work.live.n_pieces());
     for_pieces([&](size_t piece) {
         const auto particles = work.live.piece_particles(piece);
-        work.piece_held[piece] = std::ranges::any_of(particles, [&](uint32_t j) { return work.held[j] != 0; });
+        work.piece_held[piece] = std::ranges::any_of(particles, [&](ParticleId j) { return work.held[j] != 0; });
         work.piece_unmoved[piece] = work.piece_held[piece] | work.kept[particles.front()];
     });
 }
@@ -47,7 +47,7 @@ void Substep::take_up_pieces() {
     agree_on_recovery(bodies(), work.contacts);
     find_islands(bodies(), work.contacts, static_cast<size_t>(context.workers.threads()), work.islands);
     work.is_touched.assign(work.pieces.size(), 0);
-    for (const uint32_t piece : work.islands.piece) work.is_touched[piece] = 1;
+    for (const PieceId piece : work.islands.piece) work.is_touched[piece] = 1;
 }
 
 void Substep::find_contacts() {
@@ -57,7 +57,7 @@ void Substep::find_contacts() {
     const auto wakes = [&](std::span<const Contact> with_sleepers) {
         const double g = acceleration_of(context.input);
         for (const Contact& c : with_sleepers) {
-            const uint32_t i = context.fixed[c.a] ? c.b : c.a, sleeper = context.fixed[c.a] ? c.a : c.b;
+            const MovableId i = context.fixed[c.a] ? c.b : c.a, sleeper = context.fixed[c.a] ? c.a : c.b;
             const bool is_particle = i < n_particles();
             const RigidBodyState* rigid = is_particle ? nullptr : &state.rigid_bodies[i - n_particles()];
             const Vec3& v = is_particle ? state.velocity[i] : rigid->velocity;
@@ -98,10 +98,10 @@ void Substep::push_apart(ContactRound::Which which, int sweep) {
     const bool as_wholes = which == Which::first && context.settings.method == Method::projective;
     const double enough =
         std::max(kOfTheMargin * context.contact_margin, kOfTheFall * fall_in_step(h, acceleration_of(context.input)));
-    const auto is_left_out = [&](uint32_t island) {
+    const auto is_left_out = [&](IslandId island) {
         const auto movables = work.islands.movables_of(island);
         const uint8_t kept = work.kept[movables.front()];  // all of it, or nothing
-        assert(std::ranges::all_of(movables, [&](uint32_t i) { return work.kept[i] == kept; }));
+        SUNDER_ASSERT(std::ranges::all_of(movables, [&](MovableId i) { return work.kept[i] == kept; }));
         return kept || (which == Which::between && sweep >= newton_steps(island));
     };
     using How = StandingLoads::How;
@@ -110,7 +110,7 @@ void Substep::push_apart(ContactRound::Which which, int sweep) {
     if (which == Which::first) work.loads.open(work.islands);
     work.round_push.resize(work.islands.movable.size());
     round.open(bodies(), work.islands, which, context.contact_margin, work.contacts);
-    work.islands.for_each(context.workers, [&](uint32_t island) {
+    work.islands.for_each(context.workers, [&](IslandId island) {
         if (is_left_out(island)) return;
         turn_pieces(context, island, work);
         divide_pushes(context, h, last, island, work);
@@ -121,7 +121,7 @@ void Substep::push_apart(ContactRound::Which which, int sweep) {
         round.take_up(island);
     });
     round.lay_out();
-    work.islands.for_each(context.workers, [&](uint32_t island) {
+    work.islands.for_each(context.workers, [&](IslandId island) {
         if (is_left_out(island)) return;
         round.start(island);
         if (last || how[island] == How::not_at_all || (how[island] == How::kept && which == Which::between))
@@ -141,7 +141,7 @@ bool Substep::contacts_push() const {
 
 void Substep::settle_contacts() {
     slow_held_pieces(context, work);
-    work.islands.for_each(context.workers, [&](uint32_t island) {
+    work.islands.for_each(context.workers, [&](IslandId island) {
         settle_velocities(bodies(), h, resting_speed(), work.contacts, work.islands.contacts_of(island),
                           work.angular_velocity, work.velocity, work.piece_change);
     });

@@ -71,22 +71,22 @@ Substep::Found Substep::flow_and_measure(double seconds) {
 }
 
 // Below it no principal strain breaks a group.
-double Substep::breaking_strain(uint32_t g) const {
+double Substep::breaking_strain(ParticleIndex g) const {
     return sunder::breaking_strain(rest(), work.live, material_of(rest(), g, material(g)), g);
 }
 
 // Below it none lets it flow or break.
-double Substep::strain_limit(uint32_t g) const { return std::min(state.yield[g], breaking_strain(g)); }
+double Substep::strain_limit(ParticleIndex g) const { return std::min(state.yield[g], breaking_strain(g)); }
 
 // Whether it flows or breaks.
-bool Substep::add_if_it_gives_way(uint32_t g, const PrincipalStretch& principal, GivingWay& io_groups) const {
+bool Substep::add_if_it_gives_way(ParticleIndex g, const PrincipalStretch& principal, GivingWay& io_groups) const {
     const Vec3& e = principal.log_strain;
     const double mean = e.mean(), deviator = std::max(e(2) - mean, mean - e(0));
     const Material m = material_of(rest(), g, material(g));
     const auto breaking = [&](Strained how) { return sunder::breaking_strain(rest(), work.live, m, g, how); };
     const bool may_break = e(2) > breaking(Strained::pulled) || -e(0) > breaking(Strained::pressed);
     if (!(deviator > state.yield[g] || may_break)) return false;
-    io_groups.index[io_groups.n] = g;
+    io_groups.index[io_groups.n] = ParticleId(size_t{g});
     io_groups.group[io_groups.n++] = {principal, m, {state.plastic_deformation[g], state.yield[g]}};
     return true;
 }
@@ -96,7 +96,7 @@ Substep::Found Substep::give_way(GivingWay& io_groups, double seconds, const Str
     std::array<FlowResult, 4> results;
     flow({io_groups.group.data(), io_groups.n}, seconds, kernels, results);
     for (size_t i = 0; i < io_groups.n; ++i) {
-        const uint32_t g = io_groups.index[i];
+        const ParticleId g = io_groups.index[i];
         const FlowingGroup& group = io_groups.group[i];
         const FlowResult& result = results[i];
         Quat& R = work.goals[g].rotation;
@@ -119,7 +119,7 @@ Substep::Found Substep::give_way(GivingWay& io_groups, double seconds, const Str
 }
 
 // A thin group, by the strain at its faces.
-Substep::Found Substep::flow_bent(uint32_t g, double seconds) {
+Substep::Found Substep::flow_bent(ParticleIndex g, double seconds) {
     std::vector<BentMember> members(work.live.count(g));
     const BendingShape& shape = work.bending.shape(g);
     const BentGroup group = bend(work.bending, work.live, work.moving, g, members);
@@ -156,14 +156,15 @@ bool Substep::break_edges(Found found, double leading) {
     if (!found.changed && !found.overloaded) return false;
     const auto cuts = edges_to_cut({rest(), work.live, work.shapes, work.moving}, work.strains, leading, state.time + h,
                                    context.workers);
-    std::vector<uint32_t> broken;
+    std::vector<EdgeId> broken;
     for (const BrokenEdge& cut : cuts) {
+        SUNDER_ASSERT(state.edge_intact[cut.edge]);
         state.edge_intact[cut.edge] = work.synced_edges[cut.edge] = 0;
         state.broken.push_back(cut);
         broken.push_back(cut.edge);
     }
     report.edges_broken += cuts.size();
-    for (uint32_t g : work.live.remove_edges(rest(), broken)) work.flowed[g] = 1;
+    for (const ParticleId g : work.live.remove_edges(rest(), broken)) work.flowed[g] = 1;
     invariant("rings match edges", [&] { return rings_match_edges(work.live, rest(), state.edge_intact); });
     if (!cuts.empty()) {
         mark_held_pieces();

@@ -33,20 +33,20 @@ constexpr double kLetGo = 2;
 bool Substep::find_hits() {
     work.hit.clear();
     if (context.settings.hit_substeps == 1 || context.settings.method != Method::projective) return false;
-    const auto parts_for = [&](uint32_t j, double speed) {
+    const auto parts_for = [&](ParticleIndex j, double speed) {
         const double c = wave_speed(material(j).youngs_modulus, rest().volume[j], rest().mass[j]);
         if (!(speed > breaking_strain(j) * c)) return 1;
         const double wave = waves_in_step(h * h * work.live.count(j) * work.stiffness[j].k);
         return static_cast<int>(std::min(std::ceil(wave / kWaveInPart), double(context.settings.hit_substeps)));
     };
-    const auto inverse_mass = [&](uint32_t i) { return i < n_movables() ? work.inverse_mass[i] : 0.0; };
-    const auto parts_for_touch = [&](uint32_t j, uint32_t other, double closing_speed) {
-        if (j >= n_particles() || work.held[j] || work.live.count(j) == 1) return 1;
+    const auto inverse_mass = [&](MovableId i) { return i < n_movables() ? work.inverse_mass[i] : 0.0; };
+    const auto parts_for_touch = [&](MovableId j, MovableId other, double closing_speed) {
+        if (j >= n_particles() || work.held[j] || work.live.count(j.value) == 1) return 1;
         const double own = inverse_mass(j);
-        return parts_for(j, closing_speed * own / (own + inverse_mass(other)));
+        return parts_for(j.value, closing_speed * own / (own + inverse_mass(other)));
     };
     std::vector<int> parts(work.pieces.size(), 0);  // 0: nothing pushes the piece
-    const auto ask_for = [&](uint32_t piece, int wanted) {
+    const auto ask_for = [&](PieceId piece, int wanted) {
         std::atomic_ref<int> most(parts[piece]);
         for (int now = most; wanted > now && !most.compare_exchange_weak(now, wanted);) {
         }
@@ -55,7 +55,7 @@ bool Substep::find_hits() {
         for (const ActiveContact& c : some) {
             const bool closes = c.approach_speed * h > c.contact.gap - c.allowed_gap;
             if (!closes && c.before.normal <= 0) continue;
-            const uint32_t a = c.contact.a, b = c.contact.b;
+            const MovableId a = c.contact.a, b = c.contact.b;
             ask_for(work.piece[a], parts_for_touch(a, b, c.approach_speed));
             if (has_movable_b(c.contact)) ask_for(work.piece[b], parts_for_touch(b, a, c.approach_speed));
         }
@@ -67,7 +67,7 @@ bool Substep::find_hits() {
             piece_momentum(rest(), work.inertia, particles, work.start_position, work.velocity, work.angular_velocity);
         const Vec3 spin = rigid_spin(p, p.angular);
         int most = 1;
-        for (const uint32_t j : particles) {
+        for (const ParticleId j : particles) {
             const Vec3 own = work.velocity[j] - p.velocity - spin.cross(work.start_position[j] - p.center);
             most = std::max(most, parts_for(j, own.norm() / share));
         }
@@ -88,10 +88,10 @@ bool Substep::find_hits() {
 
 // Of `io_parts`, by piece: what hangs together with what takes more than one takes them, too. Marks these things.
 void Substep::take_in_parts(std::vector<int>& io_parts) {
-    for (uint32_t island = 0; island < work.islands.size(); ++island) {
+    for (IslandId island(0); island < work.islands.size(); ++island) {
         const auto pieces = work.islands.pieces_of(island);
-        if (std::ranges::any_of(pieces, [&](uint32_t p) { return io_parts[p] > 1; }))
-            for (const uint32_t p : pieces) io_parts[p] = work.parts;
+        if (std::ranges::any_of(pieces, [&](PieceId p) { return io_parts[p] > 1; }))
+            for (const PieceId p : pieces) io_parts[p] = work.parts;
     }
     work.hit.resize(n_movables());
     for_all(n_movables(), [&](size_t i) {
@@ -116,12 +116,12 @@ void Substep::join_what_is_near_a_hit(std::vector<int>& io_parts) {
         boxes[i].min += way.cwiseMin(0.0), boxes[i].max += way.cwiseMax(0.0);
     });
     std::vector<Aabb> islands;  // that are hit
-    for (uint32_t island = 0; island < work.islands.size(); ++island) {
+    for (IslandId island(0); island < work.islands.size(); ++island) {
         const auto pieces = work.islands.pieces_of(island);
         if (io_parts[pieces.front()] <= 1) continue;
         Aabb& box = islands.emplace_back();
-        for (const uint32_t piece : pieces)
-            for_movables(piece, [&](uint32_t i) { box.extend(boxes[i].min), box.extend(boxes[i].max); });
+        for (const PieceId piece : pieces)
+            for_movables(piece, [&](MovableId i) { box.extend(boxes[i].min), box.extend(boxes[i].max); });
     }
     const CellFilter filter(boxes, work.hit, context.workers);
     for_all(n_movables(), [&](size_t i) {
@@ -149,10 +149,10 @@ void Substep::keep_what_is_whole(size_t first_broken) {
     std::vector<uint8_t> again(work.pieces.size(), 0);  // by pieces before the cuts, as `work.piece` still has them
     for (size_t k = first_broken; k < state.broken.size(); ++k)
         again[work.piece[rest().edges[state.broken[k].edge].a]] = 1;
-    for (uint32_t island = 0; island < work.islands.size(); ++island) {
+    for (IslandId island(0); island < work.islands.size(); ++island) {
         const auto pieces = work.islands.pieces_of(island);
-        if (std::ranges::any_of(pieces, [&](uint32_t p) { return again[p] != 0; }))
-            for (const uint32_t p : pieces) again[p] = 1;
+        if (std::ranges::any_of(pieces, [&](PieceId p) { return again[p] != 0; }))
+            for (const PieceId p : pieces) again[p] = 1;
     }
     for_all(n_movables(), [&](size_t i) { work.kept[i] = !again[work.piece[i]]; });
 }
@@ -180,13 +180,13 @@ void Substep::take_over_contacts() {
 // Whether an island has both what is kept and what is not, for what flowed may reach farther: none of it is kept then.
 bool Substep::let_go_of_mixed_islands() {
     bool any = false;
-    for (uint32_t island = 0; island < work.islands.size(); ++island) {
+    for (IslandId island(0); island < work.islands.size(); ++island) {
         const auto movables = work.islands.movables_of(island);
-        const auto is_kept = [&](uint32_t i) { return work.kept[i] != 0; };
+        const auto is_kept = [&](MovableId i) { return work.kept[i] != 0; };
         if (std::ranges::all_of(movables, is_kept) || std::ranges::none_of(movables, is_kept)) continue;
         any = true;
-        for (const uint32_t piece : work.islands.pieces_of(island))
-            for_movables(piece, [&](uint32_t i) { work.kept[i] = 0; });
+        for (const PieceId piece : work.islands.pieces_of(island))
+            for_movables(piece, [&](MovableId i) { work.kept[i] = 0; });
     }
     return any;
 }

@@ -76,7 +76,7 @@ void Substep::hold_pins(Pinned when) {
         if (!drive.active) continue;
         Pose pose;
         double reached = -1;  // of the substep
-        for (uint32_t i : context.scene.pins[k].particles) {
+        for (const ParticleId i : context.scene.pins[k].particles) {
             if (when != Pinned::at_the_end && !work.pair.smooth[i]) continue;
             const double wanted = when == Pinned::in_the_first_stage ? 2 * gamma_of(i) : 1;
             if (reached != wanted) {
@@ -130,7 +130,7 @@ bool Substep::has_momentum(size_t piece, const Vec3& angular) const {
     constexpr double kRounding = 1e-9;
     Vec3 departure = Vec3::Zero();
     double most = 0, most_angular = angular.norm();
-    for (const uint32_t j : particles) {
+    for (const ParticleId j : particles) {
         const double speed = work.velocity[j].norm(), lever = (state.position[j] - p.center).norm();
         const Vec3 own = work.moving[j].x - work.moving[j].x_inertial;
         departure += rest().mass[j] * own;
@@ -148,7 +148,7 @@ void Substep::restore_momentum() {
         // Levers of the start, as the contacts were solved with: the large pushes on a pinched piece cancel there,
         // while a millimetre more or less of lever would spin it.
         Vec3 gained = Vec3::Zero();
-        for (uint32_t j : particles)
+        for (const ParticleId j : particles)
             gained += rest().mass[j] * (work.start_position[j] - work.pieces[piece].center).cross(work.push[j].shift) +
                       work.push[j].torque;
         const Vec3 wanted = work.piece_angular[piece] + gained / h, turn = work.pieces[piece].inverse_inertia * wanted;

@@ -30,14 +30,14 @@ double phase_error(double damping_time, double h) {
     return 4.0 / 3 * (rest * rest * rest + 2 * gamma * gamma * gamma);
 }
 
-bool resolves_waves(const Workspace& work, std::span<const uint32_t> particles, double h) {
+bool resolves_waves(const Workspace& work, std::span<const ParticleId> particles, double h) {
     if (particles.size() == 1) return true;
     double stiffest = 0;
-    for (uint32_t j : particles) stiffest = std::max(stiffest, work.live.count(j) * work.stiffness[j].k);
+    for (const ParticleId j : particles) stiffest = std::max(stiffest, work.live.count(j) * work.stiffness[j].k);
     return waves_in_step(h * h * stiffest) <= kFarthestWave * math::cbrt(static_cast<double>(particles.size()));
 }
 
-SubstepPair SubstepPair::renumbered(std::span<const uint32_t> former, const WorkerPool& workers) const {
+SubstepPair SubstepPair::renumbered(std::span<const MovableId> former, const WorkerPool& workers) const {
     SubstepPair now;
     const auto take = [&](const auto& from, auto& to) {
         to.resize(former.size());
@@ -150,7 +150,7 @@ void Substep::begin_stage(const FieldsOfForce& fields, size_t i) {
 void Substep::take_up_smooth_momentum() {
     const SubstepPair& pair = work.pair;
     const double drag = FieldsOfForce(context.input).drag;
-    const auto inertia_of = [&](uint32_t j) {  // after the first stage
+    const auto inertia_of = [&](ParticleId j) {  // after the first stage
         return turned_inertia(pair.rotation[j], work.shapes.particle_moment[j]);
     };
     for_pieces([&](size_t piece) {
@@ -215,7 +215,7 @@ void Substep::damp_vibrations() {
         const PieceMomentum p =
             piece_momentum(rest(), work.inertia, particles, state.position, work.velocity, work.angular_velocity);
         const Vec3 spin = rigid_spin(p, p.angular);
-        for (uint32_t j : particles) {
+        for (const ParticleId j : particles) {
             shift[j] = work.velocity[j] - p.velocity - spin.cross(state.position[j] - p.center);
             turn[j] = work.angular_velocity[j] - spin;
         }
@@ -228,9 +228,9 @@ void Substep::damp_vibrations() {
         const auto particles = work.live.piece_particles(piece);
         Vec3 momentum = Vec3::Zero();
         double mass = 0;
-        for (uint32_t j : particles) momentum += rest().mass[j] * shift[j], mass += rest().mass[j];
+        for (const ParticleId j : particles) momentum += rest().mass[j] * shift[j], mass += rest().mass[j];
         const Vec3 lost = work.piece_held[piece] ? Vec3(Vec3::Zero()) : Vec3(momentum / mass);
-        for (uint32_t j : particles) work.velocity[j] += shift[j] - lost, work.angular_velocity[j] += turn[j];
+        for (const ParticleId j : particles) work.velocity[j] += shift[j] - lost, work.angular_velocity[j] += turn[j];
     });
 }
 

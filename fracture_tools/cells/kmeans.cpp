@@ -1,10 +1,10 @@
 #include "fracture_tools/cells/kmeans.h"
 
 #include <atomic>
-#include <cassert>
 
 #include "fracture_tools/cells/kmeans_seeding.h"
 #include "fracture_tools/mesh/parallel_chunks.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -56,7 +56,7 @@ void move_centers(std::span<const Vec3> points, std::span<const double> weights,
 Result<std::vector<uint32_t>> kmeans_clusters(std::span<const Vec3> points, std::span<const double> weights,
                                               uint32_t n_clusters, uint64_t seed, int threads,
                                               const Progress& progress) {
-    assert(n_clusters >= 1 && n_clusters <= points.size() && weights.size() == points.size());
+    SUNDER_ASSERT(n_clusters >= 1 && n_clusters <= points.size() && weights.size() == points.size());
     const PointGrid grid(points);
     std::vector<Vec3> centers = seed_centers(grid, weights, n_clusters, seed);
     Assignment labels;

@@ -1,16 +1,17 @@
 #include "fracture_tools/cells/label_repair.h"
 
 #include <algorithm>
-#include <cassert>
 #include <limits>
 #include <map>
 #include <numeric>
 #include <tuple>
 
+#include "solver/data/ids.h"
+#include "solver/data/invariant.h"
+
 namespace sunder {
 namespace {
 
-constexpr uint32_t kNone = 0xffffffffu;
 /// Moving the cells beside one pinched edge may pinch another: a few rounds cure nearly all, more only go in circles.
 constexpr int kMaxRounds = 8;
 
@@ -287,7 +288,7 @@ uint32_t Labels::compact() {
 }  // namespace
 
 LabelRepair repair_labels(const CellComplex& complex, uint32_t wanted, std::vector<uint32_t>& io_label) {
-    assert(io_label.size() == complex.n_cells());
+    SUNDER_ASSERT(io_label.size() == complex.n_cells());
     const CellFaceLists lists(complex);
     std::vector<uint32_t> all_one(complex.n_cells(), 0);
     wanted = std::max(wanted, Labels(complex, lists, all_one, 1).n_parts());  // merging cannot go below that

@@ -56,8 +56,8 @@ Result<FragmentFaces> make_fragment_faces(const FragmentSet& set) {
     faces.n_fragments = static_cast<uint32_t>(set.fragments.size());
     faces.triangles = set.outer_triangles;
     faces.triangles.resize(faces.n_faces());
-    faces.fragment.assign(faces.n_faces(), FragmentFaces::kNone);
-    faces.interface.assign(faces.n_faces(), FragmentFaces::kNone);
+    faces.fragment.assign(faces.n_faces(), kNone);
+    faces.interface.assign(faces.n_faces(), kNone);
 
     for (uint32_t i = 0; i < faces.n_fragments; ++i) {
         const Fragment& fragment = set.fragments[i];
@@ -85,7 +85,7 @@ Result<FragmentFaces> make_fragment_faces(const FragmentSet& set) {
         }
     }
     for (uint32_t f = 0; f < faces.n_faces(); ++f)
-        if (faces.fragment[f] == FragmentFaces::kNone)
+        if (faces.fragment[f] == kNone)
             return broken_set(faces.is_outer(f) ? "outer triangle " + std::to_string(f) + " belongs to no fragment"
                                                 : "an interface triangle belongs to no interface");
     return faces;

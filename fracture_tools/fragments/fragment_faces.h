@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "solver/data/fragment_set.h"
+#include "solver/data/ids.h"
 #include "solver/data/result.h"
 
 namespace sunder {
@@ -20,8 +21,6 @@ struct FragmentFaces {
     std::vector<Triangle> triangles;  // pool vertices                  (n_faces x 3)
     std::vector<uint32_t> fragment;   // whose surface                  (n_faces)
     std::vector<uint32_t> interface;  // kNone for outer faces          (n_faces)
-
-    static constexpr uint32_t kNone = 0xffffffffu;
 
     uint32_t n_faces() const { return n_outer + 2 * n_interface; }
     bool is_outer(uint32_t face) const { return face < n_outer; }

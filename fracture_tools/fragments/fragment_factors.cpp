@@ -9,6 +9,7 @@
 #include "fracture_tools/cells/kmeans.h"
 #include "fracture_tools/mesh/surface_lookup.h"
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/ids.h"
 #include "solver/data/math_functions.h"
 
 namespace sunder {
@@ -77,8 +78,6 @@ struct Neighbours {
         }
     }
 };
-
-constexpr uint32_t kNone = 0xffffffffu;
 
 /// Leaves each label to the largest of its parts that hang together; what else had it goes to a label around it, the
 /// widest contact first. Parts of the solid that none is around become labels of their own.

@@ -11,6 +11,7 @@
 #include "fracture_tools/mesh/mesh_rows.h"
 #include "fracture_tools/mesh/surface_lookup.h"
 #include "fracture_tools/mesh/surface_uvs.h"
+#include "solver/data/ids.h"
 
 namespace sunder {
 namespace {
@@ -72,13 +73,12 @@ SetFaces gather_faces(const CellComplex& complex, std::span<const uint32_t> labe
 
 /// Keeps the vertices that some triangle uses, in their order.
 void gather_vertices(const CellComplex& complex, FragmentSet& io_set) {
-    constexpr uint32_t kUnused = 0xffffffffu;
-    std::vector<uint32_t> number(complex.vertices.size(), kUnused);
+    std::vector<uint32_t> number(complex.vertices.size(), kNone);
     for (const auto* triangles : {&io_set.outer_triangles, &io_set.interface_triangles})
         for (const Triangle& t : *triangles)
             for (uint32_t v : t) number[v] = 0;
     for (uint32_t v = 0; v < number.size(); ++v)
-        if (number[v] != kUnused) {
+        if (number[v] != kNone) {
             number[v] = static_cast<uint32_t>(io_set.vertices.size());
             io_set.vertices.push_back(complex.vertices[v]);
         }

@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <map>
 
+#include "solver/data/ids.h"
+
 namespace sunder {
 namespace {
 
@@ -52,8 +54,6 @@ public:
     }
 
 private:
-    static constexpr uint32_t kNone = 0xffffffffu;
-
     bool insert(std::span<const Vec3> points, Loops loops, const PlaneProjection& project) {
         std::map<uint32_t, Plane::Vertex_handle> handle;
         uint32_t corner = 0;

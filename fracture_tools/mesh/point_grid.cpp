@@ -1,11 +1,11 @@
 #include "fracture_tools/mesh/point_grid.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
+#include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 
 namespace sunder {
@@ -48,7 +48,7 @@ std::array<int, 3> PointGrid::cell_of(const Vec3& p) const {
 }
 
 uint32_t PointGrid::nearest(const Vec3& query) const {
-    assert(!place_.empty());
+    SUNDER_ASSERT(!place_.empty());
     // Any point of the nearest cells that have one; the ball through it holds all that are nearer.
     const std::array<int, 3> home = cell_of(query);
     for (int ring = 0;; ++ring)

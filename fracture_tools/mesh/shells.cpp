@@ -4,13 +4,13 @@
 #include <utility>
 
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/ids.h"
 
 namespace sunder {
 
 Shells find_shells(const MeshView& mesh) {
     std::vector<uint32_t> part = disjoint_sets(mesh.positions.size());
     for (const Triangle& t : mesh.triangles) unite(part, t[0], t[1]), unite(part, t[1], t[2]);
-    constexpr uint32_t kNone = 0xffffffffu;
     std::vector<uint32_t> number(mesh.positions.size(), kNone);
     Shells shells;
     for (const Triangle& t : mesh.triangles) {

@@ -6,6 +6,7 @@
 #include "fracture_tools/mesh/mesh_rows.h"
 #include "fracture_tools/mesh/surface_lookup.h"
 #include "fracture_tools/mesh/surface_uvs.h"
+#include "solver/data/ids.h"
 
 namespace sunder {
 namespace {
@@ -283,8 +284,7 @@ void turn_triangle(TriMesh& io_mesh, uint32_t triangle) {
 }
 
 void keep_marked(TriMesh& io_mesh, std::span<const uint8_t> mark) {
-    constexpr uint32_t kUnused = 0xffffffffu;
-    std::vector<uint32_t> number(io_mesh.positions.size(), kUnused);
+    std::vector<uint32_t> number(io_mesh.positions.size(), kNone);
     uint32_t n = 0;
     for (uint32_t t = 0; t < mark.size(); ++t) {
         if (!mark[t]) continue;
@@ -303,7 +303,7 @@ void keep_marked(TriMesh& io_mesh, std::span<const uint8_t> mark) {
 
     uint32_t kept = 0;
     for (uint32_t v = 0; v < number.size(); ++v)
-        if (number[v] != kUnused) {
+        if (number[v] != kNone) {
             io_mesh.positions[kept] = io_mesh.positions[v];
             for_vertex_lists(io_mesh, [&](auto& values, size_t width) { copy_row(values, width, v, kept); });
             number[v] = kept++;
@@ -315,7 +315,7 @@ void keep_marked(TriMesh& io_mesh, std::span<const uint8_t> mark) {
     for (auto& [name, vertices] : io_mesh.vertex_groups) {
         std::vector<uint32_t> left;
         for (uint32_t v : vertices)
-            if (number[v] != kUnused) left.push_back(number[v]);
+            if (number[v] != kNone) left.push_back(number[v]);
         vertices = std::move(left);
     }
 }

@@ -8,6 +8,7 @@
 #include "fracture_tools/repair/repair_attributes.h"
 #include "fracture_tools/repair/repair_surface.h"
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/ids.h"
 
 namespace sunder {
 namespace {
@@ -63,7 +64,6 @@ std::vector<OpenEdge> find_open_edges(const MeshView& mesh) {
 }
 
 std::vector<Border> find_borders(const MeshView& mesh) {
-    constexpr uint32_t kNone = 0xffffffffu;
     // What is missing runs the other way; in a vertex with one fan of triangles it arrives once and leaves once.
     std::vector<uint32_t> next(mesh.positions.size(), kNone);
     for (const OpenEdge& edge : find_open_edges(mesh)) next[edge.to] = edge.from;

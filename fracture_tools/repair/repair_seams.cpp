@@ -5,6 +5,7 @@
 
 #include "fracture_tools/mesh/point_grid.h"
 #include "fracture_tools/repair/repair_attributes.h"
+#include "solver/data/ids.h"
 
 namespace sunder {
 namespace {
@@ -114,7 +115,6 @@ std::vector<std::array<WeightedCorner, 3>> cut_triangle(const Triangle& corners,
 
 double seam_gap(const MeshView& mesh, std::span<const OpenEdge> open, double least, double largest) {
     std::vector<SeamSide> sides;
-    constexpr uint32_t kNone = 0xffffffffu;
     std::vector<std::array<uint32_t, 2>> at(mesh.positions.size(), {kNone, kNone});  // edges that leave, that arrive
     for (uint32_t k = 0; k < open.size(); ++k) {
         sides.push_back(side_of(mesh, open[k]));

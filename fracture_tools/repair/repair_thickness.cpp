@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "fracture_tools/repair/repair_attributes.h"
+#include "solver/data/ids.h"
 #include "solver/data/math_functions.h"
 
 namespace sunder {
@@ -44,7 +45,6 @@ std::vector<Vec3> inward_steps(const TriMesh& mesh, std::span<const uint8_t> mar
 
 void thicken(TriMesh& io_mesh, std::span<const uint8_t> marked, double thickness) {
     const std::vector<Vec3> step = inward_steps(io_mesh, marked, thickness);
-    constexpr uint32_t kNone = 0xffffffffu;
     std::vector<uint32_t> inner(io_mesh.positions.size(), kNone);
     const auto n_triangles = static_cast<uint32_t>(io_mesh.triangles.size());
 

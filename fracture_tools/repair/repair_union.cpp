@@ -19,6 +19,7 @@
 #include "fracture_tools/repair/repair_attributes.h"
 #include "fracture_tools/repair/repair_shells.h"
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/ids.h"
 
 namespace sunder {
 namespace {
@@ -126,7 +127,6 @@ struct Group {
 /// Shells that cross, and solids with a cavity that does. A cavity belongs to the smallest solid around it.
 std::vector<Group> crossing_groups(const TriMesh& mesh, const Shells& shells,
                                    std::span<const std::array<uint32_t, 2>> crossing) {
-    constexpr uint32_t kNone = 0xffffffffu;
     std::vector<uint32_t> set = disjoint_sets(shells.n);
     std::vector<uint8_t> crosses(shells.n, 0), is_cavity(shells.n, 0);
     for (const auto& [t, u] : crossing) {

@@ -6,6 +6,7 @@
 
 #include "fracture_tools/mesh/range_runner.h"
 #include "fracture_tools/skin/split_topology.h"
+#include "solver/data/ids.h"
 
 namespace sunder {
 
@@ -36,8 +37,6 @@ public:
     /// Corners of a part are corners()[offset()[part]] and those behind, ascending. (n_parts + 1)
     std::span<const uint32_t> offset() const { return part_offset_; }
     std::span<const uint32_t> corners() const { return part_corner_; }
-
-    static constexpr uint32_t kNone = SplitTopology::kNone;
 
 private:
     void join_around(uint32_t pool_vertex, const SplitTopology& topology);

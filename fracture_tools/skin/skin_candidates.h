@@ -34,7 +34,9 @@ public:
 
 private:
     std::vector<Edge> edges_;
-    std::vector<uint32_t> group_offset_, group_member_, member_edge_;
+    std::vector<uint32_t> group_offset_;
+    std::vector<ParticleId> group_member_;
+    std::vector<EdgeId> member_edge_;
     std::vector<uint8_t> edge_intact_;  // of the last update
     std::vector<uint8_t> changed_;
     std::vector<uint32_t> ring_, ring_size_;  // ring of i: the first ring_size_[i] entries from group_offset_[i] on

@@ -55,7 +55,7 @@ Skin::Skin(std::vector<Vec3> rest_vertex, const SimulationMesh& rest, const Skin
         double area = 0, area_length = 0, length = 0;
         uint32_t count = 0;
         for (uint32_t s = rest.group_offset[i]; s < rest.group_offset[i + 1]; ++s) {
-            if (rest.member_edge[s] == SimulationMesh::kNone) continue;
+            if (rest.member_edge[s].is_none()) continue;
             const double l = (rest_particle_[rest.group_member[s]] - rest_particle_[i]).norm();
             const double a = rest.edges[rest.member_edge[s]].area;
             area += a, area_length += a * l, length += l, ++count;

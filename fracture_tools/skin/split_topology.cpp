@@ -1,12 +1,12 @@
 #include "fracture_tools/skin/split_topology.h"
 
 #include <algorithm>
-#include <cassert>
 #include <numeric>
 #include <tuple>
 
 #include "fracture_tools/mesh/counting_sort.h"
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 
@@ -135,7 +135,7 @@ bool SplitTopology::update(std::span<const uint8_t> interface_intact, const Rang
 }
 
 void SplitTopology::find_changed_vertices(std::span<const uint8_t> interface_intact) {
-    assert(interface_intact.size() == interface_intact_.size());
+    SUNDER_ASSERT(interface_intact.size() == interface_intact_.size());
     for (uint32_t v : changed_vertices_) vertex_changed_[v] = 0;
     changed_vertices_.clear();
     for (size_t i = 0; i + 1 < interface_offset_.size(); ++i) {

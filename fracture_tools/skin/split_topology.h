@@ -8,6 +8,7 @@
 #include "fracture_tools/fragments/fragment_faces.h"
 #include "fracture_tools/mesh/range_runner.h"
 #include "fracture_tools/skin/shared_array.h"
+#include "solver/data/ids.h"
 #include "solver/data/result.h"
 
 namespace sunder {
@@ -101,7 +102,6 @@ public:
     }
 
     static constexpr uint32_t kChunk = 256;
-    static constexpr uint32_t kNone = 0xffffffffu;
 
 private:
     struct Join {

@@ -51,7 +51,7 @@ SUNDER_VECTOR_CLONES bool find_normals(const NormalParts& parts, std::span<const
     bool any_unsaid = false;
     for (size_t n = begin; n < end; ++n) {
         FourFloats sum = {};
-        for (uint32_t p = leader[n]; p != NormalParts::kNone; p = next[p])
+        for (uint32_t p = leader[n]; p != kNone; p = next[p])
             for (uint32_t i = offset[p]; i < offset[p + 1]; ++i) {
                 const uint32_t angle = part_angle[i];
                 sum += weights[angle] * reinterpret_cast<const FourFloats&>(weights[angle / kFloats * kFloats]);
@@ -227,7 +227,7 @@ void SurfaceNormals::weigh_moved(const SplitTopology& topology, const SkinMotion
 
 bool SurfaceNormals::touches_moved(size_t normal, const SkinMotion& motion) const {
     if (motion.moved()[parts_->visual_vertex()[normal]]) return true;
-    for (uint32_t p = parts_->leader()[normal]; p != NormalParts::kNone; p = parts_->next()[p])
+    for (uint32_t p = parts_->leader()[normal]; p != kNone; p = parts_->next()[p])
         for (uint32_t i = parts_->offset()[p]; i < parts_->offset()[p + 1]; ++i)
             if (teller_moved_[part_angle_[i] / kFloats]) return true;
     return false;

@@ -7,6 +7,7 @@
 #include "fracture_tools/skin/shared_array.h"
 #include "fracture_tools/skin/split_topology.h"
 #include "fracture_tools/skin/visual_mesh.h"
+#include "solver/data/ids.h"
 
 namespace sunder {
 
@@ -24,8 +25,6 @@ public:
     void list_points(VisualMesh& io_mesh);
 
 private:
-    static constexpr uint32_t kNone = 0xffffffffu;
-
     std::shared_ptr<const FragmentSet> set_;
     ArrayRecycler<int32_t> material_, interface_;
     ArrayRecycler<uint32_t> fragment_;

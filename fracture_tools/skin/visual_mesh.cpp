@@ -63,11 +63,11 @@ Error not_finite(const char* thing, size_t particle) {
 std::vector<uint32_t> edge_interfaces(const FragmentSet& set, const SimulationMesh& rest) {
     std::vector<uint32_t> of_edge;
     for (const Edge& e : rest.edges) {
-        const std::pair wanted(FragmentId(e.a), FragmentId(e.b));
+        const std::pair wanted(FragmentId(e.a.value), FragmentId(e.b.value));
         const auto at = std::lower_bound(set.interfaces.begin(), set.interfaces.end(), wanted,
                                          [](const Interface& i, const auto& w) { return std::pair(i.a, i.b) < w; });
         const bool found = at != set.interfaces.end() && std::pair(at->a, at->b) == wanted;
-        of_edge.push_back(found ? static_cast<uint32_t>(at - set.interfaces.begin()) : SimulationMesh::kNone);
+        of_edge.push_back(found ? static_cast<uint32_t>(at - set.interfaces.begin()) : kNone);
     }
     return of_edge;
 }
@@ -76,7 +76,7 @@ std::vector<Detour> find_detours(const FragmentSet& set, const SimulationMesh& r
                                  const std::vector<uint32_t>& edge_interface) {
     std::vector<uint8_t> has_edge(set.interfaces.size(), 0);
     for (uint32_t i : edge_interface)
-        if (i != SimulationMesh::kNone) has_edge[i] = 1;
+        if (i != kNone) has_edge[i] = 1;
     std::vector<Detour> detours;
     for (uint32_t i = 0; i < has_edge.size(); ++i) {
         if (has_edge[i]) continue;
@@ -147,7 +147,7 @@ struct VisualMeshBuilder::Impl {
         detours = find_detours(*set, rest, edge_interface);
         std::vector<uint8_t> is_lone(set->interfaces.size(), 1);
         for (const uint32_t i : edge_interface)
-            if (i != SimulationMesh::kNone) is_lone[i] = 0;
+            if (i != kNone) is_lone[i] = 0;
         for (const Detour& d : detours) is_lone[d.interface] = 0;
         for (uint32_t i = 0; i < is_lone.size(); ++i)
             if (is_lone[i]) lone_interfaces.push_back(i);
@@ -196,7 +196,7 @@ struct VisualMeshBuilder::Impl {
                 return edge_intact[pair[0]] && edge_intact[pair[1]];
             });
         for (size_t e = 0; e < edges.size(); ++e)
-            if (edge_interface[e] != SimulationMesh::kNone) intact[edge_interface[e]] = edge_intact[e] != 0;
+            if (edge_interface[e] != kNone) intact[edge_interface[e]] = edge_intact[e] != 0;
         return intact;
     }
 

@@ -6,12 +6,11 @@
 #include <set>
 
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/ids.h"
 #include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
-
-constexpr uint32_t kNone = 0xffffffffu;
 
 Triangle outward(const CellFace& face, uint32_t cell) {
     return face.cell == cell ? face.vertices : Triangle{face.vertices[0], face.vertices[2], face.vertices[1]};

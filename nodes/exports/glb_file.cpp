@@ -10,6 +10,7 @@
 
 #include "nodes/exports/glb_builder.h"
 #include "nodes/exports/shot_export.h"
+#include "solver/data/ids.h"
 
 namespace sunder {
 namespace {
@@ -57,7 +58,6 @@ struct RigidFragment {
 
 /// Fragments of a mesh of constant topology, ascending.
 Result<std::vector<RigidFragment>> fragments_of(const ShotMesh& source, const VisualMesh& first) {
-    constexpr uint32_t kNone = 0xffffffffu;
     std::map<uint32_t, RigidFragment> found;
     std::vector<uint32_t> owner(first.positions.size(), kNone);
     for (uint32_t t = 0; t < first.triangles.size(); ++t) {

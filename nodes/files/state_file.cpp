@@ -1,11 +1,11 @@
 #include "nodes/files/state_file.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
 #include "nodes/files/compression.h"
 #include "nodes/files/ply_file.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -192,7 +192,7 @@ private:
         double v[2];
         for (size_t i = 0; i < e.count; ++i) {
             BrokenEdge& b = out_.state.broken[i];
-            b.edge = read_number<uint32_t>(row(e, i));
+            b.edge = EdgeId(read_number<uint32_t>(row(e, i)));
             if (b.edge >= out_.edges.size())
                 return fault("broken_edge " + std::to_string(i) + " names edge " + std::to_string(b.edge) + " of " +
                              std::to_string(out_.edges.size()));
@@ -209,8 +209,8 @@ private:
         double v[10] = {};
         for (size_t i = 0; i < e.count; ++i) {
             ContactMemory& c = out_.state.contacts[i];
-            c.a = read_number<uint32_t>(row(e, i));
-            c.b = read_number<uint32_t>(row(e, i) + 4);
+            c.a = MovableId(read_number<uint32_t>(row(e, i)));
+            c.b = MovableId(read_number<uint32_t>(row(e, i) + 4));
             if (const int bad = load(row(e, i) + 8, v, n); bad >= 0) return not_finite(e, i, bad + 2);
             c.point = Vec3(v[0], v[1], v[2]);
             c.normal_force = v[3];
@@ -271,7 +271,7 @@ private:
 
 ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& rest) {
     const size_t n = s.n_particles();
-    assert(rest.n_particles() == n && rest.n_edges() == s.edge_intact.size());
+    SUNDER_ASSERT(rest.n_particles() == n && rest.n_edges() == s.edge_intact.size());
     const std::string_view version = s.plastic_curvature.empty() ? kStateFileMagic : kBendingStateFileMagic;
     std::vector<PlyElement> elements = layout(version);
     const size_t counts[] = {n,
@@ -301,7 +301,7 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
         bytes.number(rest.body[i]), bytes.number(rest.fragment[i]);
     }
     for (size_t e = 0; e < rest.n_edges(); ++e)
-        bytes.number(rest.edges[e].a), bytes.number(rest.edges[e].b), bytes.number(s.edge_intact[e]);
+        bytes.number(rest.edges[e].a.value), bytes.number(rest.edges[e].b.value), bytes.number(s.edge_intact[e]);
     for (const Quat& q : s.group_rotation)
         bytes.number(q.w()), bytes.number(q.x()), bytes.number(q.y()), bytes.number(q.z());
     for (const RigidBodyState& r : s.rigid_bodies) {
@@ -309,9 +309,9 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
         put_placement(p, r.position, r.orientation, r.velocity, r.angular_velocity);
         bytes.append(v, sizeof v);
     }
-    for (const BrokenEdge& b : s.broken) bytes.number(b.edge), bytes.number(b.time), bytes.number(b.strain);
+    for (const BrokenEdge& b : s.broken) bytes.number(b.edge.value), bytes.number(b.time), bytes.number(b.strain);
     for (const ContactMemory& c : s.contacts) {
-        bytes.number(c.a), bytes.number(c.b);
+        bytes.number(c.a.value), bytes.number(c.b.value);
         const Vec3 &x = c.point, &f = c.friction_force, &t = c.rolling_torque;
         const double v[10] = {x.x(), x.y(), x.z(), c.normal_force, f.x(), f.y(), f.z(), t.x(), t.y(), t.z()};
         bytes.append(v, sizeof v);

@@ -7,6 +7,7 @@
 
 #include "nodes/graph/cook_groups.h"
 #include "nodes/graph/nearest_name.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -70,7 +71,7 @@ private:
     const GraphImpl& graph() const { return evaluation_.graph(); }
     size_t index_of(std::string_view socket) const {
         const SocketDescription* const found = node_.description().find_input(socket);
-        assert(found && "a node reads an input that it does not describe");
+        SUNDER_ASSERT(found && "a node reads an input that it does not describe");
         return index_in(node_.description().inputs, found);
     }
 
@@ -145,7 +146,8 @@ Result<Value> Evaluation::keep(GraphNode& node, size_t output, int frame, Result
         failed_[{&node, output, slot(node, frame)}] = value.error();
         return value;
     }
-    assert(type_of(*value) == node.description().outputs[output].type && "a node gave another type than it describes");
+    SUNDER_ASSERT(type_of(*value) == node.description().outputs[output].type &&
+                  "a node gave another type than it describes");
 
     // What was cooked from other content will not be asked for again.
     std::erase_if(node.cache, [&](const CachedValue& c) { return c.key != key(node); });
@@ -189,7 +191,7 @@ void Evaluation::cook_together(std::span<const WantedValue> group, int frame, co
     } catch (const std::exception&) {
         return;  // whose fault it was shows when each is cooked by itself
     }
-    assert(values.size() == group.size());
+    SUNDER_ASSERT(values.size() == group.size());
     for (size_t i = 0; i < group.size(); ++i) {
         GraphNode& node = *group[i].node;
         ++node.cook_count;

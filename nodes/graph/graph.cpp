@@ -7,6 +7,7 @@
 #include "nodes/graph/graph_impl.h"
 #include "nodes/graph/json.h"
 #include "nodes/graph/nearest_name.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -85,13 +86,13 @@ ParameterValue GraphNode::value(const ParameterDescription& parameter) const {
     const auto found = given.find(parameter.name);
     if (found != given.end()) return found->second;
     Result<ParameterValue> value = ParameterValue::check(parameter, parameter.default_of(graph_version), name);
-    assert(value && "a default value does not fit its own description");
+    SUNDER_ASSERT(value && "a default value does not fit its own description");
     return value.take();
 }
 
 Json ParametersAt::value(std::string_view name) const {
     const ParameterDescription* const parameter = node_->description().find_parameter(name);
-    assert(parameter && "a node reads a parameter that it does not describe");
+    SUNDER_ASSERT(parameter && "a node reads a parameter that it does not describe");
     return node_->value(*parameter).at(frame_);
 }
 

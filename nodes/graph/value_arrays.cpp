@@ -95,9 +95,9 @@ ArrayView matrices(const std::vector<Mat3>& values) {
 }
 
 // For uint32_t that leave as such.
-ArrayView own(std::vector<uint32_t> values) {
-    auto kept = std::make_shared<std::vector<uint32_t>>(std::move(values));
-    return {ArrayType::uint32, {kept->size()}, kept->data(), kept};
+ArrayView own(std::vector<PieceId> values) {
+    auto kept = std::make_shared<std::vector<PieceId>>(std::move(values));
+    return {ArrayType::uint32, {kept->size()}, numbers(std::span<const PieceId>(*kept)).data(), kept};
 }
 
 // Lists that may be left out keep their width when they are empty.
@@ -143,7 +143,7 @@ const std::vector<Entry<SimulationMesh>>& entries_of(const SimulationMesh*) {
         {"mass", [](const M& m) { return as_is<double>(m.mass); }},
         {"edges",
          [](const M& m) { return made<uint32_t, 2>(m.edges, [](const Edge& e) {
-                              return std::array{e.a, e.b};
+                              return std::array{e.a.value, e.b.value};
                           }); }},
         {"edge_area",
          [](const M& m) { return made<double, 1>(m.edges, [](const Edge& e) { return std::array{e.area}; }); }},
@@ -173,7 +173,7 @@ const std::vector<Entry<StateValue>>& entries_of(const StateValue*) {
         {"edge_intact", [](const S& s) { return as_is<uint8_t>(s.state->edge_intact); }},
         {"broken_edge",
          [](const S& s) {
-             return made<uint32_t, 1>(s.state->broken, [](const BrokenEdge& b) { return std::array{b.edge}; });
+             return made<uint32_t, 1>(s.state->broken, [](const BrokenEdge& b) { return std::array{b.edge.value}; });
          }},
         {"broken_time",
          [](const S& s) {
@@ -454,7 +454,7 @@ Value state_value(StateFile file) {
     rest.radii.assign(n, Vec3::Constant(unknown));
     rest.volume.assign(n, unknown), rest.mass.assign(n, unknown);
     rest.body = std::move(file.body), rest.fragment = std::move(file.fragment);
-    for (const auto& [a, b] : file.edges) rest.edges.push_back({a, b, unknown});
+    for (const auto& [a, b] : file.edges) rest.edges.push_back({ParticleId(a), ParticleId(b), unknown});
     build_one_rings(rest);
     return make_value(StateValue{file.frame, scene, std::make_shared<FrameState>(std::move(file.state)), {}, {}});
 }

@@ -53,9 +53,10 @@ Status add_pins(CookContext& context, Scene& io_scene, KeyHasher& io_hasher) {
                 "wire '@" + value->body + ".body' to bodies, or remove the pin");
         Pin pin;
         pin.name = value->name;
-        for (const uint32_t particle : *value->particles) pin.particles.push_back(body->particle_begin + particle);
+        for (const uint32_t particle : *value->particles)
+            pin.particles.push_back(ParticleId(body->particle_begin + particle));
         io_hasher.add(pin.name).add(pin.particles.size());
-        for (const uint32_t particle : pin.particles) io_hasher.add(particle);
+        for (const ParticleId particle : pin.particles) io_hasher.add(particle.value);
         io_scene.pins.push_back(std::move(pin));
     }
     return {};

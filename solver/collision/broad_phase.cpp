@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "solver/collision/rank.h"
+#include "solver/data/ids.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -72,15 +74,15 @@ bool is_usable(const Aabb& box) {
            (box.max.array() < kFarthest).all();
 }
 
-bool LiveRings::joined(uint32_t i, uint32_t j) const {
+bool LiveRings::joined(ParticleIndex i, ParticleIndex j) const {
     if (i >= begin.size()) return false;
     const auto first = member.begin() + begin[i], last = member.begin() + end[i];
-    const auto found = std::lower_bound(first, last, j);
+    const auto found = std::lower_bound(first, last, ParticleId(size_t{j}));
     if (found == last || *found != j) return false;
     return edge.empty() || edge_intact[edge[found - member.begin()]] != 0;
 }
 
-bool LiveRings::near(uint32_t i, uint32_t j) const {
+bool LiveRings::near(ParticleIndex i, ParticleIndex j) const {
     if (i >= begin.size() || j >= begin.size()) return false;
     if (joined(i, j)) return true;
     const auto intact = [&](uint32_t s) { return edge.empty() || edge_intact[edge[s]] != 0; };
@@ -109,34 +111,33 @@ bool PairFilter::is_possible(uint32_t i, uint32_t j) const {
 
 void PairFilter::remove_excluded(std::vector<uint32_t>& io_marks, std::vector<Pair>& io_pairs) const {
     if (excludes_by_rings_alone() && rings.begin.empty()) return;
-    constexpr uint32_t kNone = 0xffffffffu;
     io_marks.resize(n_particles, kNone);
     uint32_t marked = kNone;
     const auto is_excluded = [&](const Pair& pair) {
         const auto [i, j] = pair;
         if (!is_possible(i, j)) return true;
         if (rings.begin.empty() || !same_body(i, j)) return false;
-        if (i != marked) rings.mark_near(i, io_marks);
+        if (i != marked) rings.mark_near(ParticleId(i), io_marks);
         marked = i;
         return io_marks[j] == i;
     };
     std::erase_if(io_pairs, is_excluded);
 }
 
-void LiveRings::mark_near(uint32_t i, std::span<uint32_t> io_mark, uint32_t first) const {
+void LiveRings::mark_near(ParticleId i, std::span<uint32_t> io_mark, uint32_t first) const {
     if (i >= begin.size()) return;
     if (edge.empty()) {
-        for (const uint32_t third : member.subspan(begin[i], end[i] - begin[i])) {
+        for (const ParticleId third : member.subspan(begin[i], end[i] - begin[i])) {
             io_mark[third - first] = i;
             if (third >= begin.size()) continue;
-            for (const uint32_t j : member.subspan(begin[third], end[third] - begin[third])) io_mark[j - first] = i;
+            for (const ParticleId j : member.subspan(begin[third], end[third] - begin[third])) io_mark[j - first] = i;
         }
         return;
     }
     const auto intact = [&](uint32_t s) { return edge_intact[edge[s]] != 0; };
     for (uint32_t s = begin[i]; s < end[i]; ++s) {
         if (!intact(s)) continue;
-        const uint32_t third = member[s];
+        const ParticleId third = member[s];
         io_mark[third - first] = i;
         if (third < begin.size())
             for (uint32_t t = begin[third]; t < end[third]; ++t)
@@ -165,6 +166,8 @@ void find_in_sweep(const PairFilter& filter, const WorkerPool& workers, OverlapS
 void find_overlaps(std::span<const Aabb> boxes, const PairFilter& filter, const WorkerPool& workers, OverlapScratch& s,
                    std::vector<Pair>& out) {
     out.clear();
+    SUNDER_ASSERT(filter.item.empty() || filter.item.size() == boxes.size());
+    SUNDER_ASSERT(filter.n_particles <= boxes.size());
     s.usable.resize(boxes.size());
     for (size_t i = 0; i < boxes.size(); ++i) s.usable[i] = is_usable(boxes[i]);
     const bool is_crowded = s.sweep.sort(boxes, s.usable, workers) > kSweepTests * boxes.size();

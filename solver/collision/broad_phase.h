@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "solver/collision/overlap_sweep.h"
+#include "solver/data/ids.h"
 #include "solver/data/math.h"
 
 namespace sunder {
@@ -17,18 +18,18 @@ using Pair = std::pair<uint32_t, uint32_t>;
 /// be among them). Where `edge` is given, a slot counts only while edge_intact[edge[slot]] is not 0.
 struct LiveRings {
     std::span<const uint32_t> begin, end;  // (n_particles); empty: nothing is joined
-    std::span<const uint32_t> member;
-    std::span<const uint32_t> edge;        // as member, or empty: every slot is intact
+    std::span<const ParticleId> member;
+    std::span<const EdgeId> edge;          // as member, or empty: every slot is intact
     std::span<const uint8_t> edge_intact;  // (n_edges), with `edge`
 
-    bool joined(uint32_t i, uint32_t j) const;
+    bool joined(ParticleIndex i, ParticleIndex j) const;
 
     /// Joined, or both joined to a third: shape matching keeps such two apart, and their ellipsoids, which overlap at
     /// rest, would only jam a body that is squeezed.
-    bool near(uint32_t i, uint32_t j) const;
+    bool near(ParticleIndex i, ParticleIndex j) const;
 
     /// Writes i to io_mark[j - first] of all j that are near it; `first`: no particle joined to any of them is below.
-    void mark_near(uint32_t i, std::span<uint32_t> io_mark, uint32_t first = 0) const;
+    void mark_near(ParticleId i, std::span<uint32_t> io_mark, uint32_t first = 0) const;
 };
 
 /// Pairs that never touch, however near they are.

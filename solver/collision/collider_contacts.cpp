@@ -40,7 +40,7 @@ struct Met {
     }
 };
 
-void contacts_with_collider(const DetectionInput& in, uint32_t i, const Met& met, uint32_t c,
+void contacts_with_collider(const DetectionInput& in, MovableId i, const Met& met, MovableId collider,
                             std::vector<Separation>& io_on_mesh, std::vector<Contact>& out) {
     const PlacedShape& placed = met.placed;
     const Vec3 own_shift = in.duration * in.velocity[i];
@@ -67,16 +67,16 @@ void contacts_with_collider(const DetectionInput& in, uint32_t i, const Met& met
             grid_contacts(in.particles[i], placed, shift, reach, io_on_mesh);
         else
             grid_contacts(rigid(in, i), placed, shift, reach, io_on_mesh);
-        for (const Separation& s : io_on_mesh) add(i, Contact::kStatic | c, s, out);
+        for (const Separation& s : io_on_mesh) add(i, collider, s, out);
     } else if (is_particle(in, i)) {
         const auto at = [&](const Vec3& offset) {
             Ellipsoid a = in.particles[i];
             a.center += offset;
             return ellipsoid_shape_distance(a, placed);
         };
-        add_single(i, Contact::kStatic | c, at, shift, reach, out);
+        add_single(i, collider, at, shift, reach, out);
     } else {
-        add_manifold(i, Contact::kStatic | c, rigid(in, i), placed, shift, reach, out);
+        add_manifold(i, collider, rigid(in, i), placed, shift, reach, out);
     }
 }
 
@@ -86,11 +86,10 @@ void contacts_with_colliders(const DetectionInput& in, size_t begin, size_t end,
     std::vector<Met> met;
     std::vector<Separation> on_mesh;
     for (const MovingShape& collider : in.colliders) met.emplace_back(collider);
-    for (size_t k = begin; k < end; ++k) {
-        const auto i = static_cast<uint32_t>(k);
+    for (MovableId i(begin); i < end; ++i) {
         if (is_driven(in, i)) continue;
         for (uint32_t c = 0; c < met.size(); ++c)
-            if (met[c].moving.active) contacts_with_collider(in, i, met[c], c, on_mesh, out);
+            if (met[c].moving.active) contacts_with_collider(in, i, met[c], Contact::collider(c), on_mesh, out);
     }
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "solver/data/ids.h"
 #include "solver/data/math.h"
 
 namespace sunder {
@@ -11,12 +12,14 @@ namespace sunder {
 /// Movable things share one index: particles first, then rigid bodies (n_particles + r). Colliders have their own.
 struct Contact {
     static constexpr uint32_t kStatic = 0x80000000u;  // set in `b`: the rest of b is a collider index
-    uint32_t a = 0;                                   // movable
-    uint32_t b = 0;                                   // movable, or kStatic | collider
+    MovableId a;
+    MovableId b;                                      // or kStatic | collider
     Vec3 normal = Vec3::UnitZ();                      // unit, from b towards a: pushes a away from b
     Vec3 point_a = Vec3::Zero();                      // deepest point of a and of b (world, at detection), m
     Vec3 point_b = Vec3::Zero();
     double gap = 0;  // normal . (point_a - point_b), m; negative: overlap
+
+    static MovableId collider(uint32_t c) { return MovableId(kStatic | c); }
 };
 
 /// Something that can be touched, as the detection sees it at one instant.

@@ -2,15 +2,15 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 
 #include "solver/collision/detection_parts.h"
 #include "solver/collision/rank.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 using namespace detail;
 
-Aabb detail::swept_box(const DetectionInput& in, uint32_t i, const Vec3& frame) {
+Aabb detail::swept_box(const DetectionInput& in, MovableIndex i, const Vec3& frame) {
     Aabb box;
     double turning = turning_reach(in, i);
     if (is_particle(in, i)) {
@@ -31,7 +31,7 @@ Aabb detail::swept_box(const DetectionInput& in, uint32_t i, const Vec3& frame) 
 }
 
 void sweep_boxes(const DetectionInput& in, const Vec3& frame, size_t begin, size_t end, std::span<Aabb> io_boxes) {
-    for (size_t i = begin; i < end; ++i) io_boxes[i] = swept_box(in, static_cast<uint32_t>(i), frame);
+    for (size_t i = begin; i < end; ++i) io_boxes[i] = swept_box(in, i, frame);
 }
 
 namespace {
@@ -102,10 +102,10 @@ DetectionInput prepared(const DetectionInput& in, const WorkerPool& workers, Con
     s.radius.resize(n_particles), s.support.resize(n_particles);
     workers.for_range(n_movables(in), 512, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
-            s.turning[i] = turning_reach(in, static_cast<uint32_t>(i));
+            s.turning[i] = turning_reach(in, i);
             if (i >= n_particles) continue;
             s.radius[i] = in.particles.radii[i].maxCoeff() + 0.5 * in.margin + s.turning[i];
-            s.support[i] = support_matrix(in, static_cast<uint32_t>(i));
+            s.support[i] = support_matrix(in, i);
         }
     });
     DetectionInput known = in;
@@ -119,12 +119,12 @@ void put_in_order(size_t n_movables, const WorkerPool& workers, ContactScratch& 
     for (const Contact& c : s.found) ++s.begin[c.a + 1];
     for (size_t i = 0; i < n_movables; ++i) s.begin[i + 1] += s.begin[i];
     s.order.resize(s.found.size());
-    for (uint32_t k = 0; k < s.found.size(); ++k) s.order[s.begin[s.found[k].a]++] = k;  // now: where they end
+    for (ContactId k(0); k < s.found.size(); ++k) s.order[s.begin[s.found[k].a]++] = k;  // now: where they end
     out.resize(s.found.size());
     workers.for_range(n_movables, 512, [&](size_t first, size_t last) {
         for (size_t i = first; i < last; ++i) {
             const auto begin = s.order.begin() + (i > 0 ? s.begin[i - 1] : 0), end = s.order.begin() + s.begin[i];
-            const auto comes_first = [&](uint32_t p, uint32_t q) {
+            const auto comes_first = [&](ContactId p, ContactId q) {
                 return std::pair(s.found[p].b, p) < std::pair(s.found[q].b, q);
             };
             std::sort(begin, end, comes_first);
@@ -137,7 +137,9 @@ void put_in_order(size_t n_movables, const WorkerPool& workers, ContactScratch& 
 
 void find_contacts(const DetectionInput& input, ContactScratch& scratch, std::vector<Contact>& out) {
     const size_t n = n_movables(input);
-    assert(input.velocity.size() == n && (input.angular_velocity.empty() || input.angular_velocity.size() == n));
+    SUNDER_ASSERT(input.velocity.size() == n && (input.angular_velocity.empty() || input.angular_velocity.size() == n));
+    SUNDER_ASSERT(input.pinned.size() <= n && (input.fixed.empty() || input.fixed.size() == n));
+    SUNDER_ASSERT(input.duration >= 0 && input.margin > 0);
     const WorkerPool alone(1);
     const WorkerPool& workers = input.workers ? *input.workers : alone;
     const DetectionInput in = prepared(input, workers, scratch);

@@ -27,7 +27,7 @@ struct DetectionInput {
     std::span<const double> corners;            // by which they reach planes before their ellipsoids (n_particles), m
     std::span<const uint32_t> body;             // (n_particles), or empty: one body
     std::span<const uint8_t> pinned;            // (n_movables), or fewer; two driven things give no contact
-    std::span<const uint32_t> piece;            // by first particle (n_particles), or empty: not known
+    std::span<const PieceId> piece;             // by first particle (n_particles), or empty: not known
     LiveRings rings;                            // particles near one another in it give no contact
     bool self_collision = true;                 // particles of one body against one another
     std::span<const PlacedShape> rigid_bodies;  // spheres or boxes (n_rigid_bodies)
@@ -58,12 +58,13 @@ struct ContactScratch {
     std::vector<Sym3> support;    // (n_particles)
     std::vector<std::vector<Contact>> chunks;
     std::vector<Contact> found;
-    std::vector<uint32_t> order, begin;  // of `found`; where those of each movable begin
+    std::vector<ContactId> order;  // of `found`
+    std::vector<uint32_t> begin;   // where those of each movable begin in it
 
     /// Call when a state was set from outside.
     void reset() { between.reset(), within.reset(); }
     /// Call when particles were numbered anew (PiecePairs::renumber).
-    void renumber(std::span<const uint32_t> former) { between.renumber(former), within.renumber(former); }
+    void renumber(std::span<const ParticleId> former) { between.renumber(former), within.renumber(former); }
     /// Call when edges broke.
     void edges_broke() { between.edges_broke(), within.edges_broke(); }
 };

@@ -2,34 +2,34 @@
 #pragma once
 
 #include <algorithm>
-#include <cassert>
 
 #include "solver/collision/detection.h"
 #include "solver/collision/first_touch.h"
 #include "solver/collision/support_ascent.h"
+#include "solver/data/invariant.h"
 
 namespace sunder::detail {
 
 inline constexpr double kRounding = 1e-9;  // boxes are grown by this share, so that no contact is lost to rounding
 
 inline size_t n_movables(const DetectionInput& in) { return in.particles.size() + in.rigid_bodies.size(); }
-inline bool is_particle(const DetectionInput& in, uint32_t i) { return i < in.particles.size(); }
-inline bool is_driven(const DetectionInput& in, uint32_t i) { return i < in.pinned.size() && in.pinned[i]; }
-inline const PlacedShape& rigid(const DetectionInput& in, uint32_t i) {
+inline bool is_particle(const DetectionInput& in, MovableIndex i) { return i < in.particles.size(); }
+inline bool is_driven(const DetectionInput& in, MovableIndex i) { return i < in.pinned.size() && in.pinned[i]; }
+inline const PlacedShape& rigid(const DetectionInput& in, MovableIndex i) {
     return in.rigid_bodies[i - in.particles.size()];
 }
 
-inline Vec3 angular_velocity(const DetectionInput& in, uint32_t i) {
+inline Vec3 angular_velocity(const DetectionInput& in, MovableIndex i) {
     return in.angular_velocity.empty() ? Vec3(Vec3::Zero()) : in.angular_velocity[i];
 }
 
-inline const Vec3& center(const DetectionInput& in, uint32_t i) {
+inline const Vec3& center(const DetectionInput& in, MovableIndex i) {
     return is_particle(in, i) ? in.particles.center[i] : rigid(in, i).pose.position;
 }
 
 /// How far turning through the step may carry the surface towards something, m: no more than the farthest point of the
 /// surface is beyond the nearest.
-inline double turning_reach(const DetectionInput& in, uint32_t i) {
+inline double turning_reach(const DetectionInput& in, MovableIndex i) {
     if (!in.turning.empty()) return in.turning[i];
     const double angle = angular_velocity(in, i).norm() * in.duration;
     if (angle == 0) return 0;
@@ -51,15 +51,15 @@ inline Vec3 shift_seen_from(const Pose& begin, const Pose& end, const Vec3& x, c
     return begin.apply(end.inverse_apply(x + shift)) - x;
 }
 
-inline Sym3 support_matrix(const DetectionInput& in, uint32_t i) {
+inline Sym3 support_matrix(const DetectionInput& in, MovableIndex i) {
     if (!in.support.empty()) return in.support[i];
     return to_sym(support_matrix(in.particles.axes(i), in.particles.radii[i]));
 }
 
 /// Holds movable i through the step, as sweep_boxes tells.
-Aabb swept_box(const DetectionInput& in, uint32_t i, const Vec3& frame);
+Aabb swept_box(const DetectionInput& in, MovableIndex i, const Vec3& frame);
 
-inline void add(uint32_t a, uint32_t b, const Separation& s, std::vector<Contact>& out) {
+inline void add(MovableId a, MovableId b, const Separation& s, std::vector<Contact>& out) {
     Contact c;
     c.a = a;
     c.b = b;
@@ -72,7 +72,7 @@ inline void add(uint32_t a, uint32_t b, const Separation& s, std::vector<Contact
 
 /// One contact at most, for pairs with a particle in them. `at(offset)`: separation with a moved by `offset`.
 template <class SeparationAt>
-void add_single(uint32_t a, uint32_t b, const SeparationAt& at, const Vec3& shift, double reach,
+void add_single(MovableId a, MovableId b, const SeparationAt& at, const Vec3& shift, double reach,
                 std::vector<Contact>& out) {
     Separation s;
     double share;
@@ -80,7 +80,7 @@ void add_single(uint32_t a, uint32_t b, const SeparationAt& at, const Vec3& shif
 }
 
 /// Rigid bodies: all points of the manifold at the first touch that the step can close.
-inline void add_manifold(uint32_t a, uint32_t b, PlacedShape shape_a, const PlacedShape& shape_b, const Vec3& shift,
+inline void add_manifold(MovableId a, MovableId b, PlacedShape shape_a, const PlacedShape& shape_b, const Vec3& shift,
                          double reach, std::vector<Contact>& out) {
     const Vec3 start = shape_a.pose.position;
     const auto manifold_at = [&](const Vec3& offset) {
@@ -89,7 +89,7 @@ inline void add_manifold(uint32_t a, uint32_t b, PlacedShape shape_a, const Plac
     };
     const auto deepest_at = [&](const Vec3& offset) {
         const Manifold m = manifold_at(offset);
-        assert(m.count > 0);
+        SUNDER_ASSERT(m.count > 0);
         int least = 0;
         for (int k = 1; k < m.count; ++k)
             if (m.points[k].gap < m.points[least].gap) least = k;

@@ -1,11 +1,11 @@
 #include "solver/collision/grid_distance.h"
 
 #include <algorithm>
-#include <cassert>
 #include <span>
 
 #include "solver/collision/grid_box_contacts.h"
 #include "solver/collision/grid_trace.h"
+#include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 
 namespace sunder {
@@ -204,7 +204,7 @@ Manifold ellipsoid_grid_contacts(const Ellipsoid& a, const SignedDistanceGrid& g
 }
 
 Manifold rigid_grid_contacts(const PlacedShape& a, const SignedDistanceGrid& grid, const Pose& pose, double within) {
-    assert(a.shape.kind == ShapeKind::sphere || a.shape.kind == ShapeKind::box);
+    SUNDER_ASSERT(a.shape.kind == ShapeKind::sphere || a.shape.kind == ShapeKind::box);
     Manifold m;
     if (a.shape.kind == ShapeKind::sphere) {
         const Ellipsoid ball{a.pose.position, Mat3::Identity(), Vec3::Constant(a.shape.radius)};

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "solver/collision/ellipsoid_distance.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -53,7 +54,7 @@ Four lengths(const FourMatrices& M, const FourPoints& p) {
 // The farthest that a point of the hull is outside, by the way to the surface along its own direction: |p| - |p| / t,
 // t being how many times as far as the surface it is. First for all in single precision, with an error of a few
 // roundings of |F_P| |B| |x|^2 and |F_P| |x| (B: into the ball) where t is 1 or more, then for those that may be it.
-double farthest_outside(const SimulationMesh& rest, uint32_t i, const Mat3& F_P) {
+double farthest_outside(const SimulationMesh& rest, ParticleIndex i, const Mat3& F_P) {
     constexpr float kError = 4e-6f;  // some sixty roundings, of which sums of three products have ten
     const std::span<const Vec3f> hull = rest.hull(i);
     const auto exactly = [&](const Vec3f& x) {
@@ -115,7 +116,7 @@ float farthest_along(const Vec3f& direction, std::span<const Vec3f> points) {
 
 }  // namespace
 
-double standing_out(const SimulationMesh& rest, uint32_t i, const Mat3& F_P, const Vec3& direction) {
+double standing_out(const SimulationMesh& rest, ParticleIndex i, const Mat3& F_P, const Vec3& direction) {
     const std::span<const Vec3f> hull = rest.hull(i);
     if (hull.empty()) return 0;
     const Vec3f along = (F_P.transpose() * direction).cast<float>();
@@ -134,7 +135,8 @@ void rest_gaps(const SimulationMesh& rest, std::span<const std::pair<uint32_t, u
     }
 }
 
-void HullReach::renumber(std::span<const uint32_t> former) {
+void HullReach::renumber(std::span<const ParticleId> former) {
+    SUNDER_ASSERT(reach_.size() >= found_for_.size());
     const std::vector<uint64_t> found_for = std::move(found_for_);
     const std::vector<double> reach = std::move(reach_);
     found_for_.assign(former.size(), 0), reach_.resize(former.size());
@@ -145,6 +147,7 @@ void HullReach::renumber(std::span<const uint32_t> former) {
 }
 
 void HullReach::update(const SimulationMesh& rest, std::span<const Mat3> F_P, const WorkerPool& workers) {
+    SUNDER_ASSERT(F_P.size() == rest.n_particles() && rest.radii.size() == F_P.size());
     constexpr size_t kGrain = 256;
     if (found_for_.size() != F_P.size()) {
         found_for_.assign(F_P.size(), 0);
@@ -155,7 +158,7 @@ void HullReach::update(const SimulationMesh& rest, std::span<const Mat3> F_P, co
             const uint64_t key = plastic_key(F_P[i]);
             if (found_for_[i] == key) continue;
             found_for_[i] = key;
-            reach_[i] = farthest_outside(rest, static_cast<uint32_t>(i), F_P[i]);
+            reach_[i] = farthest_outside(rest, i, F_P[i]);
         }
     });
 }

@@ -15,7 +15,7 @@ namespace sunder {
 /// particle is not turned), m; less than 0 where the hull is farther, 0 where it is not known. The hull flows with the
 /// material, the ellipsoid does not. Things that lie on one another touch with their faces: along the normal of a
 /// contact both may come so much closer than their ellipsoids.
-double standing_out(const SimulationMesh& rest, uint32_t i, const Mat3& F_P, const Vec3& direction);
+double standing_out(const SimulationMesh& rest, ParticleIndex i, const Mat3& F_P, const Vec3& direction);
 
 /// The gaps of the ellipsoids of pairs of particles at rest, m; negative: they overlap, as those of neighbours do.
 /// Writes out (n_pairs).
@@ -27,7 +27,7 @@ public:
     /// Call when particles are others than before.
     void reset() { found_for_.clear(); }
     /// Call when particles were numbered anew; `former` (n_particles): as who they were known before, or kNone.
-    void renumber(std::span<const uint32_t> former);
+    void renumber(std::span<const ParticleId> former);
     /// Call at the start of a substep.
     void update(const SimulationMesh& rest, std::span<const Mat3> plastic_deformation, const WorkerPool& workers);
 

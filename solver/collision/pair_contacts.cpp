@@ -65,7 +65,7 @@ public:
                 a.center += offset;
                 return ellipsoid_distance(a, in_.particles[j]);
             };
-            add_single(i, j, at, shift_[k], reach_[k], out);
+            add_single(MovableId(i), MovableId(j), at, shift_[k], reach_[k], out);
         }
         n_ = 0;
     }
@@ -109,9 +109,10 @@ void contacts_of_pairs(const DetectionInput& in, std::span<const Aabb> boxes, st
                     return ellipsoid_shape_distance(a, b);
                 };
                 const Vec3 shift = shift_seen_from(b.pose, pose_after(in, j), center(in, i), h * in.velocity[i]);
-                add_single(i, j, at, shift, reach, out);
+                add_single(MovableId(i), MovableId(j), at, shift, reach, out);
             } else {
-                add_manifold(i, j, rigid(in, i), rigid(in, j), h * (in.velocity[i] - in.velocity[j]), reach, out);
+                add_manifold(MovableId(i), MovableId(j), rigid(in, i), rigid(in, j),
+                             h * (in.velocity[i] - in.velocity[j]), reach, out);
             }
         }
     }

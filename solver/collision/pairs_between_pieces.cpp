@@ -5,11 +5,12 @@
 #include <cmath>
 
 #include "solver/collision/rank.h"
+#include "solver/data/ids.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
 
-constexpr uint32_t kNone = 0xffffffffu;
 constexpr size_t kGrain = 256;          // fewest a thread is worth waking for
 constexpr double kSkin = 0.15;          // of a box: how much it is grown on every side
 constexpr uint32_t kManyPartners = 16;  // a piece that meets more is not asked for each which of it meets it
@@ -44,18 +45,19 @@ Vec3 common_way(std::span<const Aabb> from, std::span<const Aabb> to) {
 
 }  // namespace
 
-void PairsBetweenPieces::renumber(std::span<const uint32_t> former) {
+void PairsBetweenPieces::renumber(std::span<const ParticleId> former) {
     are_known_ = false, is_renumbered_ = true;
     if (grown_.empty()) return;
+    SUNDER_ASSERT(with_.size() == grown_.size());
     std::vector<uint32_t> now(n_remembered_particles_, kNone);
     for (uint32_t i = 0; i < former.size(); ++i)
         if (former[i] < now.size()) now[former[i]] = i;
     const auto now_of = [&](uint32_t i) { return i < now.size() ? now[i] : kNone; };
     const std::vector<Aabb> grown = std::move(grown_);
-    const std::vector<uint32_t> with = std::move(with_);
-    grown_.assign(former.size(), Aabb()), with_.assign(former.size(), kNone);
+    const std::vector<MovableId> with = std::move(with_);
+    grown_.assign(former.size(), Aabb()), with_.assign(former.size(), MovableId::none());
     for (uint32_t i = 0; i < former.size(); ++i)
-        if (former[i] < now.size()) grown_[i] = grown[former[i]], with_[i] = now_of(with[former[i]]);
+        if (former[i] < now.size()) grown_[i] = grown[former[i]], with_[i] = MovableId(now_of(with[former[i]]));
     n_remembered_particles_ = former.size();
     std::erase_if(pairs_, [&](Pair& pair) {
         pair = {now_of(pair.first), now_of(pair.second)};
@@ -63,31 +65,32 @@ void PairsBetweenPieces::renumber(std::span<const uint32_t> former) {
     });
 }
 
-void PairsBetweenPieces::take_pieces(std::span<const uint32_t> piece, size_t n_movables) {
-    item_.assign(piece.begin(), piece.end());
+void PairsBetweenPieces::take_pieces(std::span<const PieceId> piece, size_t n_movables) {
+    piece_.assign(piece.begin(), piece.end());
     uint32_t n_items = 0;
-    for (const uint32_t p : piece) n_items = std::max(n_items, p + 1);
-    for (size_t i = piece.size(); i < n_movables; ++i) item_.push_back(n_items++);
+    for (const PieceId p : piece) n_items = std::max(n_items, p + 1);
+    for (size_t i = piece.size(); i < n_movables; ++i) piece_.push_back(PieceId(n_items++));
     begin_.assign(n_items + 1, 0);
-    for (const uint32_t p : item_) ++begin_[p + 1];
+    for (const PieceId p : piece_) ++begin_[p + 1];
     for (uint32_t p = 0; p < n_items; ++p) begin_[p + 1] += begin_[p];
-    member_.resize(item_.size());
+    member_.resize(piece_.size());
     std::vector<uint32_t> next(begin_.begin(), begin_.end() - 1);
-    for (uint32_t i = 0; i < item_.size(); ++i) member_[next[item_[i]]++] = i;
+    for (MovableId i(0); i < piece_.size(); ++i) member_[next[piece_[i]]++] = i;
 }
 
-std::span<const Pair> PairsBetweenPieces::update(std::span<const Aabb> boxes, std::span<const uint32_t> piece,
+std::span<const Pair> PairsBetweenPieces::update(std::span<const Aabb> boxes, std::span<const PieceId> piece,
                                                  PairFilter filter, const WorkerPool& workers) {
+    SUNDER_ASSERT(piece.size() <= boxes.size() && (!are_known_ || piece_.size() == boxes.size()));
     if (self_collision_ != filter.self_collision) reset();
     self_collision_ = filter.self_collision;
     const size_t n = boxes.size();
     if (!are_known_) take_pieces(piece, n);
     are_known_ = true;
     if (begin_.size() <= 2) return {};  // a single piece
-    filter.item = item_;
+    filter.item = numbers(std::span<const PieceId>(piece_));
     filter.rings = {};  // those of different pieces hold nothing in common
     if (!grown_.empty()) {
-        grown_.resize(n), with_.resize(n, kNone);
+        grown_.resize(n), with_.resize(n);
         n_remembered_particles_ = piece.size();
         ++age_;
         const size_t n_left = find_who_left(boxes, workers);
@@ -108,7 +111,7 @@ size_t PairsBetweenPieces::find_who_left(std::span<const Aabb> boxes, const Work
     origin_ = common_way(grown_, boxes);
     has_left_.resize(boxes.size());
     workers.for_range(boxes.size(), kGrain, [&](size_t first, size_t last) {
-        for (uint32_t i = static_cast<uint32_t>(first); i < last; ++i)
+        for (size_t i = first; i < last; ++i)
             has_left_[i] = with_[i] != first_of_piece(i) || !holds(grown_[i], moved(boxes[i], -origin_));
     });
     return static_cast<size_t>(std::ranges::count(has_left_, uint8_t{1}));
@@ -119,7 +122,7 @@ void PairsBetweenPieces::find_again(std::span<const Aabb> boxes, const PairFilte
     constexpr size_t kChunk = 16;
     std::erase_if(pairs_, [&](const Pair& pair) { return has_left_[pair.first] || has_left_[pair.second]; });
     left_.clear();
-    for (uint32_t i = 0; i < boxes.size(); ++i) {
+    for (MovableId i(0); i < boxes.size(); ++i) {
         if (!has_left_[i]) continue;
         grown_[i] = grown(moved(boxes[i], -origin_)), with_[i] = first_of_piece(i);
         if (is_usable(grown_[i])) left_.push_back(i);
@@ -128,14 +131,14 @@ void PairsBetweenPieces::find_again(std::span<const Aabb> boxes, const PairFilte
     of_pieces_.usable.resize(box_.size());
     for (size_t p = 0; p < box_.size(); ++p) of_pieces_.usable[p] = is_usable(box_[p]);
     of_pieces_.sweep.sort(box_, of_pieces_.usable, workers);
-    const auto find = [&](uint32_t i, std::vector<uint32_t>& met, std::vector<Pair>& out) {
+    const auto find = [&](MovableId i, std::vector<uint32_t>& met, std::vector<Pair>& out) {
         const Aabb& own = grown_[i];
         of_pieces_.sweep.find_with(own, met);
         for (const uint32_t p : met) {
-            if (p == item_[i]) continue;
-            for (const uint32_t j : members(p))
+            if (p == piece_[i]) continue;
+            for (const MovableId j : members(p))
                 if (overlap(own, grown_[j]) && !(has_left_[j] && j < i) && filter.is_possible(i, j))
-                    out.push_back({std::min(i, j), std::max(i, j)});
+                    out.push_back(std::minmax(i.value, j.value));
         }
     };
     const size_t n_chunks = (left_.size() + kChunk - 1) / kChunk;
@@ -158,7 +161,7 @@ void PairsBetweenPieces::bound_pieces(std::span<const Aabb> boxes, const WorkerP
         };
         for (size_t p = piece_from(begin), last = piece_from(end); p < last; ++p) {
             box_[p] = Aabb();
-            for (const uint32_t i : members(p)) box_[p].extend(boxes[i].min), box_[p].extend(boxes[i].max);
+            for (const MovableId i : members(p)) box_[p].extend(boxes[i].min), box_[p].extend(boxes[i].max);
         }
     });
 }
@@ -175,7 +178,7 @@ void PairsBetweenPieces::find_all(std::span<const Aabb> exact, const PairFilter&
         grown_.resize(n), with_.resize(n);
         workers.for_range(n, kGrain, [&](size_t first, size_t last) {
             for (size_t i = first; i < last; ++i)
-                grown_[i] = grown(exact[i]), with_[i] = first_of_piece(static_cast<uint32_t>(i));
+                grown_[i] = grown(exact[i]), with_[i] = first_of_piece(i);
         });
         boxes = grown_;
     }
@@ -190,7 +193,7 @@ void PairsBetweenPieces::find_all(std::span<const Aabb> exact, const PairFilter&
     const auto expose = [&](uint32_t p, const Aabb& to) {
         if (partners_[p] == 0) return;  // all of it is
         const bool all = partners_[p] > kManyPartners;
-        for (const uint32_t i : members(p))
+        for (const MovableId i : members(p))
             if (all || overlap(boxes[i], to)) exposed_[i] = boxes[i];
         if (all) partners_[p] = 0;
     };

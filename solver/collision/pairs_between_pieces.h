@@ -21,36 +21,37 @@ public:
     void edges_broke() { are_known_ = false; }
     /// Call when particles were numbered anew; `former` (n_particles): as who they were known before, or kNone;
     /// ascending.
-    void renumber(std::span<const uint32_t> former);
+    void renumber(std::span<const ParticleId> former);
 
     /// Superset of the pairs of movables of different pieces whose `boxes` (n_movables) overlap, but for those that
     /// `filter` excludes, each once, first < second, in no order. `piece` (n_particles) numbers pieces from 0; until
     /// the next reset it only loses edges.
-    std::span<const Pair> update(std::span<const Aabb> boxes, std::span<const uint32_t> piece, PairFilter filter,
+    std::span<const Pair> update(std::span<const Aabb> boxes, std::span<const PieceId> piece, PairFilter filter,
                                  const WorkerPool& workers);
 
     size_t n_rebuilds() const { return n_rebuilds_; }
 
 private:
-    void take_pieces(std::span<const uint32_t> piece, size_t n_movables);
+    void take_pieces(std::span<const PieceId> piece, size_t n_movables);
     size_t find_who_left(std::span<const Aabb> boxes, const WorkerPool& workers);
     void find_again(std::span<const Aabb> boxes, const PairFilter& filter, const WorkerPool& workers);
     void find_all(std::span<const Aabb> boxes, const PairFilter& filter, const WorkerPool& workers);
     void bound_pieces(std::span<const Aabb> boxes, const WorkerPool& workers);
-    std::span<const uint32_t> members(size_t piece) const {
+    std::span<const MovableId> members(PieceIndex piece) const {
         return std::span(member_).subspan(begin_[piece], begin_[piece + 1] - begin_[piece]);
     }
-    uint32_t first_of_piece(uint32_t i) const { return member_[begin_[item_[i]]]; }
+    MovableId first_of_piece(MovableIndex i) const { return member_[begin_[piece_[i]]]; }
 
     bool are_known_ = false, is_renumbered_ = false, self_collision_ = true;
-    std::vector<uint32_t> item_;            // the piece of each movable (n_movables)
-    std::vector<uint32_t> begin_, member_;  // movables, piece after piece
-    std::vector<Aabb> box_;                 // of pieces (n_pieces and rigid bodies)
+    std::vector<PieceId> piece_;     // of each movable (n_movables)
+    std::vector<uint32_t> begin_;    // of pieces in `member_`
+    std::vector<MovableId> member_;  // piece after piece
+    std::vector<Aabb> box_;          // of pieces (n_pieces and rigid bodies)
     std::vector<Pair> pairs_;
 
     Vec3 origin_ = Vec3::Zero();     // of the frame in which boxes were grown, m
     std::vector<Aabb> grown_;        // (n_movables), or empty: nothing is remembered
-    std::vector<uint32_t> with_;     // the first of its piece when its pairs were found (as grown_)
+    std::vector<MovableId> with_;    // the first of its piece when its pairs were found (as grown_)
     std::vector<uint8_t> has_left_;  // (as grown_)
     size_t n_remembered_particles_ = 0;
     int age_ = 0, pause_ = 0;  // updates since all pairs were found; that nothing is to be remembered yet
@@ -60,8 +61,8 @@ private:
     std::vector<Aabb> exposed_;       // what meets another piece's box, else empty (n_movables)
     OverlapScratch of_pieces_, of_movables_;
     std::vector<Pair> meetings_;
-    std::vector<uint32_t> left_;              // movables
-    std::vector<std::vector<uint32_t>> met_;  // by each thread
+    std::vector<MovableId> left_;
+    std::vector<std::vector<uint32_t>> met_;  // pieces, by each thread
 };
 
 }  // namespace sunder

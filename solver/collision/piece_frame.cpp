@@ -41,12 +41,12 @@ std::array<double, kNumbers> sum_over(size_t n_blocks, const WorkerPool& workers
 
 const PieceFrameKernels& piece_frame_kernels() { return SUNDER_BEST_KERNELS(kPieceFrameKernels); }
 
-PieceFrame::PieceFrame(const PieceFrameKernels& kernels, const ParticleMotion& motion, std::span<const uint32_t> member,
-                       const Quat& turn, const WorkerPool& workers)
+PieceFrame::PieceFrame(const PieceFrameKernels& kernels, const ParticleMotion& motion,
+                       std::span<const ParticleId> member, const Quat& turn, const WorkerPool& workers)
     : kernels_(kernels),
       workers_(workers),
-      particles_{member.data(), member.size(), numbers(motion.position.data()), numbers(motion.velocity.data()),
-                 motion.radius.data()} {
+      particles_{sunder::numbers(member).data(), member.size(), numbers(motion.position.data()),
+                 numbers(motion.velocity.data()), motion.radius.data()} {
     motion_.duration = motion.duration;
     find_rigid_motion(motion.position[member.front()], motion.velocity[member.front()]);
     set_turn(turn);

@@ -24,8 +24,8 @@ const PieceFrameKernels& piece_frame_kernels();
 /// over them run in stored order, however many there are.
 class PieceFrame {
 public:
-    /// `member`: particles (1 or more); `turn`: of the frame.
-    PieceFrame(const PieceFrameKernels& kernels, const ParticleMotion& motion, std::span<const uint32_t> member,
+    /// `member`: 1 or more; `turn`: of the frame.
+    PieceFrame(const PieceFrameKernels& kernels, const ParticleMotion& motion, std::span<const ParticleId> member,
                const Quat& turn, const WorkerPool& workers);
 
     /// Turns the frame so that members are nearest to where they are `remembered` (as member, about their centre, m).

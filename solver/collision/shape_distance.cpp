@@ -1,12 +1,12 @@
 #include "solver/collision/shape_distance.h"
 
 #include <algorithm>
-#include <cassert>
 #include <limits>
 
 #include "solver/collision/box_contacts.h"
 #include "solver/collision/grid_distance.h"
 #include "solver/collision/support_ascent.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -187,7 +187,7 @@ Separation ellipsoid_shape_distance(const Ellipsoid& a, const PlacedShape& b) {
         case ShapeKind::mesh:
             return ellipsoid_grid_contacts(a, *shape.grid, b.pose).points[0];
     }
-    assert(false);
+    SUNDER_ASSERT(!"a shape of another kind");
     return {};
 }
 
@@ -213,7 +213,7 @@ Separation point_shape_distance(const Vec3& point, const PlacedShape& b) {
         case ShapeKind::mesh:
             return point_grid_distance(point, *shape.grid, b.pose);
     }
-    assert(false);
+    SUNDER_ASSERT(!"a shape of another kind");
     return {};
 }
 
@@ -224,7 +224,7 @@ Manifold rigid_contacts(const PlacedShape& a, const PlacedShape& b) {
         m.add(grown(point_shape_distance(a.pose.position, b), a.shape.radius));
         return m;
     }
-    assert(a.shape.kind == ShapeKind::box);
+    SUNDER_ASSERT(a.shape.kind == ShapeKind::box);
     switch (b.shape.kind) {
         case ShapeKind::plane:
             return box_plane(a, b.pose);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "solver/data/invariant.h"
+
 namespace sunder {
 namespace {
 
@@ -18,13 +20,13 @@ public:
     uint32_t put(const BatchMember& m) {
         uint64_t clashes = 0;
         for (uint32_t thing : m.touches)
-            if (thing != BatchMember::kNone) clashes |= taken_[thing];
+            if (thing != kNone) clashes |= taken_[thing];
         // The longest open ones first; they begin at `next_`.
         const uint64_t fits = std::rotr(open_ & ~clashes, static_cast<int>(next_));
         const uint32_t k = fits ? (static_cast<uint32_t>(std::countr_zero(fits)) + next_) % kOpen : begin_batch();
         Batch& batch = batches_[k];
         for (uint32_t thing : m.touches) {
-            if (thing == BatchMember::kNone) continue;
+            if (thing == kNone) continue;
             taken_[thing] |= uint64_t{1} << k;
             batch.things[batch.n_things++] = thing;
         }
@@ -75,9 +77,10 @@ void ContactBatches::open(size_t n_members, size_t n_islands, size_t n_things) {
     lane.resize(n_members);
 }
 
-void ContactBatches::form(uint32_t island, std::span<const BatchMember> members, uint32_t first) {
+void ContactBatches::form(IslandId island, std::span<const BatchMember> members, uint32_t first) {
+    SUNDER_ASSERT(island < count_.size() && first + members.size() <= lane.size());
     OpenBatches open(taken_);
-    std::fill_n(lane.begin() + first, members.size(), BatchMember::kNone);
+    std::fill_n(lane.begin() + first, members.size(), kNone);
     for (const BatchMember::Kind kind : {BatchMember::Kind::pushes, BatchMember::Kind::idle})
         for (uint32_t k = 0; k < members.size(); ++k)
             if (members[k].kind == kind) lane[first + k] = open.put(members[k]);
@@ -90,11 +93,12 @@ void ContactBatches::lay_out() {
     member.resize(size_t{kLanes} * offset.back());
 }
 
-void ContactBatches::place(uint32_t island, uint32_t first, uint32_t end) {
+void ContactBatches::place(IslandId island, uint32_t first, uint32_t end) {
+    SUNDER_ASSERT(island + size_t{1} < offset.size() && first <= end && end <= lane.size());
     const uint32_t begin = kLanes * offset[island];
-    std::fill(member.begin() + begin, member.begin() + kLanes * offset[island + 1], BatchMember::kNone);
+    std::fill(member.begin() + begin, member.begin() + kLanes * offset[island + 1], kNone);
     for (uint32_t k = first; k < end; ++k)
-        if (lane[k] != BatchMember::kNone) member[lane[k] += begin] = k;
+        if (lane[k] != kNone) member[lane[k] += begin] = k;
 }
 
 }  // namespace sunder

@@ -6,20 +6,21 @@
 #include <span>
 #include <vector>
 
+#include "solver/data/ids.h"
+
 namespace sunder {
 
 /// What a contact asks of the other seven: that they touch none of the same things.
 struct BatchMember {
-    static constexpr uint32_t kNone = 0xffffffffu;
     enum class Kind : uint8_t { pushes, idle, left_out };
     std::array<uint32_t, 4> touches = {kNone, kNone, kNone, kNone};
     Kind kind = Kind::left_out;
 };
 
 struct ContactBatches {
-    std::vector<uint32_t> member;  // eight lanes a batch; BatchMember::kNone: empty  (8 n_batches)
-    std::vector<uint32_t> offset;  // of islands, in batches                         (n_islands + 1)
-    std::vector<uint32_t> lane;    // of members: 8 batch + lane, or kNone           (n_members)
+    std::vector<uint32_t> member;  // eight lanes a batch; kNone: empty     (8 n_batches)
+    std::vector<uint32_t> offset;  // of islands, in batches                (n_islands + 1)
+    std::vector<uint32_t> lane;    // of members: 8 batch + lane, or kNone  (n_members)
 
     size_t size() const { return member.size() / 8; }
 
@@ -30,11 +31,11 @@ struct ContactBatches {
     /// Batches of an island, whose contacts are `members` from `first` on; no two islands touch the same. Each contact
     /// goes into the first batch that has room for it of the 64 that were begun last, those that push before those that
     /// are idle, so that batches of idle ones can be passed over.
-    void form(uint32_t island, std::span<const BatchMember> members, uint32_t first);
+    void form(IslandId island, std::span<const BatchMember> members, uint32_t first);
 
     void lay_out();
 
-    void place(uint32_t island, uint32_t first, uint32_t end);
+    void place(IslandId island, uint32_t first, uint32_t end);
 
 private:
     std::vector<uint64_t> taken_;  // in which open batches a thing is touched (n_things)

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solver/contacts/contact_response.h"
+#include "solver/data/ids.h"
 #include "solver/threads/parallel.h"
 
 namespace sunder {
@@ -13,28 +14,27 @@ namespace sunder {
 /// Contacts of one island move nothing that those of another touch, so that each is solved by itself and ends when it
 /// is done. Colliders join nothing. What islands touch is listed island after island, so that it can be packed.
 struct ContactIslands {
-    static constexpr uint32_t kNone = 0xffffffffu;
-    std::vector<uint32_t> contact;         // in each island in stored order                        (n_contacts)
+    std::vector<ContactId> contact;        // in each island in stored order                        (n_contacts)
     std::vector<uint32_t> offset;          // of islands in `contact`                               (n_islands + 1)
-    std::vector<uint32_t> piece;           // that an island's contacts push
+    std::vector<PieceId> piece;            // that an island's contacts push
     std::vector<uint32_t> piece_offset;    // (n_islands + 1)
-    std::vector<uint32_t> movable;         // likewise
+    std::vector<MovableId> movable;        // likewise
     std::vector<uint32_t> movable_offset;  // (n_islands + 1)
     // Where in `piece` and `movable` one is, or kNone (n_pieces, n_movables).
     std::vector<uint32_t> piece_slot, movable_slot;
     // Islands, share after share of what threads begin with, in each those with most contacts first: an island is in
     // the share that its things have of all.
-    std::vector<uint32_t> by_share;  // (n_islands)
+    std::vector<IslandId> by_share;  // (n_islands)
     std::vector<uint32_t> share;     // offsets in by_share                                   (n_shares + 1)
 
     size_t size() const { return offset.size() - 1; }
-    std::span<const uint32_t> contacts_of(uint32_t island) const {
+    std::span<const ContactId> contacts_of(IslandId island) const {
         return std::span(contact).subspan(offset[island], offset[island + 1] - offset[island]);
     }
-    std::span<const uint32_t> pieces_of(uint32_t island) const {
+    std::span<const PieceId> pieces_of(IslandId island) const {
         return std::span(piece).subspan(piece_offset[island], piece_offset[island + 1] - piece_offset[island]);
     }
-    std::span<const uint32_t> movables_of(uint32_t island) const {
+    std::span<const MovableId> movables_of(IslandId island) const {
         return std::span(movable).subspan(movable_offset[island], movable_offset[island + 1] - movable_offset[island]);
     }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "solver/contacts/depenetration.h"
+#include "solver/data/invariant.h"
 #include "solver/scene/scales.h"
 
 namespace sunder {
@@ -25,7 +26,7 @@ bool turns_as_a_whole(const ContactBodies& b, const Contact& c) {
 }
 
 // Of a touching point since the start of the substep, m.
-Vec3 motion_at(const ContactBodies& b, uint32_t i, const Vec3& arm) {
+Vec3 motion_at(const ContactBodies& b, MovableId i, const Vec3& arm) {
     return b.moving[i].x - b.start_position[i] + turned(b, i).cross(arm);
 }
 
@@ -46,6 +47,7 @@ double wanted_work(const ContactBodies& b, const ActiveContact& c) {
 void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, double h, double resting,
                 std::span<ActiveContact> io_contacts) {
     const auto pair_of = [](const auto& c) { return std::pair(c.a, c.b); };
+    SUNDER_ASSERT(h > 0 && resting >= 0);
     if (io_contacts.empty()) return;
     auto first = static_cast<size_t>(
         std::ranges::lower_bound(memory, pair_of(io_contacts.front().contact), {}, pair_of) - memory.begin());
@@ -71,15 +73,16 @@ void warm_start(const ContactBodies& b, std::span<const ContactMemory> memory, d
     }
 }
 
-void temper_warm_start(const ContactBodies& b, const ContactIslands& islands, uint32_t island, double h,
+void temper_warm_start(const ContactBodies& b, const ContactIslands& islands, IslandId island, double h,
                        double acceleration, std::span<PieceMotion> io_motion, std::span<ActiveContact> io_contacts) {
-    const auto push = [&](uint32_t i, const Vec3& arm, const Vec3& impulse, const Vec3& couple) {
+    SUNDER_ASSERT(h > 0 && island < islands.size() && io_motion.size() == b.pieces.size());
+    const auto push = [&](MovableId i, const Vec3& arm, const Vec3& impulse, const Vec3& couple) {
         PieceMotion& p = io_motion[b.piece[i]];
         p.shift += impulse;
         p.turn += (lever_of(b, i) + arm).cross(impulse) + couple;
     };
     const auto each = [&](const auto& body) {
-        for (const uint32_t k : islands.contacts_of(island))
+        for (const ContactId k : islands.contacts_of(island))
             if (io_contacts[k].impulse.normal > 0) body(io_contacts[k]);
     };
     each([&](const ActiveContact& c) {
@@ -88,14 +91,14 @@ void temper_warm_start(const ContactBodies& b, const ContactIslands& islands, ui
     });
     // Twice the energies, times the square of the substep, kg m2.
     double given = 0, there = 0;
-    for (const uint32_t p : islands.pieces_of(island)) {
+    for (const PieceId p : islands.pieces_of(island)) {
         PieceMotion& sum = io_motion[p];
         given +=
             b.pieces[p].inverse_mass * sum.shift.squaredNorm() + sum.turn.dot(b.pieces[p].inverse_inertia * sum.turn);
         sum = PieceMotion();
     }
     const double fall = fall_in_step(h, std::max(acceleration, kLeastAcceleration));
-    for (const uint32_t i : islands.movables_of(island))
+    for (const MovableId i : islands.movables_of(island))
         if (b.inverse_mass[i] > 0)
             there += ((b.moving[i].x - b.start_position[i]).squaredNorm() + fall * fall) / b.inverse_mass[i];
     if (given <= there) return;
@@ -109,6 +112,7 @@ void temper_warm_start(const ContactBodies& b, const ContactIslands& islands, ui
 void remember(const ContactBodies& b, std::span<const ActiveContact> contacts, double h, double acceleration,
               std::vector<ContactMemory>& o_memory) {
     o_memory.clear();
+    SUNDER_ASSERT(h > 0 && acceleration >= 0);
     for (const ActiveContact& c : contacts) {
         if (c.impulse.normal <= 0) continue;
         const double inverse_mass =

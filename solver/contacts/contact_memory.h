@@ -20,7 +20,7 @@ void warm_start(const ContactBodies& bodies, std::span<const ContactMemory> memo
 /// in a press, throw what they held where they no longer do: with pieces as wholes they would give more energy than
 /// there is in how the island moves and falls in the substep, and more than contacts want. As much of them is left as
 /// comes nearest to what contacts want. `io_motion` is scratch: zero, and left so (as pieces).
-void temper_warm_start(const ContactBodies& bodies, const ContactIslands& islands, uint32_t island, double h,
+void temper_warm_start(const ContactBodies& bodies, const ContactIslands& islands, IslandId island, double h,
                        double acceleration, std::span<PieceMotion> io_motion, std::span<ActiveContact> io_contacts);
 
 /// What lasts of the forces: of more than a contact had before, half as much again and what gravity may have put on the

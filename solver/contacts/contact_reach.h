@@ -15,11 +15,11 @@ struct ContactReach {
     double allowed = 0;  // it pushes at no wider gap, m
 };
 
-/// Indices of the contacts that may come to push within `h` seconds, ascending: those that are no farther apart than
+/// The contacts that may come to push within `h` seconds, ascending: those that are no farther apart than
 /// two and a half of `margin` (m) and the way of the fastest contact that either thing has, for what hits one of the
 /// two may throw it at the other. Neighbours lie in one another's ellipsoids, so that a quarter of what is found in
 /// rubble overlaps and is millimetres apart nonetheless. `reach`: as contacts.
-std::vector<uint32_t> in_reach(std::span<const Contact> contacts, std::span<const ContactReach> reach,
+std::vector<ContactId> in_reach(std::span<const Contact> contacts, std::span<const ContactReach> reach,
                                size_t n_movables, double h, double margin);
 
 }  // namespace sunder

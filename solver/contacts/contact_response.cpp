@@ -4,12 +4,13 @@
 #include <cmath>
 
 #include "solver/contacts/depenetration.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 
-Vec3 lever_of(const ContactBodies& b, uint32_t i) { return b.start_position[i] - b.pieces[b.piece[i]].center; }
+Vec3 lever_of(const ContactBodies& b, MovableIndex i) { return b.start_position[i] - b.pieces[b.piece[i]].center; }
 
-PushDivision divide_push(const ContactBodies& b, uint32_t i) {
+PushDivision divide_push(const ContactBodies& b, MovableIndex i) {
     const ContactPiece& p = b.pieces[b.piece[i]];
     if (b.inverse_mass[i] == 0) return {};
     if (p.rigid) return {b.inverse_mass[i], 0, 0, Vec3::Zero()};
@@ -17,7 +18,7 @@ PushDivision divide_push(const ContactBodies& b, uint32_t i) {
     return {s * b.inverse_mass[i], (1 - s) * p.inverse_mass, 1 - s, lever_of(b, i)};
 }
 
-Vec3 turned(const ContactBodies& b, uint32_t i) {
+Vec3 turned(const ContactBodies& b, MovableIndex i) {
     const ContactPiece& p = b.pieces[b.piece[i]];
     if (p.rigid || b.inverse_mass[i] > 0) return p.turned;
     return turned_by(b.moving[i].d * b.start_rotation[i].conjugate());
@@ -31,7 +32,7 @@ namespace {
 constexpr double kMostRecovery = 0.2, kRecoveryRate = 0.2 * 8 * 24;  // -, 1/s
 
 // What turns a touching point about its centre, as `turned` has it, rad/s.
-const Vec3& spin_of(const ContactBodies& b, std::span<const Vec3> angular_velocity, uint32_t i) {
+const Vec3& spin_of(const ContactBodies& b, std::span<const Vec3> angular_velocity, MovableIndex i) {
     const ContactPiece& p = b.pieces[b.piece[i]];
     return p.rigid || b.inverse_mass[i] == 0 ? angular_velocity[i] : p.spin;
 }
@@ -40,13 +41,15 @@ const Vec3& spin_of(const ContactBodies& b, std::span<const Vec3> angular_veloci
 
 void prepare_contacts(const ContactBodies& b, std::span<const Vec3> velocity, std::span<const Vec3> angular_velocity,
                       double h, double recovery_speed, std::span<ActiveContact> io_contacts) {
+    SUNDER_ASSERT(h > 0 && recovery_speed > 0);
+    SUNDER_ASSERT(velocity.size() == b.piece.size() && angular_velocity.size() == b.piece.size());
     const double share = std::min(kMostRecovery, kRecoveryRate * h);
     for (ActiveContact& c : io_contacts) {
-        const uint32_t i = c.contact.a;
+        const MovableId i = c.contact.a;
         c.arm_a = c.contact.point_a - b.start_position[i];
         Vec3 approach = velocity[i] + spin_of(b, angular_velocity, i).cross(c.arm_a);
         if (has_movable_b(c.contact)) {
-            const uint32_t j = c.contact.b;
+            const MovableId j = c.contact.b;
             c.arm_b = c.contact.point_b - b.start_position[j];
             approach -= velocity[j] + spin_of(b, angular_velocity, j).cross(c.arm_b);
         } else {
@@ -60,14 +63,15 @@ void prepare_contacts(const ContactBodies& b, std::span<const Vec3> velocity, st
 }
 
 void settle_velocities(const ContactBodies& b, double h, double threshold, std::span<const ActiveContact> contacts,
-                       std::span<const uint32_t> which, std::span<const Vec3> angular_velocity,
+                       std::span<const ContactId> which, std::span<const Vec3> angular_velocity,
                        std::span<Vec3> io_velocity, std::span<PieceVelocity> io_change) {
-    const auto velocity_at = [&](uint32_t i, const Vec3& arm) -> Vec3 {
+    SUNDER_ASSERT(h > 0 && io_velocity.size() == b.piece.size() && io_change.size() == b.pieces.size());
+    const auto velocity_at = [&](MovableId i, const Vec3& arm) -> Vec3 {
         const PieceVelocity& whole = io_change[b.piece[i]];
         return io_velocity[i] + whole.velocity + whole.turn.cross(lever_of(b, i)) +
                (spin_of(b, angular_velocity, i) + whole.spin).cross(arm);
     };
-    const auto push = [&](uint32_t i, const Vec3& arm, const Vec3& impulse) {
+    const auto push = [&](MovableId i, const Vec3& arm, const Vec3& impulse) {
         const PushDivision d = divide_push(b, i);
         const Mat3& J = b.pieces[b.piece[i]].inverse_inertia;
         const Vec3 by_arm = J * arm.cross(impulse), by_lever = J * d.lever.cross(impulse);
@@ -77,11 +81,11 @@ void settle_velocities(const ContactBodies& b, double h, double threshold, std::
         change.turn += by_arm + d.orbit_share * by_lever;
         change.spin += by_arm + by_lever;
     };
-    for (const uint32_t k : which) {
+    for (const ContactId k : which) {
         const ActiveContact& c = contacts[k];
         if (c.impulse.normal <= 0 || !(c.inverse_mass_normal > 0)) continue;
         const Vec3& n = c.contact.normal;
-        const uint32_t i = c.contact.a, j = c.contact.b;
+        const MovableId i = c.contact.a, j = c.contact.b;
         const bool movable = has_movable_b(c.contact);
         const Vec3 other = movable ? velocity_at(j, c.arm_b) : Vec3(c.collider_motion / h);
         const double speed = n.dot(velocity_at(i, c.arm_a) - other);

@@ -70,7 +70,7 @@ struct ActiveContact {
 /// The movable things of a step, indexed as Contact does: where they were and where they are.
 struct ContactBodies {
     std::span<const double> inverse_mass;  // 1/kg; held: 0
-    std::span<const uint32_t> piece;       // which of `pieces` a movable is part of
+    std::span<const PieceId> piece;        // which of `pieces` a movable is part of
     std::span<const Vec3> start_position;  // at the start of the substep, m
     std::span<const Quat> start_rotation;
     std::span<const MovingParticle> moving;
@@ -91,10 +91,10 @@ struct PushDivision {
     double own = 0, whole = 0, orbit_share = 0;
     Vec3 lever = Vec3::Zero();  // m
 };
-PushDivision divide_push(const ContactBodies& bodies, uint32_t movable);
+PushDivision divide_push(const ContactBodies& bodies, MovableIndex movable);
 
 /// From the centre of its piece to a movable's at the start of the substep, m.
-Vec3 lever_of(const ContactBodies& bodies, uint32_t movable);
+Vec3 lever_of(const ContactBodies& bodies, MovableIndex movable);
 
 /// By a rotation of less than a radian, to second order: rad.
 inline Vec3 turned_by(const Quat& rotation) { return rotation.vec() * (rotation.w() < 0 ? -2.0 : 2.0); }
@@ -104,7 +104,7 @@ inline Vec3 turned_by(const Quat& rotation) { return rotation.vec() * (rotation.
 /// particle's own turning, which goes its own way in soft bodies, friction did work on points that did not slip, and
 /// all that stood on the floor swayed for ever. Pieces that pins hold are turned by no push: there only pinned
 /// particles turn, as they are told.
-Vec3 turned(const ContactBodies& bodies, uint32_t movable);
+Vec3 turned(const ContactBodies& bodies, MovableIndex movable);
 
 inline bool has_movable_b(const Contact& c) { return !(c.b & Contact::kStatic); }
 
@@ -128,7 +128,7 @@ struct PieceVelocity {
 /// after the other (`which`). Changes particles' velocities by their own share; `io_change` (as pieces; zero to begin
 /// with) is to be given to all of a piece.
 void settle_velocities(const ContactBodies& bodies, double h, double threshold, std::span<const ActiveContact> contacts,
-                       std::span<const uint32_t> which, std::span<const Vec3> angular_velocity,
+                       std::span<const ContactId> which, std::span<const Vec3> angular_velocity,
                        std::span<Vec3> io_velocity, std::span<PieceVelocity> io_change);
 
 }  // namespace sunder

@@ -38,7 +38,7 @@ Vec3 ContactRound::motion(size_t place) const {
     return length_ * (lane_of(c.motion, lane) + moved(c, 0, lane) - moved(c, 1, lane));
 }
 
-void ContactRound::relax(uint32_t island, double enough) {
+void ContactRound::relax(IslandId island, double enough) {
     enough /= length_;
     const Range rows{batches_.offset[island], batches_.offset[island + 1]};
     const Range movables{islands_->movable_offset[island], islands_->movable_offset[island + 1]};
@@ -80,11 +80,11 @@ void ContactRound::relax(uint32_t island, double enough) {
 }
 
 // Of an island: what its contacts give to its movables.
-void ContactRound::end_contacts(uint32_t n) {
+void ContactRound::end_contacts(IslandId n) {
     for (uint32_t k = islands_->movable_offset[n]; k < islands_->movable_offset[n + 1]; ++k) given_[k] = Given();
     given_[islands_->movable.size() + n] = Given();
     for (uint32_t place = islands_->offset[n]; place < islands_->offset[n + 1]; ++place) {
-        if (batches_.lane[place] == BatchMember::kNone) continue;
+        if (batches_.lane[place] == kNone) continue;
         const ContactBatch& from = contacts_[batches_.lane[place] / kContactLanes];
         const uint32_t lane = batches_.lane[place] % kContactLanes;
         RoundContact& c = taken_[place];
@@ -109,12 +109,12 @@ void ContactRound::end_contacts(uint32_t n) {
 
 // What a held piece is pressed by moves with it: its mass is shared out to the particles that it presses on, as it
 // presses on them. So a step of both together is what matching finds, whatever the round gave them.
-void ContactRound::share_masses_out(uint32_t n) {
+void ContactRound::share_masses_out(IslandId n) {
     if (std::ranges::none_of(islands_->pieces_of(n), [&](uint32_t piece) { return b_.pieces[piece].is_held(); }))
         return;
     for (uint32_t place = islands_->offset[n]; place < islands_->offset[n + 1]; ++place) {
         const RoundContact& c = taken_[place];
-        if (batches_.lane[place] == BatchMember::kNone || !(c.normal_impulse > 0)) continue;
+        if (batches_.lane[place] == kNone || !(c.normal_impulse > 0)) continue;
         for (const int side : {0, 1}) {
             const uint32_t other = c.movable[1 - side] / kMovableStride;
             const double given_way =
@@ -125,7 +125,7 @@ void ContactRound::share_masses_out(uint32_t n) {
     }
 }
 
-void ContactRound::end(uint32_t n, std::span<RoundPush> io_push, std::span<PieceMotion> io_motion,
+void ContactRound::end(IslandId n, std::span<RoundPush> io_push, std::span<PieceMotion> io_motion,
                        std::span<double> io_brace) {
     end_contacts(n);
     if (which_ != Which::last) share_masses_out(n);
@@ -157,13 +157,13 @@ void ContactRound::end(uint32_t n, std::span<RoundPush> io_push, std::span<Piece
     }
 }
 
-ContactImpulse ContactRound::impulse(uint32_t island, size_t place) const {
+ContactImpulse ContactRound::impulse(IslandId island, size_t place) const {
     const RoundContact& c = taken_[place];
     const double unit = units_[island].impulse();
     return {unit * c.normal_impulse, unit * vector(c.friction_impulse), unit * length_ * vector(c.rolling_impulse)};
 }
 
-void ContactRound::set_impulse(uint32_t island, size_t place, const ContactImpulse& impulse) {
+void ContactRound::set_impulse(IslandId island, size_t place, const ContactImpulse& impulse) {
     const ContactImpulse in_units = (1 / units_[island].impulse()) * impulse;
     RoundContact& c = taken_[place];
     c.normal_impulse = static_cast<float>(in_units.normal);
@@ -178,13 +178,13 @@ void ContactRound::set_impulse(uint32_t island, size_t place, const ContactImpul
         to.impulse[i][lane] = c.friction_impulse[i], to.impulse[3 + i][lane] = c.rolling_impulse[i];
 }
 
-void ContactRound::hand_over(uint32_t island, std::span<ActiveContact> io_contacts) const {
+void ContactRound::hand_over(IslandId island, std::span<ActiveContact> io_contacts) const {
     const Range places = places_of(island);
     for (uint32_t place = places.begin; place < places.end; ++place) {
         ActiveContact& c = io_contacts[islands_->contact[place]];
         c.impulse = impulse(island, place);
         const uint32_t lane = batches_.lane[place];
-        c.inverse_mass_normal = lane == BatchMember::kNone
+        c.inverse_mass_normal = lane == kNone
                                     ? 0.0
                                     : contacts_[lane / kContactLanes].inverse_mass[lane % kContactLanes] /
                                           units_[island].mass;

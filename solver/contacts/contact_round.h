@@ -43,13 +43,13 @@ public:
               std::span<const ActiveContact> contacts);
 
     /// Where things of the island are, and in the first round its contacts.
-    void take_up(uint32_t island);
+    void take_up(IslandId island);
 
     /// Where batches of islands lie in memory.
     void lay_out();
 
     /// Moves things by what contacts are to start from and did not give before.
-    void start(uint32_t island);
+    void start(IslandId island);
 
     /// Displacement of a's touching point less that of b's since the start of the substep, m; of the contact at `place`
     /// of the islands' list.
@@ -58,24 +58,24 @@ public:
     /// Solves the island to where no pass changes a gap by more than `enough` (m), within so many passes as pay: 106 in
     /// all where everything is rigid, 26 where something hangs on hinges; accelerated like nonlinear conjugate
     /// gradients (Silcowitz-Hansen, Niebuhr, Erleben 2010), so that tall stacks and heavy on light stand.
-    void relax(uint32_t island, double enough);
+    void relax(IslandId island, double enough);
 
     /// Of the contact at `place` of the islands' list, between rounds: what it pushes with.
-    double pressure(uint32_t island, size_t place) const {
+    double pressure(IslandId island, size_t place) const {
         return units_[island].impulse() * taken_[place].normal_impulse;
     }
-    ContactImpulse impulse(uint32_t island, size_t place) const;
+    ContactImpulse impulse(IslandId island, size_t place) const;
     /// What was not yet given of it is taken to be.
-    void set_impulse(uint32_t island, size_t place, const ContactImpulse& impulse);
+    void set_impulse(IslandId island, size_t place, const ContactImpulse& impulse);
 
     /// What the island's impulses moved. Of the island's are written: `io_push` (as the islands' movables), and
     /// `io_brace` (n_movables): by how many times its mass a movable that is pushed is to be kept where it is while it
     /// is matched; after the last round, 0. `io_motion` (n_pieces) must be zero.
-    void end(uint32_t island, std::span<RoundPush> io_push, std::span<PieceMotion> io_motion,
+    void end(IslandId island, std::span<RoundPush> io_push, std::span<PieceMotion> io_motion,
              std::span<double> io_brace);
 
     /// After the last round: writes impulses back.
-    void hand_over(uint32_t island, std::span<ActiveContact> io_contacts) const;
+    void hand_over(IslandId island, std::span<ActiveContact> io_contacts) const;
 
 private:
     struct Range {
@@ -104,25 +104,25 @@ private:
 
     static Vec3 vector(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
 
-    Range places_of(uint32_t island) const { return {islands_->offset[island], islands_->offset[island + 1]}; }
+    Range places_of(IslandId island) const { return {islands_->offset[island], islands_->offset[island + 1]}; }
     // contact_round_start.cpp
-    Units units_of(uint32_t island) const;
-    void take_up_movables(uint32_t island);
-    void take_up_contacts(uint32_t island);
-    Gives how_it_gives(uint32_t island) const;
-    void note_what_was_given(uint32_t island);
-    void start_from_before(uint32_t island);
+    Units units_of(IslandId island) const;
+    void take_up_movables(IslandId island);
+    void take_up_contacts(IslandId island);
+    Gives how_it_gives(IslandId island) const;
+    void note_what_was_given(IslandId island);
+    void start_from_before(IslandId island);
     bool goes_with_its_piece(uint32_t movable, uint32_t piece, const float (&arm)[3]) const;
     BatchMember member_of(size_t place) const;
-    void form_batches(uint32_t island);
+    void form_batches(IslandId island);
     BatchForm form_of(uint32_t batch) const;
-    void place_batches(uint32_t island);
-    void give(uint32_t island);
+    void place_batches(IslandId island);
+    void give(IslandId island);
     ContactArrays arrays();
     // contact_round.cpp
     Vec3 moved(const ContactBatch& batch, int side, uint32_t lane) const;
-    void end_contacts(uint32_t island);
-    void share_masses_out(uint32_t island);
+    void end_contacts(IslandId island);
+    void share_masses_out(IslandId island);
 
     ContactBodies b_;                      // of the round that was opened last
     std::span<const ActiveContact> from_;  // likewise

@@ -1,7 +1,7 @@
-#include <cassert>
 #include <cmath>
 
 #include "solver/contacts/contact_round.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -24,13 +24,13 @@ double trace_between(const RoundPiece& p, const Vec3& u, const Vec3& v) {
 
 }  // namespace
 
-ContactRound::Units ContactRound::units_of(uint32_t island) const {
+ContactRound::Units ContactRound::units_of(IslandId island) const {
     double lightest = 0;  // 1/kg
-    for (const uint32_t i : islands_->movables_of(island)) lightest = std::max(lightest, b_.inverse_mass[i]);
+    for (const MovableId i : islands_->movables_of(island)) lightest = std::max(lightest, b_.inverse_mass[i]);
     return {length_, 1 / rounded_unit(lightest)};
 }
 
-void ContactRound::take_up_movables(uint32_t n) {
+void ContactRound::take_up_movables(IslandId n) {
     const Units units = units_[n] = units_of(n);
     const double per_length = 1 / units.length, inertia = units.mass * units.length * units.length;
     movables_[islands_->movable.size() + n] = RoundMovable(), began_[islands_->movable.size() + n] = RoundBegan();
@@ -42,7 +42,7 @@ void ContactRound::take_up_movables(uint32_t n) {
         p.Jxy = number(J(0, 1)), p.Jxz = number(J(0, 2)), p.Jyz = number(J(1, 2));
     }
     for (uint32_t k = islands_->movable_offset[n]; k < islands_->movable_offset[n + 1]; ++k) {
-        const uint32_t i = islands_->movable[k];
+        const MovableId i = islands_->movable[k];
         const PushDivision division = division_[k] = divide_push(b_, i);
         RoundMovable& m = movables_[k] = RoundMovable();
         put(per_length * division.lever, m.lever);
@@ -55,13 +55,13 @@ void ContactRound::take_up_movables(uint32_t n) {
     }
 }
 
-ContactRound::Gives ContactRound::how_it_gives(uint32_t n) const {
+ContactRound::Gives ContactRound::how_it_gives(IslandId n) const {
     if (from_[islands_->contact[islands_->offset[n]]].has_hinges) return Gives::on_hinges;
-    const auto is_rigid = [&](uint32_t p) { return b_.pieces[p].rigid; };
+    const auto is_rigid = [&](PieceId p) { return b_.pieces[p].rigid; };
     return std::ranges::all_of(islands_->pieces_of(n), is_rigid) ? Gives::nowhere : Gives::softly;
 }
 
-void ContactRound::take_up_contacts(uint32_t n) {
+void ContactRound::take_up_contacts(IslandId n) {
     const double per_length = 1 / length_, per_impulse = 1 / units_[n].impulse();
     RoundContact none;
     none.normal[2] = 1;
@@ -74,7 +74,7 @@ void ContactRound::take_up_contacts(uint32_t n) {
     for (uint32_t place = places.begin; place < places.end; ++place) {
         const ActiveContact& c = from_[islands_->contact[place]];
         RoundContact to = none;
-        const auto take_up = [&](int side, uint32_t i) {
+        const auto take_up = [&](int side, MovableId i) {
             to.movable[side] = kMovableStride * islands_->movable_slot[i];
             to.piece[side] = kPieceStride * islands_->piece_slot[b_.piece[i]];
         };
@@ -127,11 +127,11 @@ BatchMember ContactRound::member_of(size_t place) const {
             member.touches[2 * side + 1] = static_cast<uint32_t>(movables_.size()) + piece;
     };
     touch(0, c.arm_a), touch(1, c.arm_b);
-    if (member.touches[3] == member.touches[1]) member.touches[3] = BatchMember::kNone;
+    if (member.touches[3] == member.touches[1]) member.touches[3] = kNone;
     return member;
 }
 
-void ContactRound::form_batches(uint32_t n) {
+void ContactRound::form_batches(IslandId n) {
     const Range places = places_of(n);
     for (uint32_t place = places.begin; place < places.end; ++place) members_[place] = member_of(place);
     batches_.form(n, std::span(members_).subspan(places.begin, places.end - places.begin), places.begin);
@@ -146,18 +146,18 @@ BatchForm ContactRound::form_of(uint32_t batch) const {
         const uint32_t(&piece)[2] = taken_[place].piece;
         return moves_alone(piece[0] / kPieceStride) && moves_alone(piece[1] / kPieceStride);
     };
-    const auto end = std::ranges::find(places, BatchMember::kNone);  // lanes are filled from the first on
+    const auto end = std::ranges::find(places, kNone);  // lanes are filled from the first on
     const auto n = static_cast<size_t>(end - places.begin());
     const uint8_t width = n > kContactLanes / 2 ? kContactLanes : n > 1 ? kContactLanes / 2 : 1;
     return {width, std::all_of(places.begin(), end, is_rigid)};
 }
 
-void ContactRound::place_batches(uint32_t n) {
+void ContactRound::place_batches(IslandId n) {
     const Range places = places_of(n);
     batches_.place(n, places.begin, places.end);
     const auto none = static_cast<uint32_t>(islands_->contact.size()) + n;
     for (uint32_t k = kContactLanes * batches_.offset[n]; k < kContactLanes * batches_.offset[n + 1]; ++k)
-        taken_of_lane_[k] = batches_.member[k] == BatchMember::kNone ? none : batches_.member[k];
+        taken_of_lane_[k] = batches_.member[k] == kNone ? none : batches_.member[k];
     for (uint32_t k = batches_.offset[n]; k < batches_.offset[n + 1]; ++k) form_[k] = form_of(k);
 }
 
@@ -166,7 +166,7 @@ ContactArrays ContactRound::arrays() {
             starts_.data(),   contacts_.data(), idle_.data(),  form_.data()};
 }
 
-void ContactRound::note_what_was_given(uint32_t n) {
+void ContactRound::note_what_was_given(IslandId n) {
     const Range places = places_of(n);
     for (uint32_t place = places.begin; place < places.end; ++place) {
         const RoundContact& c = taken_[place];
@@ -178,7 +178,7 @@ void ContactRound::note_what_was_given(uint32_t n) {
 }
 
 // Passes have next to nothing left to do then where things are at rest.
-void ContactRound::start_from_before(uint32_t n) {
+void ContactRound::start_from_before(IslandId n) {
     const double per_length = 1 / length_, per_impulse = 1 / units_[n].impulse();
     const Range places = places_of(n);
     for (uint32_t place = places.begin; place < places.end; ++place) {
@@ -192,12 +192,12 @@ void ContactRound::start_from_before(uint32_t n) {
 }
 
 // Moves things by what batches have more than was given already.
-void ContactRound::give(uint32_t n) {
+void ContactRound::give(IslandId n) {
     const Range places = places_of(n);
     const auto add = [&](float sign) {
         if (which_ == Which::first) return;
         for (uint32_t place = places.begin; place < places.end; ++place) {
-            if (batches_.lane[place] == BatchMember::kNone) continue;
+            if (batches_.lane[place] == kNone) continue;
             const RoundImpulse& from = already_[place];
             ContactBatch& c = contacts_[batches_.lane[place] / kContactLanes];
             const uint32_t lane = batches_.lane[place] % kContactLanes;
@@ -213,7 +213,8 @@ void ContactRound::give(uint32_t n) {
 
 void ContactRound::open(const ContactBodies& bodies, const ContactIslands& islands, Which which, double length,
                         std::span<const ActiveContact> contacts) {
-    assert(which == Which::first || exact_.size() == contacts.size());
+    SUNDER_ASSERT(which == Which::first || exact_.size() == contacts.size());
+    SUNDER_ASSERT(length > 0 && islands.contact.size() == contacts.size());
     b_ = bodies, islands_ = &islands, which_ = which, from_ = contacts, length_ = rounded_unit(length);
     if (which == Which::between) return;
     const size_t n_contacts = contacts.size(), n_islands = islands.size();
@@ -228,7 +229,8 @@ void ContactRound::open(const ContactBodies& bodies, const ContactIslands& islan
     batches_.open(n_contacts, n_islands, n_movables + n_pieces);
 }
 
-void ContactRound::take_up(uint32_t island) {
+void ContactRound::take_up(IslandId island) {
+    SUNDER_ASSERT(island < units_.size());
     take_up_movables(island);
     if (which_ == Which::first) take_up_contacts(island);
     note_what_was_given(island);
@@ -246,7 +248,7 @@ void ContactRound::lay_out() {
     for (uint32_t k = static_cast<uint32_t>(all_.size()); k < n; ++k) all_.push_back(k);
 }
 
-void ContactRound::start(uint32_t island) {
+void ContactRound::start(IslandId island) {
     if (which_ != Which::between) place_batches(island);
     const size_t first = batches_.offset[island], end = batches_.offset[island + 1];
     if (which_ != Which::between) contact_kernels().describe(arrays(), first, end);

@@ -43,7 +43,7 @@ std::vector<Meeting> sorted_by_pair(const ContactBodies& bodies, std::span<Activ
         if (!c.separate_pieces) continue;
         const Contact& contact = c.contact;
         const uint32_t a = bodies.piece[contact.a];
-        const uint32_t b = contact.b & Contact::kStatic ? contact.b : bodies.piece[contact.b];
+        const uint32_t b = contact.b & Contact::kStatic ? contact.b.value : bodies.piece[contact.b].value;
         if (!agrees(a) || !agrees(b) || !(gives(bodies, a) || gives(bodies, b))) continue;
         if (a < b)
             meetings.push_back({a, b, &c, contact.normal});

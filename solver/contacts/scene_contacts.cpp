@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solver/data/invariant.h"
 #include "solver/scene/motion.h"
 
 namespace sunder {
@@ -19,7 +20,7 @@ struct Surface {
     double friction, restitution;
 };
 
-Surface surface_of(const Scene& scene, const FrameInput& input, uint32_t movable) {
+Surface surface_of(const Scene& scene, const FrameInput& input, MovableId movable) {
     const size_t n = scene.rest.n_particles();
     if (movable < n) {
         const Material& m = input.materials[scene.rest.body[movable]];
@@ -44,10 +45,10 @@ double contact_margin(const Scene& scene) {
 void SceneContacts::list_neighbours(const SimulationMesh& rest, const WorkerPool& workers) {
     constexpr size_t kPairs = 32;  // fewest a thread is worth waking for
     const size_t n = rest.n_particles();
-    const auto name = [&](uint32_t i) { return uint64_t{rest.body[i]} << 32 | rest.fragment[i]; };
+    const auto name = [&](MovableId i) { return uint64_t{rest.body[i]} << 32 | rest.fragment[i]; };
     std::swap(neighbours_, former_);
     neighbours_.clear(), unknown_.clear(), pair_of_unknown_.clear();
-    neighbours_of_.assign(contacts_.size(), SimulationMesh::kNone);
+    neighbours_of_.assign(contacts_.size(), kNone);
     auto former = former_.begin();
     for (size_t k = 0; k < contacts_.size(); ++k) {
         const Contact& c = contacts_[k];
@@ -77,12 +78,12 @@ Vec3 SceneContacts::collider_motion(const Contact& c) const {
 void SceneContacts::measure_reach(const SimulationMesh& rest, const MovableMotion& motion, double h,
                                   const WorkerPool& workers) {
     const size_t n = rest.n_particles();
-    const auto uneven = [&](uint32_t i) {
+    const auto uneven = [&](MovableId i) {
         if (i < n) return rest.radii[i].maxCoeff() - rest.radii[i].minCoeff();
         const Shape& shape = rigid_bodies_[i - n].shape;
         return shape.kind == ShapeKind::box ? bounding_radius(shape) - shape.half_extents.minCoeff() : 0.0;
     };
-    const auto speed_of = [&](uint32_t a, uint32_t b) {
+    const auto speed_of = [&](MovableId a, MovableId b) {
         const Vec3 way = motion.velocity[a] - motion.velocity[b] -
                          motion.angular_velocity[b].cross(motion.position[a] - motion.position[b]);
         return way.norm() + uneven(a) * (motion.angular_velocity[a] - motion.angular_velocity[b]).norm();
@@ -97,7 +98,7 @@ void SceneContacts::measure_reach(const SimulationMesh& rest, const MovableMotio
         }
         const uint32_t at = neighbours_of_[k];
         return ContactReach{uneven(c.a) < uneven(c.b) ? speed_of(c.a, c.b) : speed_of(c.b, c.a),
-                            at == SimulationMesh::kNone ? 0.0 : std::min(0.0, neighbours_[at].gap)};
+                            at == kNone ? 0.0 : std::min(0.0, neighbours_[at].gap)};
     };
     reach_.resize(contacts_.size());
     workers.for_range(contacts_.size(), kGrain, [&](size_t begin, size_t end) {
@@ -111,6 +112,11 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
                          std::vector<ActiveContact>& out) {
     const SimulationMesh& rest = scene.rest;
     const uint32_t n = static_cast<uint32_t>(rest.n_particles());
+    const size_t n_movables = n + scene.rigid_bodies.size();
+    SUNDER_ASSERT(motion.position.size() == n_movables && motion.rotation.size() == n_movables);
+    SUNDER_ASSERT(motion.velocity.size() == n_movables && motion.angular_velocity.size() == n_movables);
+    SUNDER_ASSERT(motion.plastic_deformation.size() == n && live.ends().size() == n && held.size() == n_movables);
+    SUNDER_ASSERT(input.colliders.size() == scene.colliders.size() && interval.h > 0 && margin > 0);
     hulls_.update(rest, motion.plastic_deformation, workers);
     rigid_bodies_.clear();
     for (size_t r = 0; r < scene.rigid_bodies.size(); ++r)
@@ -147,11 +153,11 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
         return false;
     }
 
-    const auto standing_out_of = [&](uint32_t i, const Vec3& direction) {
+    const auto standing_out_of = [&](MovableId i, const Vec3& direction) {
         if (i >= n) return 0.0;
-        return standing_out(rest, i, motion.plastic_deformation[i], motion.rotation[i].conjugate() * direction);
+        return standing_out(rest, i.value, motion.plastic_deformation[i], motion.rotation[i].conjugate() * direction);
     };
-    const auto rolling_arm = [&](uint32_t movable) {
+    const auto rolling_arm = [&](MovableId movable) {
         return movable < n ? kRollingShare * rest.radii[movable].minCoeff() : 0.0;
     };
     const auto describe = [&](size_t k) {
@@ -172,8 +178,9 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
             c.rolling_arm = std::max(c.rolling_arm, rolling_arm(contact.b));
             c.allowed_gap = std::min(
                 0.0, -standing_out_of(contact.a, -contact.normal) - standing_out_of(contact.b, contact.normal));
-            if (contact.a < n && contact.b < n) c.separate_pieces = live.piece(contact.a) != live.piece(contact.b);
-            if (neighbours_of_[k] != SimulationMesh::kNone)
+            if (contact.a < n && contact.b < n)
+                c.separate_pieces = live.piece(contact.a.value) != live.piece(contact.b.value);
+            if (neighbours_of_[k] != kNone)
                 c.allowed_gap = std::min(c.allowed_gap, neighbours_[neighbours_of_[k]].gap);
         }
         c.friction = std::sqrt(a.friction * b.friction);
@@ -182,7 +189,7 @@ bool SceneContacts::find(const Scene& scene, const FrameInput& input, bool self_
     };
     list_neighbours(rest, workers);
     measure_reach(rest, motion, interval.h, workers);
-    const std::vector<uint32_t> those = in_reach(contacts_, reach_, motion.position.size(), interval.h, margin);
+    const std::vector<ContactId> those = in_reach(contacts_, reach_, motion.position.size(), interval.h, margin);
     out.resize(those.size());  // those that are there are written over
     workers.for_range(those.size(), kGrain, [&](size_t begin, size_t end) {
         for (size_t k = begin; k < end; ++k) out[k] = describe(those[k]);

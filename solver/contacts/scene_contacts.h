@@ -49,7 +49,7 @@ public:
     void reset() { scratch_.reset(), hulls_.reset(); }
     /// Call when particles were numbered anew; `former` (n_particles): as who they were known before, with the same
     /// ring, or kNone; ascending.
-    void renumber(std::span<const uint32_t> former) { scratch_.renumber(former), hulls_.renumber(former); }
+    void renumber(std::span<const ParticleId> former) { scratch_.renumber(former), hulls_.renumber(former); }
     /// Call when edges broke.
     void edges_broke() { scratch_.edges_broke(); }
 

@@ -31,9 +31,10 @@ public:
     void add(const LayerStrain& layers) { add(layers.data(), sizeof layers); }
     void add(const RigidBodyState& r) { add(r.position), add(r.orientation), add(r.velocity), add(r.angular_velocity); }
     void add(const ContactMemory& c) {
-        add(uint64_t{c.a}), add(uint64_t{c.b}), add(c.point), add(c.normal_force), add(c.friction_force), add(c.rolling_torque);
+        add(uint64_t{c.a.value}), add(uint64_t{c.b.value});
+        add(c.point), add(c.normal_force), add(c.friction_force), add(c.rolling_torque);
     }
-    void add(const BrokenEdge& b) { add(uint64_t{b.edge}), add(b.time), add(b.strain); }
+    void add(const BrokenEdge& b) { add(uint64_t{b.edge.value}), add(b.time), add(b.strain); }
     uint64_t digest() const { return XXH3_64bits_digest(state_); }
 
 private:

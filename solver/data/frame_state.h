@@ -6,13 +6,14 @@
 #include <span>
 #include <vector>
 
+#include "solver/data/ids.h"
 #include "solver/data/math.h"
 
 namespace sunder {
 
 /// An edge that broke: when, and at which principal log strain of the group that cut it.
 struct BrokenEdge {
-    uint32_t edge = 0;
+    EdgeId edge;
     double time = 0;    // s
     double strain = 0;  // -
     bool operator==(const BrokenEdge&) const = default;
@@ -21,7 +22,7 @@ struct BrokenEdge {
 /// The force of a contact, as far as it lasts, so that the next substep starts from it. `a` and `b` as in
 /// solver/collision/contact.h.
 struct ContactMemory {
-    uint32_t a = 0, b = 0;
+    MovableId a, b;
     Vec3 point = Vec3::Zero();           // touching point of a, in the frame that turns with a, about its centre, m
     double normal_force = 0;             // N, >= 0
     Vec3 friction_force = Vec3::Zero();  // N, world

@@ -1,10 +1,11 @@
 // Errors are values: a code, a sentence, where it happened and how to mend it.
 #pragma once
 
-#include <cassert>
 #include <string>
 #include <utility>
 #include <variant>
+
+#include "solver/data/invariant.h"
 
 namespace sunder {
 
@@ -52,21 +53,21 @@ public:
 
     explicit operator bool() const { return content_.index() == 0; }
     T& operator*() {
-        assert(*this);
+        SUNDER_ASSERT(*this);
         return std::get<0>(content_);
     }
     const T& operator*() const {
-        assert(*this);
+        SUNDER_ASSERT(*this);
         return std::get<0>(content_);
     }
     T* operator->() { return &**this; }
     const T* operator->() const { return &**this; }
     T take() {
-        assert(*this);
+        SUNDER_ASSERT(*this);
         return std::move(std::get<0>(content_));
     }
     const Error& error() const {
-        assert(!*this);
+        SUNDER_ASSERT(!*this);
         return std::get<1>(content_);
     }
 
@@ -83,7 +84,7 @@ public:
 
     explicit operator bool() const { return !failed_; }
     const Error& error() const {
-        assert(failed_);
+        SUNDER_ASSERT(failed_);
         return error_;
     }
 

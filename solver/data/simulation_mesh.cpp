@@ -1,7 +1,8 @@
 #include "solver/data/simulation_mesh.h"
 
 #include <algorithm>
-#include <cassert>
+
+#include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
@@ -24,13 +25,14 @@ void build_one_rings(SimulationMesh& m) {
     for (uint32_t i = 0; i < n; ++i) m.group_offset[i + 1] += m.group_offset[i];
 
     struct Member {
-        uint32_t particle, edge;
+        ParticleId particle;
+        EdgeId edge;
     };
     std::vector<Member> members(m.group_offset.back());
     std::vector<uint32_t> next(m.group_offset.begin(), m.group_offset.end() - 1);
-    for (uint32_t i = 0; i < n; ++i) members[next[i]++] = {i, SimulationMesh::kNone};
-    for (uint32_t e = 0; e < m.edges.size(); ++e) {
-        assert(m.edges[e].a < m.edges[e].b && m.edges[e].b < n);
+    for (uint32_t i = 0; i < n; ++i) members[next[i]++] = {ParticleId(i), EdgeId::none()};
+    for (EdgeId e(0); e < m.edges.size(); ++e) {
+        SUNDER_ASSERT(m.edges[e].a < m.edges[e].b && m.edges[e].b < n);
         members[next[m.edges[e].a]++] = {m.edges[e].b, e};
         members[next[m.edges[e].b]++] = {m.edges[e].a, e};
     }
@@ -44,7 +46,7 @@ void build_one_rings(SimulationMesh& m) {
         for (uint32_t s = m.group_offset[i]; s < m.group_offset[i + 1]; ++s) {
             m.group_member[s] = members[s].particle;
             m.member_edge[s] = members[s].edge;
-            if (members[s].edge == SimulationMesh::kNone)
+            if (members[s].edge.is_none())
                 m.member_twin[s] = s;
             else
                 edge_slots[members[s].edge][m.edges[members[s].edge].a == i ? 0 : 1] = s;
@@ -81,6 +83,8 @@ void append_hulls(SimulationMesh& io_scene, const SimulationMesh& body, const Qu
 void append_body(SimulationMesh& scene, const SimulationMesh& body, const Pose& pose) {
     const uint32_t particle_base = static_cast<uint32_t>(scene.n_particles());
     const uint32_t body_index = scene.body.empty() ? 0 : scene.body.back() + 1;
+    for (const size_t n : {body.radii.size(), body.volume.size(), body.mass.size(), body.fragment.size()})
+        SUNDER_ASSERT(n == body.n_particles());
     for (size_t i = 0; i < body.n_particles(); ++i) {
         scene.rest_position.push_back(pose.apply(body.rest_position[i]));
         scene.rest_orientation.push_back((pose.orientation * body.rest_orientation[i]).normalized());
@@ -95,7 +99,8 @@ void append_body(SimulationMesh& scene, const SimulationMesh& body, const Pose& 
     append_factors(scene.yield_factor, particle_base, body.yield_factor, body.n_particles());
     append_factors(scene.toughness_factor, particle_base, body.toughness_factor, body.n_particles());
     for (const Edge& e : body.edges)
-        scene.edges.push_back({e.a + particle_base, e.b + particle_base, e.area, e.toughness_factor});
+        scene.edges.push_back(
+            {ParticleId(e.a + particle_base), ParticleId(e.b + particle_base), e.area, e.toughness_factor});
 }
 
 }  // namespace sunder

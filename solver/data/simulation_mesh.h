@@ -11,8 +11,8 @@ namespace sunder {
 
 /// An edge joins two particles whose fragments share an interface; fracture removes it.
 struct Edge {
-    uint32_t a = 0, b = 0;  // particles, a < b
-    double area = 0;        // of the interface, m2
+    ParticleId a, b;  // a < b
+    double area = 0;  // of the interface, m2
     /// Of the toughness of the groups that would cut it, > 0; below 1: weak, infinite: glued, it never breaks.
     double toughness_factor = 1;
 };
@@ -38,10 +38,10 @@ struct SimulationMesh {
     std::vector<double> yield_factor;      // on the yield strain at the start (n_particles), -
     std::vector<double> toughness_factor;  // on both toughnesses of its group (n_particles), -
 
-    std::vector<uint32_t> group_offset;  // CSR                            (n_particles + 1)
-    std::vector<uint32_t> group_member;  // particles, ascending in a ring (group_offset.back())
-    std::vector<uint32_t> member_edge;   // edge to the centre, kNone for the centre itself (as group_member)
-    std::vector<uint32_t> member_twin;   // slot of the centre in the member's own ring     (as group_member)
+    std::vector<uint32_t> group_offset;    // CSR                                          (n_particles + 1)
+    std::vector<ParticleId> group_member;  // ascending in a ring                          (group_offset.back())
+    std::vector<EdgeId> member_edge;       // to the centre, none for the centre itself    (as group_member)
+    std::vector<uint32_t> member_twin;     // slot of the centre in the member's own ring  (as group_member)
     std::vector<uint8_t> group_uneven;  // 1 where an edge of the ring has a toughness factor other than 1 (n_particles)
 
     // Outermost points of the fragments, from the particle where it is not turned: for contacts; empty: not known.
@@ -51,10 +51,9 @@ struct SimulationMesh {
     std::vector<double> group_trace;  // of the whole rest one-ring (rest_traces), kg m2 (n_particles); or empty
     std::vector<uint8_t> thin;        // 1: one fragment thick (solver/matching/thin_groups.h) (n_particles); or empty
 
-    static constexpr uint32_t kNone = 0xffffffffu;
     size_t n_particles() const { return rest_position.size(); }
     size_t n_edges() const { return edges.size(); }
-    std::span<const Vec3f> hull(size_t particle) const {
+    std::span<const Vec3f> hull(ParticleIndex particle) const {
         if (hull_offset.empty()) return {};
         return std::span(hull_point).subspan(hull_offset[particle], hull_offset[particle + 1] - hull_offset[particle]);
     }

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 
+#include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/matching/arc.h"
 #include "solver/matching/polar_decomposition.h"
@@ -33,11 +34,11 @@ struct Span {
 };
 
 // tr A_qq of the whole ring at rest about the cell; a pinned member weighs four times as much at half its distance.
-double trace_about_cell(const SimulationMesh& rest, const GroupShapes& shapes, uint32_t g) {
+double trace_about_cell(const SimulationMesh& rest, const GroupShapes& shapes, ParticleIndex g) {
     static_assert(kPinnedWeight == 4);
     double trace = 0;
     for (uint32_t s = rest.group_offset[g]; s < rest.group_offset[g + 1]; ++s) {
-        const uint32_t j = rest.group_member[s];
+        const ParticleId j = rest.group_member[s];
         if (j != g)
             trace += shapes.edge_weight[rest.member_edge[s]] * rest.mass[j] *
                      (rest.rest_position[j] - rest.rest_position[g]).squaredNorm();
@@ -116,6 +117,9 @@ void BendingShapes::update(const SimulationMesh& rest, const LiveTopology& live,
                            std::span<const GroupStiffness> stiffness, const Bending& bending,
                            const WorkerPool& workers) {
     const size_t n = bending.thin.size();
+    SUNDER_ASSERT(n == rest.n_particles() && bending.pinned.size() == n && bending.plastic_deformation.size() == n);
+    SUNDER_ASSERT(bending.plastic_curvature.empty() || bending.plastic_curvature.size() == n);
+    SUNDER_ASSERT(stiffness.size() == n && shapes.revision.size() == n);
     if (member_.size() != live.n_slots() || version_ != live.version() || !std::ranges::equal(thin_, bending.thin) ||
         !std::ranges::equal(pinned_, bending.pinned)) {
         shape_.assign(n, {}), member_.assign(live.n_slots(), {}), key_.assign(n, {});
@@ -131,13 +135,13 @@ void BendingShapes::update(const SimulationMesh& rest, const LiveTopology& live,
             if (!bending.plastic_curvature.empty()) curvature = bending.plastic_curvature[g];
             if (key == key_[g] && curvature == curvature_[g]) continue;
             key_[g] = key, curvature_[g] = curvature;
-            build(rest, live, shapes, stiffness[g], bending, static_cast<uint32_t>(g));
+            build(rest, live, shapes, stiffness[g], bending, g);
         }
     });
 }
 
 void BendingShapes::build(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
-                          const GroupStiffness& stiffness, const Bending& bending, uint32_t g) {
+                          const GroupStiffness& stiffness, const Bending& bending, ParticleIndex g) {
     BendingShape s;
     s.axes = rest.rest_orientation[g].toRotationMatrix();
     s.volume = rest.volume[g];
@@ -151,7 +155,7 @@ void BendingShapes::build(const SimulationMesh& rest, const LiveTopology& live, 
     double mass = 0, neighbours = 0;
     Vec3 mean = Vec3::Zero();
     for (uint32_t slot = live.begin(g); slot < live.end(g); ++slot) {
-        const uint32_t j = live.member(slot);
+        const ParticleId j = live.member(slot);
         BendingMember& m = members[slot - live.begin(g)];
         const bool pinned = bending.pinned[j] != 0;
         const Vec3 x = rest.rest_position[j] - rest.rest_position[g];
@@ -203,7 +207,7 @@ void BendingShapes::build(const SimulationMesh& rest, const LiveTopology& live, 
     find_blocks(live, g);
 }
 
-void BendingShapes::find_blocks(const LiveTopology& live, uint32_t g) {
+void BendingShapes::find_blocks(const LiveTopology& live, ParticleIndex g) {
     const BendingShape& s = shape_[g];
     const std::span<BendingMember> members(member_.data() + live.begin(g), live.count(g));
     const size_t n = members.size();
@@ -242,7 +246,8 @@ void BendingShapes::find_blocks(const LiveTopology& live, uint32_t g) {
 }
 
 BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<const MovingParticle> particles,
-               uint32_t g, std::span<BentMember> o_members) {
+               ParticleIndex g, std::span<BentMember> o_members) {
+    SUNDER_ASSERT(o_members.size() == live.count(g));
     const BendingShape& s = shapes.shape(g);
     const uint32_t begin = live.begin(g);
     const MovingParticle& cell = particles[g];
@@ -252,7 +257,7 @@ BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<
     Vec3 center = Vec3::Zero();
     for (size_t j = 0; j < o_members.size(); ++j) {
         const BendingMember& rest = shapes.member(begin + j);
-        const uint32_t i = live.member(begin + static_cast<uint32_t>(j));
+        const ParticleId i = live.member(begin + static_cast<uint32_t>(j));
         BentMember& m = o_members[j];
         m.p = particles[i].x - cell.x;
         if (s.is_pinned) m.p += particles[i].d * rest.offset;
@@ -298,8 +303,9 @@ BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<
     return of;
 }
 
-void pull_back(const BendingShapes& shapes, const LiveTopology& live, uint32_t g, const BentGroup& of,
+void pull_back(const BendingShapes& shapes, const LiveTopology& live, ParticleIndex g, const BentGroup& of,
                std::span<BentMember> io_members) {
+    SUNDER_ASSERT(io_members.size() == live.count(g));
     const BendingShape& s = shapes.shape(g);
     const uint32_t begin = live.begin(g);
     const Mat3 RP = of.R * s.spanned;

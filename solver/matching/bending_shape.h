@@ -90,12 +90,12 @@ public:
     void update(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
                 std::span<const GroupStiffness> stiffness, const Bending& bending, const WorkerPool& workers);
 
-    bool is_thin(size_t g) const { return thin_[g] != 0; }
+    bool is_thin(ParticleIndex g) const { return thin_[g] != 0; }
     /// That pulls: thin, with a neighbour, and not pinned.
-    bool pulls(size_t g) const { return shape_[g].rank > 0; }
+    bool pulls(ParticleIndex g) const { return shape_[g].rank > 0; }
     /// Of what is not affine in a group, beside the same of a block: chi; 1 where it is a block.
-    double softness(size_t g) const { return pulls(g) ? shape_[g].softness.minCoeff() : 1; }
-    const BendingShape& shape(size_t g) const { return shape_[g]; }
+    double softness(ParticleIndex g) const { return pulls(g) ? shape_[g].softness.minCoeff() : 1; }
+    const BendingShape& shape(ParticleIndex g) const { return shape_[g]; }
     const BendingMember& member(size_t slot) const { return member_[slot]; }  // of LiveTopology
 
 private:
@@ -105,8 +105,8 @@ private:
         bool operator==(const Key&) const = default;
     };
     void build(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
-               const GroupStiffness& stiffness, const Bending& bending, uint32_t g);
-    void find_blocks(const LiveTopology& live, uint32_t g);
+               const GroupStiffness& stiffness, const Bending& bending, ParticleIndex g);
+    void find_blocks(const LiveTopology& live, ParticleIndex g);
 
     std::vector<uint8_t> thin_;          // (n_particles)
     std::vector<BendingShape> shape_;    // (n_particles)
@@ -119,10 +119,10 @@ private:
 
 /// Where the particles of a thin group lie; `o_members`: as the group's slots, but for force and torque.
 BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<const MovingParticle> particles,
-               uint32_t g, std::span<BentMember> o_members);
+               ParticleIndex g, std::span<BentMember> o_members);
 
 /// Forces and torques of the energy on the members.
-void pull_back(const BendingShapes& shapes, const LiveTopology& live, uint32_t g, const BentGroup& group,
+void pull_back(const BendingShapes& shapes, const LiveTopology& live, ParticleIndex g, const BentGroup& group,
                std::span<BentMember> io_members);
 
 }  // namespace sunder

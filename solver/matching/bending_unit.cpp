@@ -50,13 +50,13 @@ bool BendingUnit<Real>::open(const SweepInput& in, const LaneLayout& layout, siz
     const size_t first = size_t{kLanes} * u.begin_block, n_lanes = size_t{kLanes} * u.n_blocks();
     const auto bends = [&](size_t lane) {
         const uint32_t g = layout.particle(first + lane);
-        return g != LaneLayout::kNone && shapes.pulls(g);
+        return g != kNone && shapes.pulls(g);
     };
     const bool is_known = layout_ == &layout && version_ == layout.version() && unit_ == unit;
     if (is_known && !lane_group_.empty()) {
         bool same = true;
         for (size_t lane = 0; lane < n_lanes && same; ++lane)
-            same = (lane_group_[lane] != LaneLayout::kNone) == bends(lane);
+            same = (lane_group_[lane] != kNone) == bends(lane);
         if (same) return true;
     }
     layout_ = &layout, unit_ = unit, version_ = layout.version();
@@ -67,7 +67,7 @@ bool BendingUnit<Real>::open(const SweepInput& in, const LaneLayout& layout, siz
     lane_group_.resize(n_lanes);
     is_thin_.assign(u.n_blocks(), 0);
     for (size_t lane = 0; lane < n_lanes; ++lane) {
-        lane_group_[lane] = bends(lane) ? layout.particle(first + lane) : LaneLayout::kNone;
+        lane_group_[lane] = bends(lane) ? layout.particle(first + lane) : kNone;
         if (bends(lane)) is_thin_[lane / kLanes] = 1;
     }
     rows_.assign(u.n_rows(), {}), groups_.assign(u.n_blocks(), {}), diagonal_.assign(u.n_blocks(), {});
@@ -77,7 +77,7 @@ bool BendingUnit<Real>::open(const SweepInput& in, const LaneLayout& layout, siz
     const uint32_t* const row_begin = layout.row_begin(unit);
     for (size_t lane = 0; lane < n_lanes; ++lane) {
         const uint32_t j = layout.particle(first + lane);
-        if (j == LaneLayout::kNone) continue;
+        if (j == kNone) continue;
         for (uint32_t slot = in.live.begin(j); slot < in.live.end(j); ++slot) {
             const uint32_t g = in.live.member(slot);
             if (!shapes.pulls(g)) continue;
@@ -99,7 +99,7 @@ void BendingUnit<Real>::linearise(const SweepInput& in, std::span<const MovingPa
         std::vector<BentMember> members;
         for (size_t lane = kLanes * begin; lane < kLanes * end; ++lane) {
             const uint32_t g = lane_group_[lane];
-            if (g == LaneLayout::kNone) continue;
+            if (g == kNone) continue;
             members.resize(in.live.count(g));
             const BentGroup group = bend(*in.bending, in.live, particles, g, members);
             pull_back(*in.bending, in.live, g, group, members);
@@ -112,7 +112,7 @@ void BendingUnit<Real>::linearise(const SweepInput& in, std::span<const MovingPa
 }
 
 template <class Real>
-void BendingUnit<Real>::put(const SweepInput& in, uint32_t g, size_t lane, const BentGroup& group,
+void BendingUnit<Real>::put(const SweepInput& in, ParticleIndex g, size_t lane, const BentGroup& group,
                             std::span<const BentMember> members) {
     const BendingShape& s = in.bending->shape(g);
     const double b = in.span[g] * in.span[g];

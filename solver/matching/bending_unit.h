@@ -36,7 +36,7 @@ private:
     struct alignas(8 * sizeof(Real)) Record {
         Real numbers[8];
     };
-    void put(const SweepInput& input, uint32_t g, size_t lane, const BentGroup& group,
+    void put(const SweepInput& input, ParticleIndex g, size_t lane, const BentGroup& group,
              std::span<const BentMember> members);
 
     const LaneLayout* layout_ = nullptr;

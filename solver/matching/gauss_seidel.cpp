@@ -1,5 +1,6 @@
 #include "solver/matching/gauss_seidel.h"
 
+#include "solver/data/invariant.h"
 #include "solver/data/rotations.h"
 #include "solver/matching/polar_decomposition.h"
 
@@ -8,6 +9,7 @@ namespace sunder {
 void gauss_seidel_sweep(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
                         std::span<const double> stiffness, std::span<const uint8_t> held,
                         std::span<MovingParticle> io_particles, std::span<GroupGoal> io_goals) {
+    SUNDER_ASSERT(io_goals.size() == rest.n_particles() && held.size() >= io_goals.size());
     for (uint32_t g = 0; g < io_goals.size(); ++g) {
         if (live.count(g) == 1) {
             io_goals[g].rotation = io_particles[g].d;
@@ -18,7 +20,7 @@ void gauss_seidel_sweep(const SimulationMesh& rest, const LiveTopology& live, co
         io_goals[g].rotation = R;
         const Mat3 matrix = R.toRotationMatrix();
         for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
-            const uint32_t j = live.member(s);
+            const ParticleId j = live.member(s);
             if (held[j]) continue;
             MovingParticle& p = io_particles[j];
             const double k = stiffness[rest.body[g]] * shapes.member[s].weight;

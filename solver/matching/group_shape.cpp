@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "solver/data/frame_state.h"
+#include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/lanes/instruction_set.h"
 
@@ -27,9 +28,10 @@ std::vector<double> rest_traces(const SimulationMesh& rest) {
         Vec3 center = Vec3::Zero();
         double mass = 0, second = 0;
         for (uint32_t s = rest.group_offset[g]; s < rest.group_offset[g + 1]; ++s) {
-            const uint32_t j = rest.group_member[s], e = rest.member_edge[s];
+            const ParticleId j = rest.group_member[s];
+            const EdgeId e = rest.member_edge[s];
             const Vec3 r = rest.rest_position[j] - rest.rest_position[g];
-            const double m = rest.mass[j] * (e == SimulationMesh::kNone ? 1.0 : edge_weight_of(rest, rest.edges[e]));
+            const double m = rest.mass[j] * (e.is_none() ? 1.0 : edge_weight_of(rest, rest.edges[e]));
             mass += m, center += m * r, second += m * r.squaredNorm();
         }
         traces[g] = second - center.squaredNorm() / mass;
@@ -50,6 +52,7 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
                            const WorkerPool& workers) {
     constexpr size_t kGrain = 256;  // fewest groups a thread is worth waking for
     const uint32_t n = static_cast<uint32_t>(rest.n_particles());
+    SUNDER_ASSERT(former.of.size() == n && plastic_deformation.size() == n && live.ends().size() == n);
     std::swap(group, group_before_), std::swap(member, member_before_);
     const std::vector<Sym3> moment_before = std::move(particle_moment);
     group.resize(n), member.resize(live.n_slots()), particle_moment.resize(n);
@@ -58,9 +61,9 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
     rest_trace = rest.group_trace.empty() ? rest_traces(rest) : rest.group_trace;
     revision.assign(n, uint64_t{++resets_} << 32);
     // What groups are made of: moments, and weights of edges, each by the first of its ends.
-    const auto take_parts = [&](uint32_t g) {
-        const uint32_t before = former.of[g];
-        const bool is_known = before != FormerNumbers::kNone;
+    const auto take_parts = [&](ParticleIndex g) {
+        const ParticleId before = former.of[g];
+        const bool is_known = !before.is_none();
         if (is_known)
             particle_moment[g] = moment_before[before];
         else
@@ -70,25 +73,26 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
                 edge_weight[live.edge(s)] = is_known ? member_before_[former.live.begin(before) + k].weight
                                                      : edge_weight_of(rest, rest.edges[live.edge(s)]);
     };
-    const auto take_over = [&](uint32_t g) {  // whether the shape is as it was
-        const uint32_t before = former.of[g];
-        if (before == FormerNumbers::kNone || group_before_[before].plastic_key != plastic_key(plastic_deformation[g]))
+    const auto take_over = [&](ParticleIndex g) {  // whether the shape is as it was
+        const ParticleId before = former.of[g];
+        if (before.is_none() || group_before_[before].plastic_key != plastic_key(plastic_deformation[g]))
             return false;
         std::copy_n(member_before_.begin() + former.live.begin(before), live.count(g), member.begin() + live.begin(g));
         group[g] = group_before_[before];
         return true;
     };
     workers.for_range(n, kGrain, [&](size_t first, size_t last) {
-        for (size_t g = first; g < last; ++g) take_parts(static_cast<uint32_t>(g));
+        for (size_t g = first; g < last; ++g) take_parts(g);
     });
     workers.for_range(n, kGrain, [&](size_t first, size_t last) {
-        rebuild(rest, live, plastic_deformation, first, last, [&](uint32_t g) { return !take_over(g); });
+        rebuild(rest, live, plastic_deformation, first, last, [&](ParticleIndex g) { return !take_over(g); });
     });
 }
 
 void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,
                         std::span<const Mat3> plastic_deformation) {
     const size_t n = rest.n_particles();
+    SUNDER_ASSERT(plastic_deformation.size() == n && live.ends().size() == n && rest.mass.size() == n);
     particle_mass = rest.mass;
     particle_moment.resize(n);
     for (size_t i = 0; i < n; ++i) find_moment(rest, i);
@@ -108,8 +112,8 @@ void GroupShapes::rebuild_four(const SimulationMesh& rest, const LiveTopology& l
     static_assert(sizeof(MemberShape) == RestShapeRecords::kMemberNumbers * sizeof(double));
     kernels_->build({rest.rest_position.data()->data(), plastic_deformation.data()->data(), particle_mass.data(),
                      particle_moment.data()->data(), edge_weight.data(), live.begins().data(), live.ends().data(),
-                     live.members().data(), live.edges().data(), kStretchMomentWeight, &group.data()->mass,
-                     member.data()->q.data()},
+                     numbers(live.members()).data(), numbers(live.edges()).data(), kStretchMomentWeight,
+                     &group.data()->mass, member.data()->q.data()},
                     groups);
     for (uint32_t i = 0; i < n; ++i) {
         ++revision[groups[i]];
@@ -121,6 +125,7 @@ GroupStiffness group_stiffness(const GroupShape& shape, double rest_trace, doubl
                                const Material& material) {
     GroupStiffness s;
     if (shape.positions_trace <= 0) return s;
+    SUNDER_ASSERT(rest_trace > 0 && rest_volume > 0);
     const double nu = material.poisson_ratio, mu = material.youngs_modulus / (2 * (1 + nu));
     s.k = 6 * mu * rest_volume / rest_trace;
     s.volume_ratio = nu / (1 - 2 * nu);

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "solver/data/ids.h"
 #include "solver/data/simulation_mesh.h"
 #include "solver/matching/groups_by_size.h"
 #include "solver/matching/optimal_stretch.h"
@@ -49,9 +50,8 @@ constexpr double kOrientationWeight = 0.15;
 
 /// Particles as they were numbered before.
 struct FormerNumbers {
-    static constexpr uint32_t kNone = SimulationMesh::kNone;
-    std::span<const uint32_t> of;  // those who are known from before, ascending; else kNone (n_particles)
-    const LiveTopology& live;      // before
+    std::span<const ParticleId> of;  // those who are known from before, ascending; else none (n_particles)
+    const LiveTopology& live;        // before
 };
 
 struct GroupShapes {

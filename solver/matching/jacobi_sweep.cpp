@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "solver/data/invariant.h"
 #include "solver/lanes/instruction_set.h"
 
 namespace sunder {
@@ -15,8 +16,8 @@ void JacobiSweep::take_up(const SweepInput& in, const WorkerPool& workers) {
         units_[u].particles.resize(unit.n_blocks());
         units_[u].origin.clear();
         for (size_t lane = kLanes * unit.begin_block; lane < kLanes * unit.end_block; ++lane) {
-            const uint32_t j = layout_.particle(lane);
-            units_[u].origin.push_back(j == LaneLayout::kNone ? j : in.live.piece_particles(in.live.piece(j)).front());
+            const ParticleId j = layout_.particle(lane);
+            units_[u].origin.push_back(j.is_none() ? j : in.live.piece_particles(in.live.piece(j)).front());
         }
     }
 }
@@ -24,12 +25,14 @@ void JacobiSweep::take_up(const SweepInput& in, const WorkerPool& workers) {
 void JacobiSweep::apply(const JacobiIteration& iteration, const SweepInput& in, const WorkerPool& workers,
                         std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles) {
     static_assert(sizeof(GroupGoal) == 4 * sizeof(double));
+    SUNDER_ASSERT(io_goals.size() == in.live.ends().size() && io_particles.size() >= io_goals.size());
+    SUNDER_ASSERT(iteration.number >= 0 && iteration.number < iteration.of);
     take_up(in, workers);
     for_units(layout_, kSharedUnit, workers, [&](size_t u, size_t, const UnitBlocks& blocks) {
         Unit& unit = units_[u];
         if (iteration.number == 0) {
             unit.is_touched = std::ranges::any_of(unit.origin, [&](uint32_t j) {
-                return j != LaneLayout::kNone && iteration.is_touched[in.live.piece(j)];
+                return j != kNone && iteration.is_touched[in.live.piece(j)];
             });
             unit.store.open(in, layout_, u, blocks);
             blocks([&](size_t begin, size_t end) {

@@ -1,6 +1,7 @@
 // Kernels that copy into lanes and out of them: rest shapes and particles. For sweep_kernels.cpp alone.
 #pragma once
 
+#include "solver/data/ids.h"
 #include "solver/lanes/lane_matrices.h"
 #include "solver/matching/sweep_kernels.h"
 
@@ -21,7 +22,6 @@ SUNDER_INLINE void put_moment(const double* const (&)[4], const Double4&, size_t
 template <class Row>
 void expand(const ShapeRecords& s, const uint32_t* row_begin, Row* rows, size_t begin, size_t end) {
     constexpr size_t kNumbers = ShapeRecords::kNumbers;
-    constexpr uint32_t kNone = 0xffffffffu;
     static constexpr double kPadding[6] = {};  // a member's four numbers, or a moment's six
     for (size_t block = begin; block < end; ++block) {
         uint32_t slot[8], last[8];
@@ -62,7 +62,7 @@ SUNDER_INLINE void normalize(Double4 (&q)[4]) {
 template <class Record>
 SUNDER_INLINE void find_records(const uint32_t* particle, double* records, double* padding, double* (&out)[4]) {
     constexpr size_t kNumbers = sizeof(Record) / sizeof(double);
-    for (size_t i = 0; i < 4; ++i) out[i] = particle[i] == 0xffffffffu ? padding : records + kNumbers * particle[i];
+    for (size_t i = 0; i < 4; ++i) out[i] = particle[i] == kNone ? padding : records + kNumbers * particle[i];
 }
 
 constexpr size_t kPlaceOfTurn = offsetof(MovingRecord, d) / sizeof(double);
@@ -108,7 +108,7 @@ void take_in_for_newton(const NewtonRecords& s, NewtonParticles* newton, SweepPa
         const double *records[4], *moments[4];
         for (size_t i = 0; i < 4; ++i) {
             const uint32_t j = s.particle[first + i];
-            const bool is_nobody = j == 0xffffffffu;
+            const bool is_nobody = j == kNone;
             records[i] = is_nobody ? kNobody.x : s.moving[j].x;
             moments[i] = is_nobody ? kNoMoment : s.moments + 6 * j;
             p.mass[lane + i] = is_nobody ? 0.0 : s.masses[j];

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "solver/data/ids.h"
 #include "solver/scene/live_topology.h"
 #include "solver/threads/parallel.h"
 
@@ -22,7 +23,6 @@ namespace sunder {
 class LaneLayout {
 public:
     static constexpr uint32_t kLanes = 8;
-    static constexpr uint32_t kNone = SimulationMesh::kNone;
 
     struct Unit {
         uint32_t begin_block, end_block;
@@ -39,9 +39,9 @@ public:
     size_t n_blocks() const { return particle_.size() / kLanes; }
     size_t n_rows() const { return neighbour_.size() / kLanes; }
     std::span<const Unit> units() const { return units_; }
-    uint32_t particle(size_t lane) const { return particle_[lane]; }   // kNone: padding
-    uint32_t lane(size_t particle) const { return lane_[particle]; }   // kNone: a lone particle
-    std::span<const uint32_t> particles() const { return particle_; }  // (n_lanes)
+    ParticleId particle(size_t lane) const { return particle_[lane]; }        // none: padding
+    uint32_t lane(ParticleIndex particle) const { return lane_[particle]; }   // kNone: a lone particle
+    std::span<const ParticleId> particles() const { return particle_; }       // (n_lanes)
 
     // Of one unit; rows and lanes within it.
     const uint32_t* row_begin(size_t u) const {
@@ -62,7 +62,8 @@ private:
 
     uint64_t version_ = 0;
     std::vector<Unit> units_;
-    std::vector<uint32_t> particle_, lane_, neighbour_;
+    std::vector<ParticleId> particle_;
+    std::vector<uint32_t> lane_, neighbour_;
     std::vector<uint32_t> row_begin_;  // unit after unit, each with its end
     std::vector<Window> windows_;
 };

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "solver/data/invariant.h"
 #include "solver/data/rotations.h"
 #include "solver/lanes/instruction_set.h"
 #include "solver/matching/step_limit.h"
@@ -39,7 +40,7 @@ UnitKernels<Real> NewtonStep::kernels_of(const Precision<Real>& precision, size_
 
 bool NewtonStep::moves(const SweepInput& in, const LaneLayout::Unit& unit) const {
     const auto lanes = layout_.particles().subspan(kLanes * unit.begin_block, kLanes * unit.n_blocks());
-    return std::ranges::any_of(lanes, [&](uint32_t j) { return j != LaneLayout::kNone && !in.held[j]; });
+    return std::ranges::any_of(lanes, [&](ParticleId j) { return !j.is_none() && !in.held[j]; });
 }
 
 // Squared, of the whole scene, for a unit of size 1.
@@ -148,19 +149,19 @@ void NewtonStep::apply_in(Precision<Real>& precision, bool first_iteration, cons
     const auto move = [&](const LaneLayout::Unit& unit, size_t slot, const UnitBlocks& blocks, const auto& for_free) {
         std::vector<Quat>& turned = scratch_[slot].turned;
         turned.resize(kLanes * unit.n_blocks());
-        const auto cosine = [&](size_t lane, uint32_t j) { return std::abs(io_particles[j].d.dot(turned[lane])); };
+        const auto cosine = [&](size_t lane, ParticleId j) { return std::abs(io_particles[j].d.dot(turned[lane])); };
         std::atomic<bool> any_far{false};
-        for_free(blocks, [&](size_t lane, uint32_t j, const Vec3&, const Vec3& turn) {
+        for_free(blocks, [&](size_t lane, ParticleId j, const Vec3&, const Vec3& turn) {
             turned[lane] = (rotation_of(turn) * io_particles[j].d).normalized();
             if (StepLimit::may_be_far(cosine(lane, j))) any_far = true;
         });
         const bool is_far = any_far;
         StepLimit limit;
         if (is_far)
-            for_free(UnitBlocks(unit.n_blocks(), nullptr), [&](size_t lane, uint32_t j, const Vec3&, const Vec3&) {
+            for_free(UnitBlocks(unit.n_blocks(), nullptr), [&](size_t lane, ParticleId j, const Vec3&, const Vec3&) {
                 limit.add(in.live.piece(j), cosine(lane, j));
             });
-        for_free(blocks, [&](size_t lane, uint32_t j, const Vec3& shift, const Vec3&) {
+        for_free(blocks, [&](size_t lane, ParticleId j, const Vec3& shift, const Vec3&) {
             MovingParticle& p = io_particles[j];
             const Vec3 x = p.x + shift;
             const double share = is_far ? limit.share(in.live.piece(j)) : 1;
@@ -180,8 +181,8 @@ void NewtonStep::damp_in(Precision<Real>& precision, const SweepInput& in, const
         const size_t first = size_t{kLanes} * layout_.units()[u].begin_block;
         blocks([&](size_t begin, size_t end) {
             for (size_t lane = begin * kLanes; lane < end * kLanes; ++lane) {
-                const uint32_t j = layout_.particle(first + lane);
-                if (j == LaneLayout::kNone) continue;
+                const ParticleId j = layout_.particle(first + lane);
+                if (j.is_none()) continue;
                 NewtonParticles& block = io_newton[lane / kLanes];
                 put_lane(io_shift[j], lane % kLanes, block.residual);
                 put_lane(io_turn[j], lane % kLanes, block.residual + 3);
@@ -192,13 +193,16 @@ void NewtonStep::damp_in(Precision<Real>& precision, const SweepInput& in, const
     };
     find_residuals(precision, true, in, workers, io_goals, particles, take_motion);
     solve(precision, in, workers, [&](const auto&, size_t, const UnitBlocks& blocks, const auto& for_free) {
-        for_free(blocks, [&](size_t, uint32_t j, const Vec3& shift, const Vec3& turn) {
+        for_free(blocks, [&](size_t, ParticleId j, const Vec3& shift, const Vec3& turn) {
             io_shift[j] = shift, io_turn[j] = turn;
         });
     });
 }
 
 bool NewtonStep::take_up(const SweepInput& in, const WorkerPool& workers) {
+    const size_t n = in.live.ends().size();
+    SUNDER_ASSERT(in.rest.n_particles() == n && in.shapes.group.size() == n && in.stiffness.size() == n);
+    SUNDER_ASSERT(in.held.size() >= n && in.span.size() >= n && (in.brace.empty() || in.brace.size() >= n));
     if (layout_.update(in.live, workers)) {
         residual_.resize(layout_.units().size());
         block_residual_.resize(layout_.n_blocks());
@@ -219,6 +223,7 @@ bool NewtonStep::take_up(const SweepInput& in, const WorkerPool& workers) {
 
 void NewtonStep::apply(bool first_iteration, const SweepInput& in, const WorkerPool& workers,
                        std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles) {
+    SUNDER_ASSERT(io_goals.size() == in.live.ends().size() && io_particles.size() >= io_goals.size());
     if (take_up(in, workers))
         apply_in(full_, first_iteration, in, workers, io_goals, io_particles);
     else
@@ -227,6 +232,7 @@ void NewtonStep::apply(bool first_iteration, const SweepInput& in, const WorkerP
 
 void NewtonStep::damp(const SweepInput& in, const WorkerPool& workers, std::span<GroupGoal> io_goals,
                       std::span<const MovingParticle> particles, std::span<Vec3> io_shift, std::span<Vec3> io_turn) {
+    SUNDER_ASSERT(io_shift.size() == io_turn.size() && io_shift.size() >= io_goals.size());
     if (take_up(in, workers))
         damp_in(full_, in, workers, io_goals, particles, io_shift, io_turn);
     else

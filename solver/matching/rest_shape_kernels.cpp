@@ -1,6 +1,7 @@
 // Compiled once for each instruction set (lanes.h).
 #include "solver/matching/rest_shape_kernels.h"
 
+#include "solver/data/ids.h"
 #include "solver/lanes/lane_eigen.h"
 
 namespace sunder {
@@ -19,7 +20,6 @@ struct MemberRow {
     V weight, mass;  // w, w m
 
     SUNDER_INLINE MemberRow(const RestShapeRecords& r, const uint32_t (&groups)[4], uint32_t row) {
-        constexpr uint32_t kNone = 0xffffffffu;
         double places[3][4], weights[4], masses[4];
         for (size_t i = 0; i < 4; ++i) {
             const uint32_t g = groups[i];

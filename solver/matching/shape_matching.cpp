@@ -1,5 +1,7 @@
 #include "solver/matching/shape_matching.h"
 
+#include "solver/data/invariant.h"
+
 namespace sunder {
 namespace {
 
@@ -15,7 +17,7 @@ inline void add_product(Mat3& A, const Mat3& D, const Sym3& M) {
 }  // namespace
 
 GroupMoments group_moments(const LiveTopology& live, const GroupShapes& shapes,
-                           std::span<const MovingParticle> particles, uint32_t g) {
+                           std::span<const MovingParticle> particles, ParticleIndex g) {
     GroupMoments m{Mat3::Zero(), Mat3::Zero(), Vec3::Zero()};
     const Vec3 origin = particles[g].x;  // relative to the centre particle: exact far from the world's origin
     for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
@@ -32,17 +34,18 @@ GroupMoments group_moments(const LiveTopology& live, const GroupShapes& shapes,
 
 void restore_linear_momentum(const SimulationMesh& rest, const LiveTopology& live, std::span<const uint8_t> piece_held,
                              size_t begin_piece, size_t end_piece, std::span<MovingParticle> io_particles) {
+    SUNDER_ASSERT(begin_piece <= end_piece && end_piece <= live.n_pieces() && piece_held.size() == live.n_pieces());
     for (size_t piece = begin_piece; piece < end_piece; ++piece) {
         const auto particles = live.piece_particles(piece);
         if (piece_held[piece] || particles.size() == 1) continue;
         Vec3 departure = Vec3::Zero();
         double mass = 0;
-        for (uint32_t j : particles) {
+        for (const ParticleId j : particles) {
             departure += rest.mass[j] * (io_particles[j].x - io_particles[j].x_inertial);
             mass += rest.mass[j];
         }
         departure /= mass;
-        for (uint32_t j : particles) io_particles[j].x -= departure;
+        for (const ParticleId j : particles) io_particles[j].x -= departure;
     }
 }
 

@@ -27,7 +27,7 @@ struct GroupMoments {
     Vec3 center;
 };
 GroupMoments group_moments(const LiveTopology& live, const GroupShapes& shapes,
-                           std::span<const MovingParticle> particles, uint32_t g);
+                           std::span<const MovingParticle> particles, ParticleIndex g);
 
 /// Sweeps and Newton steps that stop early give linear momentum away; taking out each piece's mean departure from its
 /// inertial path gives the piece's linear momentum back exactly. Pieces with a held particle are left alone.

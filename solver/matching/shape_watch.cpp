@@ -15,7 +15,7 @@ bool ShapeWatch::look(const GroupShapes& shapes, const LaneLayout& layout, size_
         bool any_here = false;
         for (size_t lane = LaneLayout::kLanes * begin; lane < LaneLayout::kLanes * end; ++lane) {
             const uint32_t g = particles()[lane];
-            const uint64_t now = g == LaneLayout::kNone ? 0 : shapes.revision[g];
+            const uint64_t now = g == kNone ? 0 : shapes.revision[g];
             changed_[lane] = revision_[lane] != now;
             any_here |= changed_[lane] != 0;
             revision_[lane] = now;

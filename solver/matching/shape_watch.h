@@ -1,6 +1,7 @@
 // What changed of the rest shapes of a unit since they were last looked at.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "solver/matching/group_shape.h"
@@ -23,7 +24,9 @@ public:
     const LaneLayout::Unit& unit() const { return layout_->units()[unit_]; }
     const uint32_t* row_begin() const { return layout_->row_begin(unit_); }
     const uint32_t* neighbours() const { return layout_->neighbours(unit_); }
-    const uint32_t* particles() const { return layout_->particles().data() + first_lane(); }  // of its lanes
+    std::span<const ParticleId> particles() const {  // of its lanes
+        return layout_->particles().subspan(first_lane(), n_lanes());
+    }
     size_t n_lanes() const { return size_t{LaneLayout::kLanes} * unit().n_blocks(); }
 
 private:

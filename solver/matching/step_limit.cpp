@@ -6,7 +6,7 @@
 
 namespace sunder {
 
-void StepLimit::add(uint32_t piece, double cosine) {
+void StepLimit::add(PieceId piece, double cosine) {
     const double turn = 2 * math::acos(cosine);
     if (!(turn > kMostTurn)) return;
     const double share = kMostTurn / turn;
@@ -18,7 +18,7 @@ void StepLimit::add(uint32_t piece, double cosine) {
     short_.push_back({piece, share});
 }
 
-double StepLimit::share(uint32_t piece) const {
+double StepLimit::share(PieceId piece) const {
     for (const Piece& known : short_)
         if (known.piece == piece) return known.share;
     return 1;

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "solver/data/ids.h"
+
 namespace sunder {
 
 /// How much of a Newton step each piece of a unit takes: less than all where a particle of it would turn by more than
@@ -18,13 +20,13 @@ public:
     /// `cosine`: of half of its turn.
     static bool may_be_far(double cosine) { return cosine < 1 - 0.12 * kMostTurn * kMostTurn; }
     /// Takes in a particle of a piece.
-    void add(uint32_t piece, double cosine);
+    void add(PieceId piece, double cosine);
     /// In (0, 1].
-    double share(uint32_t piece) const;
+    double share(PieceId piece) const;
 
 private:
     struct Piece {
-        uint32_t piece;
+        PieceId piece;
         double share;
     };
     std::vector<Piece> short_;  // few: a unit is a single piece, or some of less than 64 particles

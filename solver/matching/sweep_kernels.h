@@ -91,7 +91,7 @@ struct JacobiRecords {
     MovingRecord* moving;      // (n_particles)
     double* rotations;         // of their groups, x, y, z, w (n_particles x 4)
     const uint8_t* held;       // (n_particles)
-    const uint32_t* particle;  // of each lane; 0xffffffff: padding
+    const uint32_t* particle;  // of each lane; kNone: padding
     const uint32_t* origin;    // first particle of its piece; of each lane, likewise
 };
 
@@ -120,7 +120,7 @@ struct NewtonRecords {
     const double* masses;        // (n_particles)
     const uint8_t* held;         // (n_particles)
     const double* brace;         // (n_particles), or null: 0
-    const uint32_t* particle;    // of each lane; 0xffffffff: padding
+    const uint32_t* particle;    // of each lane; kNone: padding
 };
 
 struct SweepKernels {

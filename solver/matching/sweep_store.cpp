@@ -16,8 +16,8 @@ ShapeRecords shape_records(const SweepInput& in, const ShapeWatch& watch) {
             in.live.begins().data(),
             in.live.ends().data(),
             in.live.twins().data(),
-            in.live.members().data(),
-            watch.particles()};
+            numbers(in.live.members()).data(),
+            numbers(watch.particles()).data()};
 }
 
 template <class Real>
@@ -66,7 +66,7 @@ template <class Real>
 void SweepStore<Real>::load(const SweepInput& in, std::span<const GroupGoal> goals, size_t begin, size_t end) {
     for (size_t l = begin * kLanes; l < end * kLanes; ++l) {
         const uint32_t j = particle(l);
-        if (j == LaneLayout::kNone) continue;
+        if (j == kNone) continue;
         if constexpr (std::is_same_v<Real, float>) particles_[l].mass = static_cast<float>(in.rest.mass[j]);
         SweepGroups<Real>& group = groups_[l / kLanes];
         const double k = in.bending && in.bending->is_thin(j) ? 0 : in.stiffness[j].k;
@@ -82,7 +82,7 @@ template <class Real>
 void SweepStore<Real>::give_rotations(std::span<GroupGoal> io_goals, size_t begin, size_t end) const {
     for (size_t l = begin * kLanes; l < end * kLanes; ++l) {
         const uint32_t g = particle(l);
-        if (g == LaneLayout::kNone) continue;
+        if (g == kNone) continue;
         const auto& rotation = groups_[l / kLanes].rotation;
         const auto at = [&](int i) { return static_cast<double>(rotation[i][l % kLanes]); };
         io_goals[g].rotation = Quat(at(3), at(0), at(1), at(2));

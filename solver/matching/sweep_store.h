@@ -44,11 +44,11 @@ public:
     void give_rotations(std::span<GroupGoal> io_goals, size_t begin, size_t end) const;
 
     SweepArrays<Real> arrays();
-    SweepParticle<Real>* particles() { return particles_.data(); }         // by lane
-    const uint32_t* lane_particles() const { return watch_.particles(); }  // as LaneLayout::particle
+    SweepParticle<Real>* particles() { return particles_.data(); }                         // by lane
+    const uint32_t* lane_particles() const { return numbers(watch_.particles()).data(); }  // as LaneLayout::particle
 
 private:
-    uint32_t particle(size_t lane) const { return watch_.particles()[lane]; }
+    ParticleId particle(size_t lane) const { return watch_.particles()[lane]; }
     void take_up_group(const GroupShape& shape, size_t lane);
 
     ShapeWatch watch_;

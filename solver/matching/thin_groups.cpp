@@ -2,11 +2,11 @@
 
 namespace sunder {
 
-Cover::Cover(const SimulationMesh& rest, uint32_t g)
+Cover::Cover(const SimulationMesh& rest, ParticleIndex g)
     : to_axes_(rest.rest_orientation[g].conjugate().toRotationMatrix()),
       extent_per_volume_((12 * section_moments(rest, g)).cwiseSqrt() / rest.volume[g]) {}
 
-void Cover::add(const SimulationMesh& rest, uint32_t g, uint32_t neighbour, double area) {
+void Cover::add(const SimulationMesh& rest, ParticleIndex g, ParticleIndex neighbour, double area) {
     const Vec3 e = to_axes_ * (rest.rest_position[neighbour] - rest.rest_position[g]).normalized();
     cover_ += area * extent_per_volume_.cwiseProduct(e.cwiseProduct(e));
 }
@@ -23,7 +23,7 @@ int Cover::most() const {
     return k;
 }
 
-bool bends(const SimulationMesh& rest, std::span<const Material> materials, size_t g) {
+bool bends(const SimulationMesh& rest, std::span<const Material> materials, ParticleIndex g) {
     return !rest.thin.empty() && rest.thin[g] != 0 && materials[rest.body[g]].curvature;
 }
 
@@ -46,7 +46,7 @@ std::vector<uint8_t> thin_groups(const SimulationMesh& rest) {
         if (end - begin < 2) continue;
         Cover cover(rest, g);
         for (uint32_t s = begin; s < end; ++s)
-            if (rest.member_edge[s] != SimulationMesh::kNone)
+            if (!rest.member_edge[s].is_none())
                 cover.add(rest, g, rest.group_member[s], rest.edges[rest.member_edge[s]].area);
         thin[g] = cover.directions() < 3;
     }

@@ -12,8 +12,8 @@ namespace sunder {
 /// extent along e_k; 2 where a neighbour of its own section lies on either side, 0 where none does.
 class Cover {
 public:
-    explicit Cover(const SimulationMesh& rest, uint32_t g);
-    void add(const SimulationMesh& rest, uint32_t g, uint32_t neighbour, double area);
+    explicit Cover(const SimulationMesh& rest, ParticleIndex g);
+    void add(const SimulationMesh& rest, ParticleIndex g, ParticleIndex neighbour, double area);
     bool spans(int k) const { return cover_[k] > kSpanned; }
     /// 0 .. 3
     int directions() const { return spans(0) + spans(1) + spans(2); }
@@ -27,12 +27,12 @@ private:
 };
 
 /// Second moments of a fragment along its own axes, over its volume, m2: those of a box of its radii.
-inline Vec3 section_moments(const SimulationMesh& rest, uint32_t g) {
+inline Vec3 section_moments(const SimulationMesh& rest, ParticleIndex g) {
     return rest.radii[g].cwiseProduct(rest.radii[g]) / 3;
 }
 
 /// Whether a group is thin and its body bends by its curvature.
-bool bends(const SimulationMesh& rest, std::span<const Material> materials, size_t g);
+bool bends(const SimulationMesh& rest, std::span<const Material> materials, ParticleIndex g);
 /// Whether any is.
 bool bends(const SimulationMesh& rest, std::span<const Material> materials);
 /// Gives a state that was made without them what such groups change for good, unbent.

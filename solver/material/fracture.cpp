@@ -4,6 +4,7 @@
 #include <cmath>
 #include <mutex>
 
+#include "solver/data/invariant.h"
 #include "solver/matching/unit_schedule.h"
 
 namespace sunder {
@@ -28,7 +29,7 @@ struct FracturePlane {
     bool parts(const Vec3& x) const { return normal.dot(x - point) * own_side < -tolerance; }
 };
 
-FracturePlane plane_through(const LiveGroups& groups, uint32_t g, const Vec3& normal) {
+FracturePlane plane_through(const LiveGroups& groups, ParticleIndex g, const Vec3& normal) {
     const auto& [rest, live, shapes, particles] = groups;
     FracturePlane plane{group_moments(live, shapes, particles, g).center, normal, 0, 1};
     plane.tolerance = 1e-6 * std::sqrt(shapes.group[g].positions_trace / shapes.group[g].mass);
@@ -52,10 +53,10 @@ double factor_of(const LiveGroups& groups, uint32_t slot) {
 }
 
 // Mean factor of the edges that the plane cuts; kNever where it cuts none but glued ones.
-double mean_factor(const LiveGroups& groups, uint32_t g, const FracturePlane& plane) {
+double mean_factor(const LiveGroups& groups, ParticleIndex g, const FracturePlane& plane) {
     double sum = 0, total = 0;
     for (uint32_t s = groups.live.begin(g); s < groups.live.end(g); ++s) {
-        const uint32_t j = groups.live.member(s);
+        const ParticleId j = groups.live.member(s);
         if (j == g || !plane.parts(groups.particles[j].x)) continue;
         const double factor = factor_of(groups, s);
         if (factor == kNever) continue;
@@ -72,7 +73,7 @@ struct UnevenPlane {
 };
 
 // Which of the two sides of the centre the plane runs on: through the centre of mass, unless the other side is weaker.
-UnevenPlane weaker_plane(const LiveGroups& groups, uint32_t g, const Vec3& normal) {
+UnevenPlane weaker_plane(const LiveGroups& groups, ParticleIndex g, const Vec3& normal) {
     const FracturePlane through = plane_through(groups, g, normal);
     FracturePlane past = through;
     past.point = groups.particles[g].x;
@@ -83,7 +84,7 @@ UnevenPlane weaker_plane(const LiveGroups& groups, uint32_t g, const Vec3& norma
 }
 
 // Least toughness factor of the living edges from the centre of group g; kNever if all are glued, or there are none.
-double weakest_factor(const SimulationMesh& rest, const LiveTopology& live, uint32_t g) {
+double weakest_factor(const SimulationMesh& rest, const LiveTopology& live, ParticleIndex g) {
     double weakest = kNever;
     for (uint32_t s = live.begin(g); s < live.end(g); ++s)
         if (live.member(s) != g) weakest = std::min(weakest, rest.edges[live.edge(s)].toughness_factor);
@@ -96,18 +97,19 @@ double toughness_of(const Material& own, Strained how) {
 
 }  // namespace
 
-double breaking_strain(const LiveGroups& groups, const Material& own, uint32_t g, Strained how, const Vec3& direction) {
+double breaking_strain(const LiveGroups& groups, const Material& own, ParticleIndex g, Strained how,
+                       const Vec3& direction) {
     const double toughness = toughness_of(own, how);
     return groups.rest.group_uneven[g] ? toughness * weaker_plane(groups, g, oriented(direction)).factor : toughness;
 }
 
-double breaking_strain(const SimulationMesh& rest, const LiveTopology& live, const Material& own, uint32_t g,
+double breaking_strain(const SimulationMesh& rest, const LiveTopology& live, const Material& own, ParticleIndex g,
                        Strained how) {
     const double toughness = toughness_of(own, how);
     return rest.group_uneven[g] ? toughness * weakest_factor(rest, live, g) : toughness;
 }
 
-double breaking_strain(const SimulationMesh& rest, const LiveTopology& live, const Material& own, uint32_t g) {
+double breaking_strain(const SimulationMesh& rest, const LiveTopology& live, const Material& own, ParticleIndex g) {
     const Strained weaker = own.compressive_toughness < own.toughness ? Strained::pressed : Strained::pulled;
     return breaking_strain(rest, live, own, g, weaker);
 }
@@ -126,7 +128,7 @@ GroupStrain group_strain(const Vec3& e, const Mat3& directions, const Quat& rota
 }
 
 GroupStrain uneven_group_strain(const Vec3& e, const Mat3& directions, const Quat& rotation, const Material& material,
-                                const LiveGroups& groups, uint32_t g) {
+                                const LiveGroups& groups, ParticleIndex g) {
     GroupStrain worst;
     for (int i = 0; i < 3; ++i) {
         const Strained how = e(i) > 0 ? Strained::pulled : Strained::pressed;
@@ -142,13 +144,13 @@ GroupStrain uneven_group_strain(const Vec3& e, const Mat3& directions, const Qua
 namespace {
 
 // What group g cuts, if its load is `enough` and the most of its one-ring.
-void cut_group(const LiveGroups& groups, std::span<const GroupStrain> strains, uint32_t g, double enough, double time,
-               std::vector<BrokenEdge>& io_cuts) {
+void cut_group(const LiveGroups& groups, std::span<const GroupStrain> strains, ParticleIndex g, double enough,
+               double time, std::vector<BrokenEdge>& io_cuts) {
     const auto& [rest, live, shapes, particles] = groups;
     const int64_t own = rounded(strains[g].load);
     if (own < rounded(enough)) return;
     for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
-        const uint32_t j = live.member(s);
+        const ParticleId j = live.member(s);
         const int64_t other = rounded(strains[j].load);
         if (other > own || (other == own && j < g)) return;
     }
@@ -168,6 +170,8 @@ void cut_group(const LiveGroups& groups, std::span<const GroupStrain> strains, u
 std::vector<BrokenEdge> edges_to_cut(const LiveGroups& groups, std::span<const GroupStrain> strains, double leading,
                                      double time, const WorkerPool& workers) {
     const LiveTopology& live = groups.live;
+    SUNDER_ASSERT(strains.size() == live.ends().size() && groups.shapes.group.size() == strains.size());
+    SUNDER_ASSERT(leading >= 0 && leading <= 1);
     std::vector<double> most(live.n_pieces(), 1.0);
     for (uint32_t g = 0; g < strains.size(); ++g) most[live.piece(g)] = std::max(most[live.piece(g)], strains[g].load);
     std::mutex mutex;

@@ -33,13 +33,14 @@ enum class Strained : uint8_t { pulled, pressed };
 /// edges that the plane across it cuts, each counting with its weight in the group and with how squarely it meets the
 /// plane: as in a cross-section that the pull has to part. Glued edges do not count; where a plane would cut nothing
 /// else, the group does not break across it (kNever).
-double breaking_strain(const LiveGroups& groups, const Material& own, uint32_t g, Strained how, const Vec3& direction);
+double breaking_strain(const LiveGroups& groups, const Material& own, ParticleIndex g, Strained how,
+                       const Vec3& direction);
 
 /// No strain below it breaks the group, whatever its direction: that of the weakest edge.
-double breaking_strain(const SimulationMesh& rest, const LiveTopology& live, const Material& own, uint32_t g,
+double breaking_strain(const SimulationMesh& rest, const LiveTopology& live, const Material& own, ParticleIndex g,
                        Strained how);
 /// The same, pulled or pressed.
-double breaking_strain(const SimulationMesh& rest, const LiveTopology& live, const Material& own, uint32_t g);
+double breaking_strain(const SimulationMesh& rest, const LiveTopology& live, const Material& own, ParticleIndex g);
 
 /// Compares a group's elastic strains with the material's toughness: tension by default, compression where asked for.
 GroupStrain group_strain(const Vec3& elastic_log_strain, const Mat3& directions, const Quat& rotation,
@@ -47,7 +48,7 @@ GroupStrain group_strain(const Vec3& elastic_log_strain, const Mat3& directions,
 
 /// The same for a group whose edges are not equally tough: along each principal direction, with `breaking_strain`.
 GroupStrain uneven_group_strain(const Vec3& elastic_log_strain, const Mat3& directions, const Quat& rotation,
-                                const Material& material, const LiveGroups& groups, uint32_t g);
+                                const Material& material, const LiveGroups& groups, ParticleIndex g);
 
 /// Edges to cut, ascending. Two phases: every group's strain is known before anything is cut. A group cuts only if it
 /// is the most loaded of its one-ring (ties, to a millionth: the lower index), so that one crack forms and not one a

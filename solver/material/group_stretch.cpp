@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/lanes/instruction_set.h"
 #include "solver/matching/polar_decomposition.h"
@@ -20,12 +21,14 @@ GroupStretcher::GroupStretcher(const LiveTopology& live, const GroupShapes& shap
                &shapes.group.data()->mass,
                live.begins().data(),
                live.ends().data(),
-               live.members().data(),
+               numbers(live.members()).data(),
                kOrientationWeight,
                kStretchMomentWeight,
                optimal_rotation_svd},
       kernels_(&SUNDER_BEST_KERNELS(kStretchKernels)) {
     constexpr size_t kNumber = sizeof(double);
+    SUNDER_ASSERT(!goals.empty() && shapes.group.size() == goals.size() && shapes.member.size() == live.n_slots());
+    SUNDER_ASSERT(live.ends().size() == goals.size() && particles.size() >= goals.size());
     static_assert(sizeof(GroupGoal) == 4 * kNumber);
     static_assert(sizeof(GroupShape) == StretchRecords::kShapeNumbers * kNumber);
     static_assert(offsetof(GroupShape, stretch) + offsetof(StretchBasis, V) == StretchRecords::kV * kNumber &&

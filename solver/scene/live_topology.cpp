@@ -4,6 +4,8 @@
 #include <numeric>
 
 #include "solver/data/disjoint_sets.h"
+#include "solver/data/ids.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 
@@ -13,8 +15,10 @@ void LiveTopology::reset(const SimulationMesh& rest, std::span<const uint8_t> ed
 
 void LiveTopology::reset(const SimulationMesh& rest, std::span<const uint8_t> edge_intact, const WorkerPool& workers) {
     constexpr size_t kGrain = 256;  // fewest groups a thread is worth waking for
-    constexpr uint32_t kNone = SimulationMesh::kNone;
     const size_t n = rest.n_particles(), n_slots = rest.group_member.size();
+    SUNDER_ASSERT(edge_intact.size() == rest.n_edges() && rest.group_offset.size() == n + 1);
+    SUNDER_ASSERT(rest.group_offset.back() == n_slots);
+    SUNDER_ASSERT(rest.member_edge.size() == n_slots && rest.member_twin.size() == n_slots);
     offset_ = rest.group_offset;
     gone_.assign(rest.n_edges(), 0);
     end_.resize(n), place_.resize(n_slots);
@@ -23,7 +27,7 @@ void LiveTopology::reset(const SimulationMesh& rest, std::span<const uint8_t> ed
         workers.for_range(n, kGrain, [&](size_t first, size_t last) {
             for (size_t g = first; g < last; ++g)
                 for (uint32_t s = offset_[g]; s < offset_[g + 1]; ++s)
-                    if (const uint32_t e = rest.member_edge[s]; e == kNone || edge_intact[e]) body(g, s);
+                    if (const EdgeId e = rest.member_edge[s]; e.is_none() || edge_intact[e]) body(g, s);
         });
     };
     std::copy(offset_.begin(), offset_.end() - 1, end_.begin());
@@ -31,18 +35,18 @@ void LiveTopology::reset(const SimulationMesh& rest, std::span<const uint8_t> ed
     for_slots([&](size_t, uint32_t s) {
         const uint32_t to = place_[s];
         member_[to] = rest.group_member[s], edge_[to] = rest.member_edge[s];
-        twin_[to] = rest.member_edge[s] == kNone ? to : place_[rest.member_twin[s]];
+        twin_[to] = rest.member_edge[s].is_none() ? to : place_[rest.member_twin[s]];
     });
     find_pieces();
 }
 
-void LiveTopology::drop_from_group(uint32_t g) {
+void LiveTopology::drop_from_group(ParticleId g) {
     uint32_t to = offset_[g];
     for (uint32_t s = offset_[g]; s < end_[g]; ++s) {
-        if (edge_[s] != SimulationMesh::kNone && gone_[edge_[s]]) continue;
+        if (!edge_[s].is_none() && gone_[edge_[s]]) continue;
         member_[to] = member_[s], edge_[to] = edge_[s];
         // The slot moved: tell its twin (the centre's slot is its own twin).
-        if (edge_[s] == SimulationMesh::kNone) {
+        if (edge_[s].is_none()) {
             twin_[to] = to;
         } else {
             twin_[to] = twin_[s];
@@ -53,44 +57,45 @@ void LiveTopology::drop_from_group(uint32_t g) {
     end_[g] = to;
 }
 
-std::vector<uint32_t> LiveTopology::remove_edges(const SimulationMesh& rest, std::span<const uint32_t> broken) {
-    std::vector<uint32_t> groups;
-    for (uint32_t e : broken) {
+std::vector<ParticleId> LiveTopology::remove_edges(const SimulationMesh& rest, std::span<const EdgeId> broken) {
+    std::vector<ParticleId> groups;
+    for (const EdgeId e : broken) {
+        SUNDER_ASSERT(e < gone_.size());
         gone_[e] = 1;
         groups.push_back(rest.edges[e].a), groups.push_back(rest.edges[e].b);
     }
     std::sort(groups.begin(), groups.end());
     groups.erase(std::unique(groups.begin(), groups.end()), groups.end());
-    for (uint32_t g : groups) drop_from_group(g);
-    for (uint32_t e : broken) gone_[e] = 0;
+    for (const ParticleId g : groups) drop_from_group(g);
+    for (const EdgeId e : broken) gone_[e] = 0;
     if (!groups.empty()) find_pieces();
     return groups;
 }
 
-bool LiveTopology::joined(uint32_t i, uint32_t j) const {
+bool LiveTopology::joined(ParticleIndex i, ParticleIndex j) const {
     const auto first = member_.begin() + offset_[i], last = member_.begin() + end_[i];
-    return std::binary_search(first, last, j);
+    return std::binary_search(first, last, ParticleId(size_t{j}));
 }
 
 // Numbered by their lowest particles.
 void LiveTopology::find_pieces() {
     ++version_;
     const uint32_t n = static_cast<uint32_t>(end_.size());
-    piece_.resize(n), piece_particle_.resize(n);
-    std::iota(piece_.begin(), piece_.end(), 0u);
+    piece_.resize(n), piece_particle_.resize(n), set_.resize(n);
+    std::iota(set_.begin(), set_.end(), 0u);
     for (uint32_t i = 0; i < n; ++i)
         for (uint32_t s = offset_[i]; s < end_[i]; ++s)
-            if (member_[s] > i) unite(piece_, i, member_[s]);
+            if (member_[s] > i) unite(set_, i, member_[s]);
     piece_offset_.assign(1, 0);
     for (uint32_t i = 0; i < n; ++i) {
-        const bool is_lowest = piece_[i] == i;
-        piece_[i] = is_lowest ? static_cast<uint32_t>(n_pieces()) : piece_[piece_[i]];  // lower ones have their numbers
+        const bool is_lowest = set_[i] == i;
+        piece_[i] = is_lowest ? PieceId(n_pieces()) : piece_[set_[i]];  // lower ones have their numbers
         if (is_lowest) piece_offset_.push_back(0);
         ++piece_offset_[piece_[i] + 1];
     }
     std::partial_sum(piece_offset_.begin(), piece_offset_.end(), piece_offset_.begin());
     std::vector<uint32_t> next(piece_offset_.begin(), piece_offset_.end() - 1);
-    for (uint32_t i = 0; i < n; ++i) piece_particle_[next[piece_[i]]++] = i;
+    for (uint32_t i = 0; i < n; ++i) piece_particle_[next[piece_[i]]++] = ParticleId(i);
 }
 
 }  // namespace sunder

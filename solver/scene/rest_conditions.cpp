@@ -1,6 +1,7 @@
 #include "solver/scene/rest_conditions.h"
 
 #include "solver/data/frame_state.h"
+#include "solver/data/invariant.h"
 #include "solver/scene/scene_fields.h"
 
 namespace sunder {
@@ -33,6 +34,7 @@ uint64_t hash_of_sleepers(const FrameState& s) {
                                   double(hash & 0xffffffffu)};
         hash = hash_of(numbers);
     };
+    SUNDER_ASSERT(s.asleep.size() == s.n_particles() + s.rigid_bodies.size());
     const size_t n = s.n_particles();
     for (size_t i = 0; i < n; ++i)
         if (s.asleep[i]) add(s.position[i], s.orientation[i], s.velocity[i], s.angular_velocity[i]);

@@ -34,7 +34,7 @@ struct Material {
 };
 
 /// What a particle makes of its body's material. Its yield is in the state.
-inline Material material_of(const SimulationMesh& rest, size_t particle, const Material& body) {
+inline Material material_of(const SimulationMesh& rest, ParticleIndex particle, const Material& body) {
     Material own = body;
     if (rest.toughness_factor.empty()) return own;
     own.toughness *= rest.toughness_factor[particle];
@@ -53,7 +53,7 @@ struct Body {
 /// Particles held and moved rigidly: particle -> pose * (its rest placement), the pose being given per frame.
 struct Pin {
     std::string name;
-    std::vector<uint32_t> particles;  // scene particles, ascending
+    std::vector<ParticleId> particles;  // ascending
 };
 
 enum class ShapeKind { plane, sphere, box, capsule, mesh };

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "solver/data/first_failure.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
 
@@ -41,6 +42,7 @@ public:
         struct alignas(64) Share {
             std::atomic<size_t> next;
         };
+        SUNDER_ASSERT(first(0) == 0 && first(static_cast<size_t>(threads())) == n);
         const size_t n_shares = static_cast<size_t>(threads());
         std::vector<Share> shares(n_shares);
         for (size_t s = 0; s < n_shares; ++s) shares[s].next.store(first(s), std::memory_order_relaxed);

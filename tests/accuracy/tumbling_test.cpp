@@ -34,11 +34,11 @@ struct Tumbler {
     PieceMomentum momentum(const FrameState& s) const {
         const size_t n = s.n_particles();
         std::vector<Sym3> inertia(n);
-        std::vector<uint32_t> all(n);
+        std::vector<ParticleId> all(n);
         for (uint32_t i = 0; i < n; ++i) {
             const Vec3 r = scene.rest.radii[i], moment = scene.rest.mass[i] / 5 * r.cwiseProduct(r);
             inertia[i] = turned_inertia(s.orientation[i], to_sym(Mat3(moment.asDiagonal())));
-            all[i] = i;
+            all[i] = ParticleId(i);
         }
         return piece_momentum(scene.rest, inertia, all, s.position, s.velocity, s.angular_velocity);
     }

@@ -130,7 +130,7 @@ inline Body make_body(TetBox box, const std::vector<uint32_t>& label) {
         face.normal.normalize();
         face.triangle_end = uint32_t(set.interface_triangles.size());
         set.interfaces.push_back(face);
-        body.rest.edges.push_back({pair.first, pair.second, face.area});
+        body.rest.edges.push_back({ParticleId(pair.first), ParticleId(pair.second), face.area});
     }
     for (uint32_t i = 0; i < n; ++i) {
         body.rest.rest_position.push_back(set.fragments[i].centroid);

@@ -14,11 +14,11 @@ struct Moving {
     SimulationMesh rest = test::lattice_mesh({{3, 2, 4}, 0.1, 6, 1000, {Vec3(100, -50, 20), Quat::Identity()}});
     std::vector<Sym3> inertia = std::vector<Sym3>(rest.n_particles(), {1e-3, 2e-3, 2.5e-3, 3e-4, -5e-4, 7e-4});
     std::vector<Vec3> x = rest.rest_position, v = x, w = x;
-    std::vector<uint32_t> all;
+    std::vector<ParticleId> all;
     Moving() {
         std::mt19937_64 rng(7);
         std::normal_distribution<double> normal;
-        for (uint32_t i = 0; i < x.size(); ++i) {
+        for (ParticleId i(0); i < x.size(); ++i) {
             all.push_back(i);
             x[i] += Vec3(100, 0, 0);
             v[i] = Vec3(normal(rng), normal(rng), normal(rng));
@@ -62,7 +62,7 @@ TEST(momentum, a_rigid_spin_has_the_inertia_of_the_whole) {
     Moving m;
     const Vec3 spin(0, 0, 2);
     const Vec3 center = piece_momentum(m.rest, m.inertia, m.all, m.x, m.v, m.w).center;
-    for (uint32_t i : m.all) m.v[i] = Vec3(1, 2, 3) + spin.cross(m.x[i] - center), m.w[i] = spin;
+    for (const ParticleId i : m.all) m.v[i] = Vec3(1, 2, 3) + spin.cross(m.x[i] - center), m.w[i] = spin;
     const PieceMomentum p = piece_momentum(m.rest, m.inertia, m.all, m.x, m.v, m.w);
     EXPECT_LE((p.angular - p.inertia * spin).norm(), 1e-10 * p.angular.norm());
 }
@@ -80,7 +80,7 @@ TEST(momentum, an_ellipsoid_that_is_turned_resists_about_its_own_axes) {
 TEST(momentum, a_point_without_inertia_stays_finite) {
     Moving m;
     for (Sym3& h : m.inertia) h = {};
-    const std::vector<uint32_t> one = {0};
+    const std::vector<ParticleId> one = {ParticleId(0)};
     set_angular_momentum(m.rest, m.inertia, one, Vec3(1, 0, 0), 1e300, m.x, m.v, m.w);
     EXPECT_TRUE(m.v[0].allFinite() && m.w[0].allFinite());
 }

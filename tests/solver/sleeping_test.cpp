@@ -415,7 +415,7 @@ TEST(sleeping, what_wakes_by_itself_goes_on_with_the_bits_of_a_scene_made_anew) 
     run(*solver, g, state, 20);
     ASSERT_EQ(std::ranges::count(state.asleep, 1), 64);
     std::vector<FrameState> states = {state};
-    const std::vector<uint32_t>& pinned = solver->scene().pins[0].particles;
+    const std::vector<ParticleId>& pinned = solver->scene().pins[0].particles;
     const auto set_friction = [&](int frame) { g.input.materials[31].friction = frame < 30 ? 0.5 : 0.4; };
     size_t n_woken = 0;
     bool pin_woke = false;

@@ -158,13 +158,13 @@ TEST(sweep, of_newton_is_shortened_as_the_particle_asks_that_turns_most) {
     StepLimit limit;
     const auto turn = [&](uint32_t piece, double by) {  // rad
         EXPECT_EQ(StepLimit::may_be_far(std::cos(by / 2)), by > StepLimit::kMostTurn) << by;
-        limit.add(piece, std::cos(by / 2));
+        limit.add(PieceId(piece), std::cos(by / 2));
     };
     turn(1, 0.4), turn(1, 1.2), turn(1, 0.1), turn(2, 0.25), turn(4, 0.32);
-    EXPECT_NEAR(limit.share(1), 0.3 / 1.2, 1e-12);
-    EXPECT_NEAR(limit.share(4), 0.3 / 0.32, 1e-12);
-    EXPECT_EQ(limit.share(2), 1);
-    EXPECT_EQ(limit.share(3), 1);
+    EXPECT_NEAR(limit.share(PieceId(1)), 0.3 / 1.2, 1e-12);
+    EXPECT_NEAR(limit.share(PieceId(4)), 0.3 / 0.32, 1e-12);
+    EXPECT_EQ(limit.share(PieceId(2)), 1);
+    EXPECT_EQ(limit.share(PieceId(3)), 1);
 }
 
 // What a turn of a group meets, K = tr(A) I - A + omega sum w H with A = R S R^T, of ellipsoids of three different
@@ -204,7 +204,7 @@ TEST(sweep, of_newton_takes_the_inertia_of_members_as_they_are_turned) {
         store.give_rotations(d.goals, 0, n);
         for (size_t lane = 0; lane < n_lanes; ++lane) {
             const uint32_t g = store.lane_particles()[lane];
-            if (g == LaneLayout::kNone) continue;
+            if (g == kNone) continue;
             const Mat3 R = d.goals[g].rotation.toRotationMatrix();
             const Mat3 A = R * to_matrix(d.shapes.group[g].stiffness_moment) * R.transpose();
             Mat3 K = A.trace() * Mat3::Identity() - A;

@@ -14,7 +14,7 @@ struct Uneven : test::LoadedLattice {
     Uneven() : LoadedLattice({{3, 3, 3}, 0.1, 6, 1000, {}}) {}
     void set_factor(uint32_t neighbour, double factor) {
         for (Edge& e : rest.edges)
-            if (std::minmax(e.a, e.b) == std::minmax(kMiddle, neighbour)) e.toughness_factor = factor;
+            if (std::minmax(e.a.value, e.b.value) == std::minmax(kMiddle, neighbour)) e.toughness_factor = factor;
         build_one_rings(rest);
     }
     void pull(const Vec3& strain) {

@@ -54,7 +54,7 @@ SimulationMesh clustered_mesh(const Kind& kind, uint32_t seed) {
     }
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-    for (const auto& [a, b] : pairs) mesh.edges.push_back({a, b, spacing * spacing});
+    for (const auto& [a, b] : pairs) mesh.edges.push_back({ParticleId(a), ParticleId(b), spacing * spacing});
     build_one_rings(mesh);
     return mesh;
 }

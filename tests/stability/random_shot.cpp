@@ -210,7 +210,7 @@ void Shot::hold(uint64_t seed) {
     const double from = along[static_cast<size_t>(draw.uniform(0.5, 0.98) * static_cast<double>(along.size()))];
     Pin pin{"pin", {}};
     for (uint32_t i = body.particle_begin; i < body.particle_end; ++i)
-        if (across.dot(scene.rest.rest_position[i]) >= from) pin.particles.push_back(i);
+        if (across.dot(scene.rest.rest_position[i]) >= from) pin.particles.push_back(ParticleId(i));
     scene.pins.push_back(pin);
 }
 

@@ -16,10 +16,10 @@ inline Scene reversed(const Scene& scene) {
     std::ranges::reverse(rest.rest_position), std::ranges::reverse(rest.rest_orientation);
     std::ranges::reverse(rest.radii), std::ranges::reverse(rest.volume), std::ranges::reverse(rest.mass);
     std::ranges::reverse(rest.fragment);
-    for (Edge& e : rest.edges) e = {last - e.b, last - e.a, e.area};
+    for (Edge& e : rest.edges) e = {ParticleId(last - e.b), ParticleId(last - e.a), e.area};
     std::ranges::sort(rest.edges, [](const Edge& x, const Edge& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
     for (Pin& pin : r.pins) {
-        for (uint32_t& i : pin.particles) i = last - i;
+        for (ParticleId& i : pin.particles) i = ParticleId(last - i);
         std::ranges::sort(pin.particles);
     }
     build_one_rings(rest);

@@ -52,7 +52,7 @@ struct Member {
 };
 
 inline double member_weight(const SimulationMesh& rest, uint32_t edge) {
-    if (edge == SimulationMesh::kNone) return 1;
+    if (edge == kNone) return 1;
     const Edge& e = rest.edges[edge];
     return std::clamp(4 * e.area / std::cbrt(rest.volume[e.a] * rest.volume[e.b]), 0.02, 1.0);
 }
@@ -80,7 +80,7 @@ inline std::vector<Member> living_members(const SimulationMesh& rest, const Fram
     double mass = 0;
     for (uint32_t s = rest.group_offset[g]; s < rest.group_offset[g + 1]; ++s) {
         const uint32_t j = rest.group_member[s], edge = rest.member_edge[s];
-        if (edge != SimulationMesh::kNone && !state.edge_intact[edge]) continue;
+        if (edge != kNone && !state.edge_intact[edge]) continue;
         const Mat3 Q = rest.rest_orientation[j].toRotationMatrix();
         const Vec3 A_j = rest.mass[j] / 5 * rest.radii[j].cwiseProduct(rest.radii[j]);
         const Mat3 M = Q * A_j.asDiagonal() * Q.transpose();

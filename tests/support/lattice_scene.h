@@ -60,7 +60,7 @@ inline void add_pin(Scene& io_scene, const std::function<bool(const Vec3&)>& reg
     Pin pin;
     pin.name = "pin" + std::to_string(io_scene.pins.size());
     for (uint32_t i = 0; i < io_scene.rest.n_particles(); ++i)
-        if (region(io_scene.rest.rest_position[i])) pin.particles.push_back(i);
+        if (region(io_scene.rest.rest_position[i])) pin.particles.push_back(ParticleId(i));
     io_scene.pins.push_back(pin);
 }
 

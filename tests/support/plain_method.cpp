@@ -195,16 +195,16 @@ void PlainMethod::fracture(const Strain& strain, double toughness, uint32_t g, F
     covariance(g, center);
     const Vec3 normal = groups_[g].rotation * strain.directions.col(largest);
     const double side = normal.dot(particles_[g].x - center);
-    std::vector<uint32_t> cut;
+    std::vector<EdgeId> cut;
     for (uint32_t s = live_.begin(g); s < live_.end(g); ++s)
         if (live_.member(s) != g && side * normal.dot(particles_[live_.member(s)].x - center) < 0)
             cut.push_back(live_.edge(s));
-    for (uint32_t e : cut) {
+    for (const EdgeId e : cut) {
         io_state.edge_intact[e] = 0;
         io_state.broken.push_back({e, io_state.time, strain.elastic_log(largest)});
     }
     if (cut.empty()) return;
-    for (uint32_t changed : live_.remove_edges(scene_.rest, cut))
+    for (const ParticleId changed : live_.remove_edges(scene_.rest, cut))
         rebuild_group(io_state.plastic_deformation[changed], changed);
 }
 

@@ -66,7 +66,7 @@ BenchScene twisted_bar(int across, int along) {
         Pin pin{top ? "head" : "foot", {}};
         for (uint32_t i = 0; i < s.scene.rest.n_particles(); ++i) {
             const double z = s.scene.rest.rest_position[i].z();
-            if (top ? z > 1 - 1.5 * spacing : z < 1.5 * spacing) pin.particles.push_back(i);
+            if (top ? z > 1 - 1.5 * spacing : z < 1.5 * spacing) pin.particles.push_back(ParticleId(i));
         }
         s.scene.pins.push_back(pin);
         s.input.pins.push_back({});
@@ -89,7 +89,7 @@ BenchScene hit_plate() {
     add_body(s, lattice({20, 15, 1}, 0.05), {Vec3(0, 0, 1), Quat::Identity()}, Vec3::Zero(), Vec3::Zero(), lead);
     Pin rim{"rim", {}};
     for (uint32_t i = 0; i < s.scene.rest.n_particles(); ++i)
-        if (std::abs(s.scene.rest.rest_position[i].x()) > 0.46) rim.particles.push_back(i);
+        if (std::abs(s.scene.rest.rest_position[i].x()) > 0.46) rim.particles.push_back(ParticleId(i));
     s.scene.pins.push_back(rim);
     s.input.pins.push_back({});
     add_floor(s);
@@ -130,7 +130,7 @@ BenchScene resting(bool sleeping) {
         const uint32_t first = static_cast<uint32_t>(s.scene.rest.n_particles());
         add_body(s, k % 2 ? loose : whole, {place, Quat::Identity()}, Vec3::Zero(), Vec3::Zero(), clay);
         if (!turned) continue;
-        s.scene.pins.push_back({"pin" + std::to_string(k), {first + 13}});
+        s.scene.pins.push_back({"pin" + std::to_string(k), {ParticleId(first + 13)}});
         s.input.pins.push_back({});
         s.input.pins.back().pivot = s.scene.rest.rest_position[first + 13];
     }

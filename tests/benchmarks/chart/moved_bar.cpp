@@ -42,8 +42,8 @@ Scene bar_scene(int cells) {
     scene.pins[0].name = "foot", scene.pins[1].name = "head";
     for (uint32_t i = 0; i < body.particle_end; ++i) {
         const double z = scene.rest.rest_position[i].z();
-        if (z < 0.1) scene.pins[0].particles.push_back(i);
-        if (z > 0.9) scene.pins[1].particles.push_back(i);
+        if (z < 0.1) scene.pins[0].particles.push_back(ParticleId(i));
+        if (z > 0.9) scene.pins[1].particles.push_back(ParticleId(i));
     }
     return scene;
 }

@@ -250,7 +250,8 @@ TEST(visual_mesh, interface_without_an_edge_holds_until_its_fragments_are_in_dif
 
 TEST(visual_mesh, edge_without_an_interface_does_no_harm) {
     Body body = blocks();
-    body.rest.edges.insert(body.rest.edges.begin() + 1, Edge{0, 26, 0.0});  // corner to corner, as weak lattices have
+    // Corner to corner, as weak lattices have.
+    body.rest.edges.insert(body.rest.edges.begin() + 1, Edge{ParticleId(0), ParticleId(26), 0.0});
     std::sort(body.rest.edges.begin(), body.rest.edges.end(),
               [](const Edge& x, const Edge& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });
     build_one_rings(body.rest);
@@ -263,7 +264,7 @@ TEST(visual_mesh, edge_without_an_interface_does_no_harm) {
 TEST(visual_mesh, edge_that_breaks_unseen_after_a_visible_one_leaves_the_rest_of_the_skin_alone) {
     // The second state changes weights around 0 and 26 but no topology: what else there is must be kept, not shifted.
     Body body = blocks();
-    body.rest.edges.insert(body.rest.edges.begin() + 1, Edge{0, 26, 0.0});
+    body.rest.edges.insert(body.rest.edges.begin() + 1, Edge{ParticleId(0), ParticleId(26), 0.0});
     std::sort(body.rest.edges.begin(), body.rest.edges.end(),
               [](const Edge& x, const Edge& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });
     build_one_rings(body.rest);
@@ -468,7 +469,7 @@ TEST(visual_mesh, fragments_that_do_not_fit_together_are_refused) {
     refused([](FragmentSet& s, SimulationMesh&) { s.interface_corner_uvs.resize(5); });
     refused([](FragmentSet& s, SimulationMesh&) { s.vertices[9].x() = std::numeric_limits<double>::quiet_NaN(); });
     refused([](FragmentSet&, SimulationMesh& m) { m.rest_position.pop_back(); });
-    refused([](FragmentSet&, SimulationMesh& m) { m.edges[0].b = 99; });
+    refused([](FragmentSet&, SimulationMesh& m) { m.edges[0].b = ParticleId(99); });
     refused([](FragmentSet&, SimulationMesh& m) { m.group_offset.clear(); });
     refused([](FragmentSet&, SimulationMesh& m) { m.rest_position[0].x() = std::numeric_limits<double>::infinity(); });
 }

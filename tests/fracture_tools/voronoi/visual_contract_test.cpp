@@ -181,11 +181,11 @@ TEST(VisualContract, an_interface_without_an_edge_parts_with_what_is_around_it) 
         std::fill(body.intact.begin(), body.intact.end(), uint8_t{1});
         std::vector<uint32_t> around;  // edges of a to those that b is joined to as well
         for (uint32_t e = 0; e < body.rest.n_edges(); ++e) {
-            const auto [a, b] = std::pair(body.rest.edges[e].a, body.rest.edges[e].b);
+            const uint32_t a = body.rest.edges[e].a, b = body.rest.edges[e].b;
             if (a != weak.a.value && b != weak.a.value) continue;
             const uint32_t third = a == weak.a.value ? b : a;
             for (const Edge& f : body.rest.edges)
-                if (std::pair(f.a, f.b) == std::pair(std::min(third, weak.b.value), std::max(third, weak.b.value)))
+                if (f.a == std::min(third, weak.b.value) && f.b == std::max(third, weak.b.value))
                     around.push_back(e);
         }
         if (around.size() < 2 || ++n_seen > 8) continue;

@@ -22,7 +22,8 @@ Example example() {
     e.rest.rest_position.resize(n);
     e.rest.body = {0, 0, 1};
     e.rest.fragment = {0, 1, 0};
-    e.rest.edges = {{0, 1, 0.5}, {1, 2, 0.25}};
+    const ParticleId first(0), second(1), third(2);
+    e.rest.edges = {{first, second, 0.5}, {second, third, 0.25}};
     std::mt19937_64 random(7);
     std::uniform_real_distribution<double> number(-1e3, 1e3);
     const auto vec = [&] { return Vec3(number(random), number(random), number(random)); };
@@ -42,8 +43,8 @@ Example example() {
     s.yield[1] = std::numeric_limits<double>::infinity();
     s.edge_intact = {1, 0};
     s.rigid_bodies = {{vec(), quat(), vec(), vec()}};
-    s.broken = {{1, 0.125, 0.3}};
-    s.contacts = {{1, 0x80000000u, vec(), 12.5, vec(), vec()}};
+    s.broken = {{EdgeId(1), 0.125, 0.3}};
+    s.contacts = {{second, MovableId(0x80000000u), vec(), 12.5, vec(), vec()}};
     s.still_time = {0.25, 0.5, 0.1, 0.0}, s.rest_load = {0, 12.5, 0, 0}, s.asleep = {0, 1, 0, 0};
     s.rest_conditions = {0xfedcba9876543210u, 7};
     return e;
@@ -207,7 +208,7 @@ TEST(StateFile, a_frame_of_another_scene_is_told_from_ours) {
     other.fragment[1] = 5;
     EXPECT_TRUE(has(require_same_scene(*file, other, "a").error().what, "particle 1"));
     other = e.rest;
-    other.edges[0].b = 2;
+    other.edges[0].b = ParticleId(2);
     EXPECT_TRUE(has(require_same_scene(*file, other, "a").error().what, "edge 0"));
     other = e.rest;
     other.edges.pop_back();

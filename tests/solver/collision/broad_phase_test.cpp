@@ -146,8 +146,11 @@ TEST(broad_phase, nothing_and_one_and_spoilt_boxes_are_no_trouble) {
 TEST(broad_phase, particles_that_share_a_neighbour_are_left_out_until_an_edge_breaks) {
     // A row of four joined 0-1-2-3, all within one another's boxes; item 4 is a rigid body.
     const std::vector<Aabb> boxes(5, box_at(Vec3::Zero(), Vec3::Ones()));
-    const std::vector<uint32_t> offset = {0, 2, 5, 8, 10}, member = {0, 1, 0, 1, 2, 1, 2, 3, 2, 3};
-    const std::vector<uint32_t> edge = {9, 0, 0, 9, 1, 1, 9, 2, 2, 9};
+    const std::vector<uint32_t> offset = {0, 2, 5, 8, 10};
+    std::vector<ParticleId> member;
+    for (const int i : {0, 1, 0, 1, 2, 1, 2, 3, 2, 3}) member.emplace_back(i);
+    std::vector<EdgeId> edge;
+    for (const int e : {9, 0, 0, 9, 1, 1, 9, 2, 2, 9}) edge.emplace_back(e);
     std::vector<uint8_t> intact = {1, 1, 1, 0, 0, 0, 0, 0, 0, 0};
     PairFilter filter;
     filter.n_particles = 4;
@@ -156,7 +159,7 @@ TEST(broad_phase, particles_that_share_a_neighbour_are_left_out_until_an_edge_br
     intact[1] = 0;
     EXPECT_EQ(overlaps(boxes, filter).size(), 8u);
     EXPECT_FALSE(filter.excludes(1, 2));
-    for (uint32_t i = 0; i < 4; ++i) {
+    for (ParticleId i(0); i < 4; ++i) {
         std::vector<uint32_t> mark(4, 9);
         filter.rings.mark_near(i, mark);
         for (uint32_t j = 0; j < 4; ++j) {

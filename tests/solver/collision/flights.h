@@ -17,7 +17,9 @@ struct Flight {
     static constexpr uint32_t kPieces = 6, kEach = 40, kSingle = 30;
     std::vector<Ellipsoid> particles;
     mutable EllipsoidArrays arrays;  // of them, for input()
-    std::vector<uint32_t> piece, slot, slot_end;
+    std::vector<PieceId> piece;
+    std::vector<ParticleId> slot;  // members of rings
+    std::vector<uint32_t> slot_begin, slot_end;
     std::vector<Vec3> velocity, angular_velocity, own;
     std::mt19937_64 rng{8};
     double h = 1.0 / 48;
@@ -28,12 +30,12 @@ struct Flight {
     Flight() {
         for (uint32_t i = 0; i < kPieces * kEach + kSingle; ++i) {
             const bool single = i >= kPieces * kEach;
-            piece.push_back(single ? kPieces + i - kPieces * kEach : i % kPieces);
+            piece.push_back(PieceId(single ? kPieces + i - kPieces * kEach : i % kPieces));
             const Vec3 center = single ? Vec3(3 * vector()) : Vec3(2.5 * (piece[i] % 3), 2.5 * (piece[i] / 3), 0);
             particles.push_back({center + (single ? 0 : 1) * vector(), rotation_of(vector()).toRotationMatrix(),
                                  Vec3::Constant(0.2) + 0.1 * vector().cwiseAbs()});
             own.push_back(vector());
-            slot.push_back(i), slot_end.push_back(i + 1);
+            slot.push_back(ParticleId(i)), slot_begin.push_back(i), slot_end.push_back(i + 1);
         }
         velocity.resize(particles.size()), angular_velocity.resize(particles.size());
     }
@@ -55,7 +57,7 @@ struct Flight {
     DetectionInput input() const {
         DetectionInput in;
         in.particles = arrays.of(particles);
-        in.rings = {slot, slot_end, slot, {}, {}};
+        in.rings = {slot_begin, slot_end, slot, {}, {}};
         in.velocity = velocity, in.angular_velocity = angular_velocity;
         in.duration = h, in.margin = 0.01;
         return in;
@@ -89,9 +91,9 @@ struct Crumbling : Flight {
     }
     void join() {  // as `edges` say
         const uint32_t n = static_cast<uint32_t>(particles.size());
-        std::vector<std::vector<uint32_t>> ring(n);
-        for (uint32_t i = 0; i < n; ++i) ring[i].push_back(i);
-        for (const auto& [a, b] : edges) ring[a].push_back(b), ring[b].push_back(a);
+        std::vector<std::vector<ParticleId>> ring(n);
+        for (ParticleId i(0); i < n; ++i) ring[i].push_back(i);
+        for (const auto& [a, b] : edges) ring[a].push_back(ParticleId(b)), ring[b].push_back(ParticleId(a));
         slot.clear(), slot_begin.clear(), slot_end.clear();
         for (auto& r : ring) {
             std::ranges::sort(r);
@@ -99,17 +101,17 @@ struct Crumbling : Flight {
             slot.insert(slot.end(), r.begin(), r.end());
             slot_end.push_back(static_cast<uint32_t>(slot.size()));
         }
-        piece.assign(n, n);
-        uint32_t n_pieces = 0;
-        for (uint32_t seed = 0; seed < n; ++seed) {
-            if (piece[seed] != n) continue;
-            std::vector<uint32_t> front = {seed};
+        piece.assign(n, PieceId::none());
+        PieceId n_pieces(0);
+        for (ParticleId seed(0); seed < n; ++seed) {
+            if (!piece[seed].is_none()) continue;
+            std::vector<ParticleId> front = {seed};
             piece[seed] = n_pieces;
             while (!front.empty()) {
-                const uint32_t i = front.back();
+                const ParticleId i = front.back();
                 front.pop_back();
-                for (const uint32_t j : ring[i])
-                    if (piece[j] == n) piece[j] = n_pieces, front.push_back(j);
+                for (const ParticleId j : ring[i])
+                    if (piece[j].is_none()) piece[j] = n_pieces, front.push_back(j);
             }
             ++n_pieces;
         }
@@ -135,7 +137,6 @@ struct Crumbling : Flight {
         io_total += with.size();
     }
 
-    std::vector<uint32_t> slot_begin;
 };
 
 }  // namespace sunder

@@ -53,13 +53,14 @@ TEST(pairs_between_pieces, who_was_numbered_anew_keeps_its_pairs) {
     size_t total = 0;
     for (uint32_t step = 0; step < 24; ++step) {
         // Some leave for three steps, and others come back.
-        std::vector<uint32_t> former, now;
+        std::vector<ParticleId> former;
+        std::vector<uint32_t> now;
         for (uint32_t i = 0; i < whole.particles.size(); ++i)
             if (step < 3 || i % 16 != (step / 3) % 16) now.push_back(i);
         for (const uint32_t i : now) {
             const auto was = std::ranges::lower_bound(here, i);
             const bool was_here = was != here.end() && *was == i;
-            former.push_back(was_here ? static_cast<uint32_t>(was - here.begin()) : 0xffffffffu);
+            former.push_back(was_here ? ParticleId(was - here.begin()) : ParticleId::none());
         }
         whole.jostle(0.3);
         Heap f = whole;

@@ -159,18 +159,18 @@ TEST(piece_pairs, pieces_keep_their_pairs_when_others_are_left_out_of_the_count)
     ASSERT_EQ(kept.within.n_rebuilds(), 1u * Flight::kPieces);
 
     // Piece 1 and every other single one leave.
-    std::vector<uint32_t> former;
+    std::vector<ParticleId> former;
     Flight rest = f;
     rest.particles.clear(), rest.velocity.clear(), rest.angular_velocity.clear(), rest.piece.clear();
-    for (uint32_t i = 0; i < f.particles.size(); ++i) {
-        const uint32_t p = f.piece[i];
+    for (ParticleId i(0); i < f.particles.size(); ++i) {
+        const PieceId p = f.piece[i];
         if (p == 1 || (p >= Flight::kPieces && p % 2 == 0)) continue;
         former.push_back(i);
         rest.particles.push_back(f.particles[i]);
         rest.velocity.push_back(f.velocity[i]), rest.angular_velocity.push_back(f.angular_velocity[i]);
-        rest.piece.push_back(p == 0 ? 0 : p - 1);
+        rest.piece.push_back(PieceId(p == 0 ? 0 : p - 1));
     }
-    rest.slot.resize(former.size()), rest.slot_end.resize(former.size());
+    rest.slot.resize(former.size()), rest.slot_begin.resize(former.size()), rest.slot_end.resize(former.size());
     kept.renumber(former);
     in = rest.input();
     ContactScratch fresh;

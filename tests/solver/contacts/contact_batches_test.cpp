@@ -5,10 +5,10 @@
 #include <random>
 #include <set>
 
+#include "solver/data/ids.h"
+
 namespace sunder {
 namespace {
-
-constexpr uint32_t kNone = BatchMember::kNone;
 
 // Two islands: every contact touches two of the island's things, some of them the first, as rubble does a large piece.
 struct Islands {
@@ -40,10 +40,10 @@ struct Islands {
             for (uint32_t k = 0; k < n; ++k) body(backwards ? n - 1 - k : k);
         };
         for_islands([&](uint32_t k) {
-            batches.form(k, std::span(members).subspan(offset[k], offset[k + 1] - offset[k]), offset[k]);
+            batches.form(IslandId(k), std::span(members).subspan(offset[k], offset[k + 1] - offset[k]), offset[k]);
         });
         batches.lay_out();
-        for_islands([&](uint32_t k) { batches.place(k, offset[k], offset[k + 1]); });
+        for_islands([&](uint32_t k) { batches.place(IslandId(k), offset[k], offset[k + 1]); });
         return batches;
     }
 };

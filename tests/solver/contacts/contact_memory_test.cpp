@@ -12,7 +12,7 @@ namespace {
 TEST(contact_memory, a_load_lasts_and_a_hit_does_not) {
     const double h = 0.01, g = 9.81, heavy = 50, light = 0.2;  // s, m/s2, kg
     const std::vector<double> inverse_mass = {1 / heavy, 1 / light};
-    const std::vector<uint32_t> piece = {0, 1};
+    const std::vector<PieceId> piece = {PieceId(0), PieceId(1)};
     const std::vector<Vec3> start = {Vec3::Zero(), Vec3::UnitX()};
     const std::vector<Quat> rotation(2, Quat::Identity());
     const std::vector<MovingParticle> moving(2);
@@ -20,7 +20,7 @@ TEST(contact_memory, a_load_lasts_and_a_hit_does_not) {
     const ContactBodies bodies{inverse_mass, piece, start, rotation, moving, pieces};
     std::vector<ActiveContact> contacts(1);
     ActiveContact& c = contacts[0];
-    c.contact.a = 0, c.contact.b = 1, c.contact.normal = Vec3::UnitZ(), c.arm_a = Vec3(0, 0, 0.1);
+    c.contact.a = MovableId(0), c.contact.b = MovableId(1), c.contact.normal = Vec3::UnitZ(), c.arm_a = Vec3(0, 0, 0.1);
     std::vector<ContactMemory> memory;
     // The share that is remembered of a force, as a number of the lighter thing's weights, substep by substep.
     const auto shares = [&](double weights, double acceleration, int substeps) {
@@ -49,7 +49,7 @@ TEST(contact_memory, a_load_lasts_and_a_hit_does_not) {
 TEST(contact_memory, a_torque_against_rolling_lasts_where_something_turns_as_a_whole) {
     const double h = 0.01;
     const std::vector<double> inverse_mass = {1, 1};
-    const std::vector<uint32_t> piece = {0, 1};
+    const std::vector<PieceId> piece = {PieceId(0), PieceId(1)};
     const std::vector<Vec3> start = {Vec3::Zero(), Vec3::UnitX()};
     const std::vector<Quat> rotation(2, Quat::Identity());
     const std::vector<MovingParticle> moving(2);
@@ -60,7 +60,7 @@ TEST(contact_memory, a_torque_against_rolling_lasts_where_something_turns_as_a_w
         const ContactBodies bodies{inverse_mass, piece, start, rotation, moving, pieces};
         std::vector<ActiveContact> contacts(1);
         ActiveContact& c = contacts[0];
-        c.contact.a = 0, c.contact.b = 1, c.arm_a = Vec3(0, 0, 0.1);
+        c.contact.a = MovableId(0), c.contact.b = MovableId(1), c.arm_a = Vec3(0, 0, 0.1);
         c.impulse.normal = h * h * 5, c.impulse.rolling = h * h * torque;
         std::vector<ContactMemory> memory;
         remember(bodies, contacts, h, 9.81, memory);
@@ -76,7 +76,7 @@ TEST(contact_memory, a_torque_against_rolling_lasts_where_something_turns_as_a_w
 struct Held {
     static constexpr double kStep = 0.01, kMass = 2, kGravity = 9.81;  // s, kg, m/s2
     std::vector<double> inverse_mass = {1 / kMass};
-    std::vector<uint32_t> piece = {0};
+    std::vector<PieceId> piece = {PieceId(0)};
     std::vector<Vec3> start = {Vec3::Zero()};
     std::vector<Quat> rotation = {Quat::Identity()};
     std::vector<MovingParticle> moving{1};
@@ -90,7 +90,7 @@ struct Held {
         moving[0].x = -kGravity * kStep * kStep * Vec3::UnitZ();
         for (const Vec3& normal : normals) {
             ActiveContact& c = contacts.emplace_back();
-            c.contact.a = 0, c.contact.b = Contact::kStatic | static_cast<uint32_t>(contacts.size());
+            c.contact.a = MovableId(0), c.contact.b = Contact::collider(static_cast<uint32_t>(contacts.size()));
             c.contact.normal = normal.normalized(), c.arm_a = -0.1 * c.contact.normal;
         }
         find_islands(bodies(), contacts, 1, islands);
@@ -100,7 +100,7 @@ struct Held {
     double tempered(double force) {
         std::vector<PieceMotion> scratch(1);
         for (ActiveContact& c : contacts) c.impulse.normal = c.before.normal = kStep * kStep * force;
-        temper_warm_start(bodies(), islands, 0, kStep, kGravity, scratch, contacts);
+        temper_warm_start(bodies(), islands, IslandId(0), kStep, kGravity, scratch, contacts);
         EXPECT_TRUE(scratch[0].shift.isZero(0) && scratch[0].turn.isZero(0));
         for (const ActiveContact& c : contacts) {
             EXPECT_EQ(c.impulse.normal, contacts[0].impulse.normal);

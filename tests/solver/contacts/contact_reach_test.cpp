@@ -10,10 +10,11 @@ TEST(contact_reach, ends_where_nothing_brings_things_together) {
     const double h = 0.01, margin = 1e-3;  // s, m
     std::vector<Contact> contacts(2);
     std::vector<ContactReach> reach(2);
-    contacts[0].a = 0, contacts[0].b = 1, contacts[1].a = 1, contacts[1].b = 2;
+    const MovableId first(0), second(1), third(2);
+    contacts[0].a = first, contacts[0].b = second, contacts[1].a = second, contacts[1].b = third;
     const auto second_is_in_reach = [&](double gap, double allowed, double speed_of_first) {
         contacts[1].gap = gap, reach[1].allowed = allowed, reach[0].speed = speed_of_first;
-        const std::vector<uint32_t> those = in_reach(contacts, reach, 3, h, margin);
+        const std::vector<ContactId> those = in_reach(contacts, reach, 3, h, margin);
         EXPECT_EQ(those.front(), 0u);
         return those.size() == 2;
     };

@@ -124,7 +124,8 @@ TEST(contacts, restitution_returns_its_share_of_the_speed) {
 TEST(contacts, a_bounce_takes_no_more_than_its_own_push_lost) {
     constexpr double kMass = 4, kCame = 2, kRestitution = 0.5, kStep = 0.01;  // kg, m/s, -, s
     const std::vector<double> inverse_mass = {1 / kMass};
-    const std::vector<uint32_t> piece = {0}, which = {0};
+    const std::vector<PieceId> piece = {PieceId(0)};
+    const std::vector<ContactId> which = {ContactId(0)};
     const std::vector<Vec3> start = {Vec3::Zero()}, spin = start;
     const std::vector<Quat> rotation = {Quat::Identity()};
     const std::vector<MovingParticle> moving(1);
@@ -134,7 +135,8 @@ TEST(contacts, a_bounce_takes_no_more_than_its_own_push_lost) {
     const auto leaves = [&](double stopped, double speed) {  // m/s
         std::vector<ActiveContact> contacts(1);
         ActiveContact& c = contacts[0];
-        c.contact.b = Contact::kStatic, c.restitution = kRestitution, c.approach_speed = kCame;
+        c.contact.a = MovableId(0), c.contact.b = Contact::collider(0);
+        c.restitution = kRestitution, c.approach_speed = kCame;
         c.impulse.normal = kMass * stopped * kStep, c.inverse_mass_normal = 1 / kMass;
         std::vector<Vec3> velocity = {speed * Vec3::UnitZ()};
         std::vector<PieceVelocity> change(1);

@@ -16,7 +16,7 @@ struct Scale {
 // A piece of four bound particles, a lone fragment, and four contacts among them and with a floor.
 struct Touching {
     std::vector<double> inverse_mass = {2, 2, 2, 2, 5};
-    std::vector<uint32_t> piece = {0, 0, 0, 0, 1};
+    std::vector<PieceId> piece = {PieceId(0), PieceId(0), PieceId(0), PieceId(0), PieceId(1)};
     std::vector<Vec3> start = {{0, 0, 0}, {1, 0.1, 0}, {0.2, 1, 0.3}, {0, 0.2, 1}, {1.5, 1, 1}};
     std::vector<Quat> rotation = std::vector<Quat>(5, Quat::Identity());
     std::vector<MovingParticle> moving;
@@ -45,7 +45,7 @@ struct Touching {
         const uint32_t floor = Contact::kStatic, sides[4][2] = {{0, floor}, {1, 4}, {2, floor}, {4, 3}};
         for (int k = 0; k < 4; ++k) {
             ActiveContact& c = contacts[k];
-            c.contact.a = sides[k][0], c.contact.b = sides[k][1];
+            c.contact.a = MovableId(sides[k][0]), c.contact.b = MovableId(sides[k][1]);
             c.contact.normal = Vec3(0.3 * k - 0.4, 0.2, 1 - 0.3 * k).normalized();
             c.arm_a = Vec3(0.1, -0.2 + 0.1 * k, 0.15);
             if (c.contact.b != floor) c.arm_b = Vec3(-0.1, 0.05 * k, 0.2);
@@ -64,21 +64,21 @@ struct Touching {
     void solve() {
         ContactRound round;
         begin(round, ContactRound::Which::first);
-        for (uint32_t n = 0; n < islands.size(); ++n) round.relax(n, 1e-4 * length);
+        for (IslandId n(0); n < islands.size(); ++n) round.relax(n, 1e-4 * length);
         end(round);
         hand_over(round);
     }
     void begin(ContactRound& round, ContactRound::Which which) {
         round.open(bodies(), islands, which, length, contacts);
-        for (uint32_t n = 0; n < islands.size(); ++n) round.take_up(n);
+        for (IslandId n(0); n < islands.size(); ++n) round.take_up(n);
         round.lay_out();
-        for (uint32_t n = 0; n < islands.size(); ++n) round.start(n);
+        for (IslandId n(0); n < islands.size(); ++n) round.start(n);
     }
     void end(ContactRound& round) {
-        for (uint32_t n = 0; n < islands.size(); ++n) round.end(n, given, motion, brace);
+        for (IslandId n(0); n < islands.size(); ++n) round.end(n, given, motion, brace);
     }
     void hand_over(const ContactRound& round) {
-        for (uint32_t n = 0; n < islands.size(); ++n) round.hand_over(n, contacts);
+        for (IslandId n(0); n < islands.size(); ++n) round.hand_over(n, contacts);
     }
     ContactBodies bodies() { return {inverse_mass, piece, start, rotation, moving, pieces}; }
 
@@ -164,7 +164,7 @@ TEST(contact_round, braces_what_it_pushes_until_the_last) {
         ContactRound round;
         for (const auto which : {ContactRound::Which::first, ContactRound::Which::between, ContactRound::Which::last}) {
             t.begin(round, which);
-            for (uint32_t n = 0; n < t.islands.size(); ++n) round.relax(n, 1e-4 * t.length);
+            for (IslandId n(0); n < t.islands.size(); ++n) round.relax(n, 1e-4 * t.length);
             t.end(round);
             t.hand_over(round);
             for (uint32_t i = 0; i < t.brace.size(); ++i) {

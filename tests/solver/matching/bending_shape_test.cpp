@@ -109,7 +109,7 @@ void multiply(const Sheet& sheet, const LaneLayout& layout, const BendingArrays<
             double numbers[6][4];
             for (int i = 0; i < 3; ++i) store(numbers[i], force[i]), store(numbers[i + 3], torque[i]);
             for (size_t l = 0; l < 4; ++l)
-                if (const uint32_t j = layout.particle(8 * block + lane + l); j != LaneLayout::kNone)
+                if (const uint32_t j = layout.particle(8 * block + lane + l); j != kNone)
                     for (Eigen::Index i = 0; i < 6; ++i) o_product[6 * j + i] = numbers[i][l];
         }
 }

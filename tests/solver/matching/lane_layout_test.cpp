@@ -26,14 +26,14 @@ void expect_whole(const SimulationMesh& rest, const LiveTopology& live, const La
         for (uint32_t lane = 0; lane < kLanes * unit.n_blocks(); ++lane) {
             const uint32_t g = layout.particle(first + lane);
             const uint32_t begin = layout.row_begin(u)[lane / kLanes], end = layout.row_begin(u)[lane / kLanes + 1];
-            const uint32_t count = g == LaneLayout::kNone ? 0 : live.count(g);
+            const uint32_t count = g == kNone ? 0 : live.count(g);
             ASSERT_LE(count, end - begin);
             for (uint32_t row = begin; row < end; ++row) {
                 const uint32_t neighbour = layout.neighbours(u)[kLanes * row + lane % kLanes];
                 const uint32_t k = row - begin;
                 EXPECT_EQ(neighbour, k < count ? layout.lane(live.member(live.begin(g) + k)) - first : lane);
             }
-            if (g == LaneLayout::kNone) continue;
+            if (g == kNone) continue;
             EXPECT_TRUE(particles.insert(g).second);
             EXPECT_EQ(layout.lane(g), first + lane);
         }
@@ -42,7 +42,7 @@ void expect_whole(const SimulationMesh& rest, const LiveTopology& live, const La
     EXPECT_EQ(end_row, layout.n_rows());
     for (uint32_t g = 0; g < rest.n_particles(); ++g) {
         EXPECT_EQ(particles.contains(g), live.count(g) > 1);
-        EXPECT_EQ(layout.lane(g) != LaneLayout::kNone, live.count(g) > 1);
+        EXPECT_EQ(layout.lane(g) != kNone, live.count(g) > 1);
     }
 }
 
@@ -59,8 +59,8 @@ TEST(lane_layout, every_membership_has_a_cell_before_and_after_breaks) {
     // Lanes in the order of ring sizes: hardly anything is padding.
     EXPECT_LT(layout.n_rows() * LaneLayout::kLanes, 1.15 * static_cast<double>(rest.group_member.size()));
 
-    std::vector<uint32_t> cut;  // a slab comes off, and crumbs of it
-    for (uint32_t e = 0; e < rest.n_edges(); ++e) {
+    std::vector<EdgeId> cut;  // a slab comes off, and crumbs of it
+    for (EdgeId e(0); e < rest.n_edges(); ++e) {
         const double za = rest.rest_position[rest.edges[e].a].z(), zb = rest.rest_position[rest.edges[e].b].z();
         const double middle = rest.rest_position[4 * 20].z() + 0.05;
         if ((za < middle) != (zb < middle) || (e % 3 == 0 && za > middle)) cut.push_back(e);

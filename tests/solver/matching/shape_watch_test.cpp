@@ -25,13 +25,13 @@ struct Watched {
     bool look(size_t unit = 0) {
         return watch.look(shapes, layout, unit, UnitBlocks(layout.units()[unit].n_blocks(), nullptr));
     }
-    void rebuild(const std::vector<uint32_t>& groups) {
+    void rebuild(const std::vector<ParticleId>& groups) {
         shapes.rebuild(rest, live, F_P, 0, F_P.size(),
-                       [&](uint32_t g) { return std::ranges::find(groups, g) != groups.end(); });
+                       [&](uint32_t g) { return std::ranges::find(groups, ParticleId(g)) != groups.end(); });
     }
     void flow(uint32_t g) {
         F_P[g] = Vec3(1.1, 1 / 1.1, 1).asDiagonal();
-        rebuild({g});
+        rebuild({ParticleId(g)});
     }
     // What must be written anew: the blocks that hold one of these groups, or a particle that is in one.
     void expect_changed(const std::vector<uint32_t>& groups) const {
@@ -70,9 +70,9 @@ TEST(shape_watch, tells_what_changed_since_the_last_look_and_in_whose_rows_it_is
 TEST(shape_watch, takes_another_unit_or_topology_for_new) {
     Watched w;
     w.look();
-    std::vector<uint32_t> cut;  // in two
+    std::vector<EdgeId> cut;  // in two
     const double middle = 0.6;
-    for (uint32_t e = 0; e < w.rest.n_edges(); ++e) {
+    for (EdgeId e(0); e < w.rest.n_edges(); ++e) {
         const Edge& edge = w.rest.edges[e];
         if ((w.rest.rest_position[edge.a].z() < middle) != (w.rest.rest_position[edge.b].z() < middle))
             cut.push_back(e);

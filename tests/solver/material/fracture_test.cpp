@@ -80,7 +80,7 @@ TEST(fracture, what_leads_in_its_piece_cuts_before_the_rest) {
     };
     EXPECT_EQ(edges(0), (std::vector<uint32_t>{1, 5, 8}));
     EXPECT_EQ(edges(0.8), (std::vector<uint32_t>{1, 8}));
-    scene.live.remove_edges(scene.rest, std::vector<uint32_t>{4});  // two pieces, each with its own lead
+    scene.live.remove_edges(scene.rest, std::vector<EdgeId>{EdgeId(4)});  // two pieces, each with its own lead
     scene.shapes.reset(scene.rest, scene.live, std::vector<Mat3>(scene.rest.n_particles(), Mat3::Identity()));
     scene.strains[9] = pulled(1.2, Vec3::UnitZ());
     EXPECT_EQ(edges(0.8), (std::vector<uint32_t>{1, 5}));

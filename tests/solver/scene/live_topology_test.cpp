@@ -30,8 +30,8 @@ TEST(live_topology, removing_edges_equals_building_without_them) {
     live.reset(rest, intact);
     std::mt19937_64 rng(5);
     while (std::count(intact.begin(), intact.end(), 1) > 0) {
-        std::vector<uint32_t> broken;
-        for (uint32_t e = 0; e < rest.n_edges(); ++e)
+        std::vector<EdgeId> broken;
+        for (EdgeId e(0); e < rest.n_edges(); ++e)
             if (intact[e] && rng() % 8 == 0) broken.push_back(e), intact[e] = 0;
         live.remove_edges(rest, broken);
         LiveTopology fresh;
