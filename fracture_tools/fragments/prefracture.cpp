@@ -170,6 +170,7 @@ Result<LabelledCells> cut_cells_by_kmeans(const TriMesh& solid, const Prefractur
                                           const std::string& where, std::vector<std::string>& io_warnings,
                                           const Progress& progress) {
     SiteSettings site_settings;
+    site_settings.sheets = settings.sites.sheets;
     site_settings.kind = SiteKind::poisson;
     site_settings.count = static_cast<int>(settings.pieces * settings.cells_per_piece);
     site_settings.seed = settings.seed;

@@ -33,6 +33,8 @@ struct SiteSettings {
     double grid_jitter = 0.3;    // share of half a grid cell, 0 .. 1
     std::string density_group;  // of the mesh's vertex groups, or of its attributes: 1 counts as in the group, 0 as out
     double density_factor = 8;  // how many times more sites a volume has at the group, 1 .. 1000
+    bool sheets = true;  // sites lie on the middle surface where the solid is thinner than pieces are large; not `grid`
+                         // and `points`
 
     Status check(const std::string& where, const TriMesh& mesh) const;
 };

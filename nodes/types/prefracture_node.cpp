@@ -50,6 +50,7 @@ PrefractureSettings prefracture_settings(const Parameters& p) {
     settings.sites.grid_jitter = p.number("grid_jitter");
     settings.sites.density_group = p.text("density_group");
     settings.sites.density_factor = p.number("density_factor");
+    settings.sites.sheets = p.text("sheets") == "auto";
     settings.roughness = p.integer("roughness");
     settings.least_piece = p.number("least_piece");
     settings.source = chosen(kSources, p.text("source"));
@@ -144,6 +145,14 @@ std::vector<ParameterDescription> site_parameters() {
          .max = 1000,
          .default_value = 8.0,
          .sentence = "How many times more pieces a volume has at the density group than away from it"},
+        {.name = "sheets",
+         .label = "Sheets",
+         .type = ParameterType::choice,
+         .default_value = "auto",
+         .sentence = "auto: where the mesh is thinner than a piece is large, sites lie in the middle between its faces, "
+                     "evenly spread: one piece through the thickness, walls along it; sites grid and points stay. off: "
+                     "anywhere within the thickness",
+         .choices = {"auto", "off"}},
         {.name = "roughness",
          .label = "Roughness",
          .type = ParameterType::integer,
