@@ -50,6 +50,7 @@ struct BendingArrays {
     Real* motion;                       // z of each lane: shift, 0, turn, 0          (n_lanes x 8)
     Real* pulls;                        // H z at each row and lane, as motion; the last is 0  (8 n_rows + 1, x 8)
     Real* cell_torque;                  // H z that turns each lane's own fragment    (n_lanes x 4)
+    bool is_all_thin;                   // no group of the unit is a block
 };
 
 namespace {

@@ -25,10 +25,9 @@ struct Span {
     Span(const Mat3& A, int rank) {
         const Eigen::SelfAdjointEigenSolver<Mat3> of(A);
         for (int i = 3 - rank; i < 3; ++i) {
+            if (!(of.eigenvalues()[i] > kSmallestSpan * of.eigenvalues()[2])) continue;
             const Vec3 e = of.eigenvectors().col(i);
-            projection += e * e.transpose();
-            if (of.eigenvalues()[i] > kSmallestSpan * of.eigenvalues()[2])
-                inverse += e * e.transpose() / of.eigenvalues()[i];
+            projection += e * e.transpose(), inverse += e * e.transpose() / of.eigenvalues()[i];
         }
     }
 };

@@ -52,6 +52,7 @@ bool BendingUnit<Real>::open(const SweepInput& in, const LaneLayout& layout, siz
         const uint32_t g = layout.particle(first + lane);
         return g != kNone && shapes.pulls(g);
     };
+    const auto is_thin = [&](ParticleId g) { return g.is_none() || shapes.is_thin(g); };
     const bool is_known = layout_ == &layout && version_ == layout.version() && unit_ == unit;
     if (is_known && !lane_group_.empty()) {
         bool same = true;
@@ -88,7 +89,8 @@ bool BendingUnit<Real>::open(const SweepInput& in, const LaneLayout& layout, siz
         }
     }
     arrays_ = {rows_.data(),     groups_.data(), is_thin_.data(),        twin_.data(),
-               diagonal_.data(), motion_.data()->numbers, pulls_.data()->numbers, cell_torque_.data()};
+               diagonal_.data(), motion_.data()->numbers, pulls_.data()->numbers, cell_torque_.data(),
+               std::ranges::all_of(layout.particles().subspan(first, n_lanes), is_thin)};
     return true;
 }
 

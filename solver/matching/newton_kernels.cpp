@@ -96,7 +96,10 @@ void precondition(const CgArrays<Real>& a, size_t begin, size_t end) {
 template <class Real, bool bends>
 void fit_groups(const CgArrays<Real>& a, size_t begin, size_t end) {
     using V = Lanes<Real>;
-    if constexpr (bends) multiply_bending<V>(*a.bending, a.row_begin, a.neighbours, begin, end);
+    if constexpr (bends) {
+        multiply_bending<V>(*a.bending, a.row_begin, a.neighbours, begin, end);
+        if (a.bending->is_all_thin) return;
+    }
     for (size_t block = begin; block < end; ++block)
         for (size_t lane = 0; lane < 8; lane += CgLanes<Real>::kCount) {
             V shift[3] = {}, spin[3] = {}, A[3][3] = {};
@@ -151,7 +154,10 @@ void gather_product(const CgArrays<Real>& a, size_t begin, size_t end) {
         a.curvature[block] = 0;
         for (size_t lane = 0; lane < 8; lane += CgLanes<Real>::kCount) {
             V shift[3] = {}, turn[3] = {};
-            for (size_t r = a.row_begin[block]; r < a.row_begin[block + 1]; ++r) {
+            size_t r = a.row_begin[block];
+            if constexpr (bends)
+                if (a.bending->is_all_thin) r = a.row_begin[block + 1];
+            for (; r < a.row_begin[block + 1]; ++r) {
                 const CgRow<Real>& row = a.rows[r];
                 const uint32_t* groups = a.neighbours + 8 * r + lane;
                 const V weight = load<V>(row.weight + lane);

@@ -40,15 +40,24 @@ void add_bending(const SimulationMesh& rest, std::span<const Material> materials
 }
 
 std::vector<uint8_t> thin_groups(const SimulationMesh& rest) {
-    std::vector<uint8_t> thin(rest.n_particles(), 0);
-    for (uint32_t g = 0; g < thin.size(); ++g) {
-        const uint32_t begin = rest.group_offset[g], end = rest.group_offset[g + 1];
-        if (end - begin < 2) continue;
+    std::vector<uint8_t> uncovered(rest.n_particles(), 0);
+    const auto neighbours = [&](uint32_t g, const auto& visit) {
+        for (uint32_t s = rest.group_offset[g]; s < rest.group_offset[g + 1]; ++s)
+            if (!rest.member_edge[s].is_none()) visit(rest.group_member[s], rest.edges[rest.member_edge[s]]);
+    };
+    for (uint32_t g = 0; g < uncovered.size(); ++g) {
         Cover cover(rest, g);
-        for (uint32_t s = begin; s < end; ++s)
-            if (!rest.member_edge[s].is_none())
-                cover.add(rest, g, rest.group_member[s], rest.edges[rest.member_edge[s]].area);
-        thin[g] = cover.directions() < 3;
+        neighbours(g, [&](ParticleId j, const Edge& edge) { cover.add(rest, g, j, edge.area); });
+        // A box of its radii holds a fragment, or nearly: what radii do not tell the size of is no sheet.
+        uncovered[g] = cover.directions() < 3 && rest.volume[g] < 16 * rest.radii[g].prod();
+        for (int k = 0; k < 3; ++k)
+            if (!cover.spans(k) && !cover.is_free(k)) uncovered[g] = 0;
+    }
+    std::vector<uint8_t> thin(uncovered.size(), 0);
+    for (uint32_t g = 0; g < thin.size(); ++g) {
+        int n = 0, n_uncovered = 0;
+        neighbours(g, [&](ParticleId j, const Edge&) { ++n, n_uncovered += uncovered[j]; });
+        thin[g] = uncovered[g] && n > 0 && 2 * n_uncovered >= n;
     }
     return thin;
 }

@@ -15,6 +15,8 @@ public:
     explicit Cover(const SimulationMesh& rest, ParticleIndex g);
     void add(const SimulationMesh& rest, ParticleIndex g, ParticleIndex neighbour, double area);
     bool spans(int k) const { return cover_[k] > kSpanned; }
+    /// No neighbour to speak of reaches beyond the fragment along e_k.
+    bool is_free(int k) const { return cover_[k] < kFree; }
     /// 0 .. 3
     int directions() const { return spans(0) + spans(1) + spans(2); }
     int least() const;
@@ -22,6 +24,7 @@ public:
 
 private:
     static constexpr double kSpanned = 0.5;  // half a neighbour of the fragment's own section
+    static constexpr double kFree = 0.1;
     Mat3 to_axes_;
     Vec3 extent_per_volume_, cover_ = Vec3::Zero();
 };
@@ -38,8 +41,8 @@ bool bends(const SimulationMesh& rest, std::span<const Material> materials);
 /// Gives a state that was made without them what such groups change for good, unbent.
 void add_bending(const SimulationMesh& rest, std::span<const Material> materials, FrameState& io_state);
 
-/// 1 where interfaces leave a direction of the whole one-ring at rest unspanned (n_particles). A lone particle is not
-/// thin.
+/// 1 where interfaces leave a direction of the whole one-ring at rest unspanned, and of at least half of its neighbours'
+/// rings (n_particles): a slim fragment among others is no sheet. A lone particle is not thin.
 std::vector<uint8_t> thin_groups(const SimulationMesh& rest);
 
 }  // namespace sunder

@@ -73,6 +73,9 @@ struct Layer {
     }
 };
 
+// What F leaves out, where members lie askew to the fragment's axes.
+Mat3 unstrained(const BendingShape& s) { return Mat3::Identity() - s.spanned; }
+
 Mat2 remainder_of(const LayerStrain& of, int layer) {
     const double* p = of.data() + 3 * layer;
     Mat2 m;
@@ -90,7 +93,7 @@ FaceStrains flow_sheet(const BendingShape& s, const BentGroup& group, const Mate
         kappa << K(j, i), twist, twist, -K(i, j);
         return kappa;
     };
-    const Mat3 stretch = group.R.transpose() * group.F;
+    const Mat3 stretch = unstrained(s) + group.R.transpose() * group.F;
     Mat2 in_plane;
     in_plane << stretch(i, i), 0.5 * (stretch(i, j) + stretch(j, i)), 0.5 * (stretch(i, j) + stretch(j, i)),
         stretch(j, j);
@@ -139,7 +142,8 @@ FaceStrains flow_rod(const BendingShape& s, const BentGroup& group, const Materi
     constexpr int kFibres = kLayers * kLayers;
     const int a = s.axis, i = (a + 1) % 3, k = (a + 2) % 3;
     const Mat3 K = group.K - io.K_P;
-    const double along = log_of((group.R.transpose() * group.F)(a, a)), to_deviator = 2.0 / 3 * (1 + s.nu);
+    const double along = log_of((unstrained(s) + group.R.transpose() * group.F)(a, a));
+    const double to_deviator = 2.0 / 3 * (1 + s.nu);
     struct Fibre {
         double y, z;
     };

@@ -28,7 +28,7 @@ struct Material {
     double stiffness = 1.0;                 // k of method gauss_seidel, 0 .. 1 (the paper's)
     double friction = 0.5;                  // Coulomb, >= 0
     double restitution = 0.0;               // 0 .. 1
-    bool curvature = false;                 // groups one fragment thick bend by their curvature (bending_shape.h)
+    bool curvature = true;                  // groups one fragment thick bend by their curvature (bending_shape.h)
 
     Status check(const std::string& where) const;
 };

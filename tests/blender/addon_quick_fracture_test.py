@@ -189,7 +189,7 @@ class QuickFracture(AddonCase):
                 if preset == "GLASS":
                     self.assertEqual(inner, outer)
                     self.assertEqual(inside["transmission"], 0 if has_material else 1)
-                elif preset in ("STEEL", "LEAD"):
+                elif preset in ("STEEL", "SHEET_METAL", "LEAD"):
                     self.assertEqual([inside["metallic"], outside["metallic"]], [1, 0 if has_material else 1])
                     self.assertGreater(min(inside["color"][:3]), 0.45)  # bright
                 elif preset == "CLAY":
@@ -284,6 +284,19 @@ class QuickFracture(AddonCase):
         self.assertGreater(seen["GLASS"][0], 3 * max(seen["CLAY"][0], seen["WOOD"][0]) / 2, seen)
         self.assertTrue(min(seen["CLAY"][0], seen["WOOD"][0]) > 1, seen)  # they do both
         self.assertTrue(seen["CLAY"][1] > seen["WOOD"][1] > 0.01, seen)
+
+    def test_sheet_metal_that_falls_on_an_edge_stays_bent(self):
+        self.scene.frame_end = 30
+        left = {}
+        for preset in ("SHEET_METAL", "GLASS"):
+            bpy.ops.mesh.primitive_plane_add(location=(0, 0, 1.2), rotation=(1.2, 0.2, 0), size=1.5)
+            _, tree = self.quick(bpy.context.object, preset=preset, pieces=120, fall_speed=12)
+            state = self.last_state(tree)
+            self.assertLess(np.abs(state.position).max(), {"SHEET_METAL": 5, "GLASS": 20}[preset])
+            left[preset] = (np.linalg.norm(state.plastic_curvature, axis=(1, 2)).max(), np.bincount(state.piece).max())
+        self.assertGreater(left["SHEET_METAL"][0], 0.5)  # rad/m
+        self.assertGreater(left["SHEET_METAL"][1], 100)
+        self.assertEqual(left["GLASS"][0], 0)
 
 
 if __name__ == "__main__":

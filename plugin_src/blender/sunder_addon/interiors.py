@@ -20,12 +20,18 @@ _LONGEST = 20  # chain of such nodes that is followed: links may go round
 LOOKS = {
     "STEEL": ({"color": (0.42, 0.44, 0.47), "metallic": 1, "roughness": 0.3},
               {"color": (0.75, 0.76, 0.78), "metallic": 1, "roughness": 0.5}),
+    "SHEET_METAL": ({"color": (0.52, 0.53, 0.55), "metallic": 1, "roughness": 0.25},
+                    {"color": (0.75, 0.76, 0.78), "metallic": 1, "roughness": 0.5}),
     "LEAD": ({"color": (0.16, 0.17, 0.19), "metallic": 1, "roughness": 0.55},
              {"color": (0.5, 0.52, 0.56), "metallic": 1, "roughness": 0.45}),
     "CLAY": ({"color": (0.42, 0.19, 0.1), "roughness": 0.8}, "darker"),
     "GLASS": ({"color": (0.9, 0.97, 0.95), "roughness": 0.0, "transmission": 1, "ior": 1.45}, None),
     "WOOD": ({"color": (0.28, 0.14, 0.06), "roughness": 0.5}, {"color": (0.72, 0.52, 0.32), "roughness": 0.85}),
 }
+
+
+def _name(preset):
+    return preset.replace("_", " ").title()
 
 
 def _principled(material):
@@ -127,8 +133,8 @@ def materials(preset, outer, areas, mesh):
         return outer, raw()
     plain, inside = LOOKS[preset]
     if not any(outer):
-        outer = [_made(f"Sunder {preset.title()}", plain)] * len(outer)
+        outer = [_made(f"Sunder {_name(preset)}", plain)] * len(outer)
     _, largest = max(((a, m) for a, m in zip(areas, outer) if m), key=lambda found: found[0])
     if inside is None:
         return outer, largest
-    return outer, _darker(largest, mesh) if inside == "darker" else _made(f"Sunder {preset.title()} Inside", inside)
+    return outer, _darker(largest, mesh) if inside == "darker" else _made(f"Sunder {_name(preset)} Inside", inside)

@@ -10,6 +10,14 @@ PRESETS = {
          "toughness": 0.1},
         {"substeps": 16},
     ),
+    "SHEET_METAL": (
+        "Sheet Metal",
+        "For what is thin: panels, cans, roofs. Dents and creases where it is hit and stays so, tears where it is bent or stretched "
+        "too far. A hundred times softer than steel",
+        {"density": 7800, "youngs_modulus": 2e9, "poisson_ratio": 0.3, "yield": 0.002, "flow_rate": 2000, "hardening": 0.2,
+         "toughness": 0.03},
+        {"substeps": 16},
+    ),
     "LEAD": (
         "Lead",
         "Very heavy and limp; flattens where it lands and stays so, hardly ever tears. Hundreds of times softer than lead",

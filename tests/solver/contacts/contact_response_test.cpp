@@ -210,9 +210,11 @@ TEST(contacts, what_lies_on_a_held_plank_is_not_thrown) {
                 }
                 const std::string which = "E " + std::to_string(youngs_modulus) + ", " + std::to_string(substeps) +
                                           " substeps, " + std::to_string(density) + " kg/m3";
-                EXPECT_LT(highest, 1.31) << which;  // they were dropped from 1.3
-                // Two tons bend the softer plank until they slide off its end.
-                if (density > 6000 && youngs_modulus < 1e10) continue;
+                // Two tons bend the softer plank by P L^3 / 3 E I = 0.25 m, until they slide off its end, one after the
+                // other; it springs up by no more under the last.
+                const bool slide_off = density > 6000 && youngs_modulus < 1e10;
+                EXPECT_LT(highest, slide_off ? 1.2 + 0.25 : 1.31) << which;  // they lie at 1.2
+                if (slide_off) continue;
                 EXPECT_GT(state.position.back().z(), 1) << which;
                 EXPECT_LT(worst, 0.001) << which;
             }

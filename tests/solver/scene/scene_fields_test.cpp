@@ -46,7 +46,12 @@ TEST(scene_fields, each_of_a_material_is_hashed) {
     const auto before = rest_conditions(input, true, FrameEnd::end, {});
     for (const Field<Material>& field : material_fields()) {
         FrameInput other = input;
-        field.visit(other.materials[0], [](auto& io_value) { io_value = static_cast<std::remove_reference_t<decltype(io_value)>>(0.25); });
+        field.visit(other.materials[0], []<class T>(T& io_value) {
+            if constexpr (std::is_same_v<T, bool>)
+                io_value = !io_value;
+            else
+                io_value = static_cast<T>(0.25);
+        });
         EXPECT_NE(rest_conditions(other, true, FrameEnd::end, {}), before) << field.description.name;
     }
 }
@@ -60,7 +65,7 @@ TEST(scene_fields, a_material_has_the_hash_that_it_had) {
     input.materials = {m};
     const double numbers[] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
     EXPECT_EQ(rest_conditions(input, true, FrameEnd::end, {}).back(), hash_of(numbers));
-    input.materials[0].curvature = true;
+    input.materials[0].curvature = false;
     EXPECT_NE(rest_conditions(input, true, FrameEnd::end, {}).back(), hash_of(numbers));
 }
 
