@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "solver/collision/piece_frame_kernels.h"
+#include "solver/data/ids.h"
 #include "solver/data/math.h"
 #include "solver/threads/parallel.h"
 

@@ -47,7 +47,8 @@ def shot(name):
 
 def key(name):
     """Pressed in the window under the mouse, as where a click gives the focus: no window manager does it here."""
-    told = subprocess.run(["xdotool", "getmouselocation", "--shell"], check=True, timeout=20, text=True, stdout=subprocess.PIPE).stdout
+    told = subprocess.run(["xdotool", "getmouselocation", "--shell"], check=True, timeout=20,
+                          text=True, stdout=subprocess.PIPE).stdout
     window_below = re.search(r"^WINDOW=(\d+)$", told, re.MULTILINE)[1]
     subprocess.run(["xdotool", "windowfocus", window_below, "key", name], check=True, timeout=20)
 
