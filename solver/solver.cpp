@@ -217,6 +217,9 @@ Status Solver::Impl::check_input(const FrameInput& input) const {
             if (!(d.begin.position.allFinite() && d.end.position.allFinite() &&
                   d.begin.orientation.coeffs().allFinite() && d.end.orientation.coeffs().allFinite()))
                 return bad_input("frame", "a pin's or collider's pose is not finite");
+    for (const DrivenPose& d : input.pins)
+        if (!(std::min(d.grip.begin, d.grip.end) >= 0 && std::max(d.grip.begin, d.grip.end) <= 1 && d.grip.time >= 0))
+            return bad_input("frame", "a pin's grip is not one", "permitted: 0 to 1, over 0 s or more");
     return {};
 }
 

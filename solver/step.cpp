@@ -94,7 +94,7 @@ void Substep::match_shapes(int sweep) {
         }
     });
     const SweepInput in{rest(),      work.live, work.shapes, work.stiffness, work.unmoved,
-                        work.span, work.brace, bending()};
+                        work.span, work.brace, work.tether, bending()};
     if (is_newton) {
         work.newton.apply(sweep == 0, in, context.workers, work.goals, work.moving);
         if (starts)

@@ -81,7 +81,7 @@ struct Workspace {
     std::vector<PieceVelocity> piece_change;  // what settling contacts gave them (as pieces)
     std::vector<Sym3> inertia;                // of particles, world (n_particles)
     std::vector<uint8_t> thin;                // groups that bend by their curvature (n_particles), or empty: none do
-    std::vector<uint8_t> pinned;              // held by a pin (n_particles)
+    std::vector<uint8_t> pinned;              // wholly held by a pin (n_particles)
     BendingShapes bending;                    // of `thin`
     std::vector<GroupStiffness> stiffness;    // (n_particles)
     std::vector<GroupGoal> goals;             // (n_particles)
@@ -90,7 +90,11 @@ struct Workspace {
     std::vector<uint8_t> starts_unloaded;  // (n_pieces)
     std::vector<GroupStrain> strains;      // (n_particles)
     std::vector<uint8_t> flowed;           // (n_particles)
-    std::vector<uint8_t> held;             // by an active pin, or fixed (n_movables)
+    std::vector<uint8_t> held;             // by a pin, or fixed: kFree, kHeldWhole, kHeldPlace (n_movables)
+    // Of pins that are letting go: the stiffness that draws a particle to its pin, beside its inertia's, and where that
+    // is at the end of the substep (n_particles), or empty: there are none.
+    std::vector<double> tether;
+    std::vector<Pose> tether_pose;
     std::vector<uint8_t> piece_held;       // (n_pieces)
     std::vector<uint8_t> kept;             // is where a pass before took it: Substep::break_in_hit (n_movables)
     std::vector<uint8_t> unmoved;          // held or kept (n_particles)

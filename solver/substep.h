@@ -94,6 +94,8 @@ struct Substep {
     void load();
     void hold();
     void hold_pins(Pinned when);
+    void tie(size_t pin);
+    bool is_tied(size_t particle) const { return !work.tether.empty() && work.tether[particle] > 0; }
     void fix_sleepers();
     void predict();
     Status take_up_motion();

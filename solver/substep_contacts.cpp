@@ -21,7 +21,8 @@ void Substep::mark_held_pieces() {
     work.piece_held.resize(work.live.n_pieces()), work.piece_unmoved.resize(work.live.n_pieces());
     for_pieces([&](size_t piece) {
         const auto particles = work.live.piece_particles(piece);
-        work.piece_held[piece] = std::ranges::any_of(particles, [&](ParticleId j) { return work.held[j] != 0; });
+        work.piece_held[piece] =
+            std::ranges::any_of(particles, [&](ParticleId j) { return work.held[j] != kFree || is_tied(j); });
         work.piece_unmoved[piece] = work.piece_held[piece] | work.kept[particles.front()];
     });
 }

@@ -129,7 +129,8 @@ Substep::Found Substep::flow_bent(ParticleIndex g, double seconds) {
     BendingPlasticity plastic = {state.plastic_deformation[g], state.plastic_curvature[g], state.layer_strain[g],
                                  state.yield[g]};
     Found found;
-    const auto faces = flow_bending(shape, group, own, seconds, plastic, found.changed);
+    // What was rigid in a clamp that lets go bends, but not for good: what is bent beside it eases into it.
+    const auto faces = flow_bending(shape, group, own, is_tied(g) ? 0 : seconds, plastic, found.changed);
     state.strain[g] = 0;
     for (size_t face = 0; face < faces.n; ++face) {
         const Eigen::SelfAdjointEigenSolver<Mat3> principal(faces.strain[face]);

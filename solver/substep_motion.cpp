@@ -12,6 +12,8 @@ namespace {
 // What turns by more than that in a substep is not resolved: its momentum comes to lie along another of its axes, and a
 // spin that is read as its opposite would be given twice to all of it, rad.
 constexpr double kResolvedTurn = 1;
+// Of a pin that begins to let go: its spring's frequency times the substep.
+constexpr double kTightest = 1e3;
 
 }  // namespace
 
@@ -44,10 +46,13 @@ void Substep::load() {
 
 // Held particles take the speed of their pin.
 void Substep::hold() {
-    std::fill(work.held.begin(), work.held.end(), uint8_t{0});
+    std::fill(work.held.begin(), work.held.end(), kFree);
+    work.tether.clear(), work.tether_pose.clear();
     hold_pins(Pinned::at_the_end);
-    const auto particles = std::span(work.held).first(n_particles());
-    if (!work.thin.empty()) work.pinned.assign(particles.begin(), particles.end());
+    if (!work.thin.empty()) {
+        work.pinned.resize(n_particles());
+        for (size_t i = 0; i < n_particles(); ++i) work.pinned[i] = work.held[i] == kHeldWhole;
+    }
     take_up_bending();
     fix_sleepers();
     mark_held_pieces();
@@ -63,17 +68,42 @@ void Substep::predict() {
     for_all(n_movables(), [&](size_t i) {
         if (left_out[piece_of(i)]) pair.smooth[i] = 0;
         const bool is_bound = i < n_particles() && work.live.count(i) > 1;
-        if (work.held[i] || work.kept[i] || (pair.smooth[i] && is_bound)) return;
+        if (work.held[i] == kHeldWhole || work.kept[i] || (pair.smooth[i] && is_bound)) return;
         MovingParticle& p = work.moving[i];
-        p.x = p.x_inertial = work.start_position[i] + h * work.velocity[i];
         p.d = p.d_inertial = (rotation_of(h * work.angular_velocity[i]) * work.start_rotation[i]).normalized();
+        if (work.held[i]) return;
+        p.x = p.x_inertial = work.start_position[i] + h * work.velocity[i];
+        if (i >= n_particles() || !is_tied(i)) return;
+        const double share = work.tether[i] / (1 + work.tether[i]);
+        const Pose& pin = work.tether_pose[i];
+        p.x = p.x_inertial = p.x + share * (pin.apply(rest().rest_position[i]) - p.x);
+        p.d = p.d_inertial = slerp(p.d, share, pin.orientation);
     });
+}
+
+// A pin that lets go draws its particles to where it would hold them, by a spring for each: of (w h)^2 times its mass
+// beside what inertia has in an implicit step, w falling evenly in its logarithm from far beyond all that the substep
+// resolves to one over the time that it takes.
+void Substep::tie(size_t pin) {
+    const DrivenPose& drive = context.input.pins[pin];
+    const Grip& grip = drive.grip;
+    const double share = grip.begin + end * (grip.end - grip.begin);
+    const double w = math::exp(share * math::log(kTightest * std::max(1.0, grip.time / h))) / std::max(grip.time, h);
+    work.tether.resize(n_particles(), 0.0), work.tether_pose.resize(n_particles());
+    const Pose pose = interpolate(drive, end);
+    for (const ParticleId i : context.scene.pins[pin].particles)
+        work.tether[i] = w * h * (w * h), work.tether_pose[i] = pose;
 }
 
 void Substep::hold_pins(Pinned when) {
     for (size_t k = 0; k < context.scene.pins.size(); ++k) {
         const DrivenPose& drive = context.input.pins[k];
+        const bool turns = context.scene.pins[k].turns_freely && context.settings.method == Method::projective;
         if (!drive.active) continue;
+        if (!drive.grip.is_rigid()) {
+            if (when == Pinned::at_the_end) tie(k);
+            continue;
+        }
         Pose pose;
         double reached = -1;  // of the substep
         for (const ParticleId i : context.scene.pins[k].particles) {
@@ -85,12 +115,13 @@ void Substep::hold_pins(Pinned when) {
             }
             MovingParticle& p = work.moving[i];
             p.x = p.x_inertial = pose.apply(rest().rest_position[i]);
-            p.d = p.d_inertial = pose.orientation;
             const double seconds = reached * h;
             work.velocity[i] = (p.x - work.start_position[i]) / seconds;
-            work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / seconds;
             work.inverse_mass[i] = 0;
-            work.held[i] = 1;
+            if (work.held[i] == kFree) work.held[i] = turns ? kHeldPlace : kHeldWhole;
+            if (turns) continue;
+            p.d = p.d_inertial = pose.orientation;
+            work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / seconds;
         }
     }
 }
@@ -102,7 +133,7 @@ void Substep::fix_sleepers() {
         p.x_inertial = p.x, p.d_inertial = p.d;
         work.velocity[i] = work.angular_velocity[i] = Vec3::Zero();
         work.inverse_mass[i] = 0;
-        work.held[i] = 1;
+        work.held[i] = kHeldWhole;
     }
 }
 

@@ -96,8 +96,8 @@ double Substep::gamma_of(size_t movable) const {
 
 bool Substep::is_paired() const { return stage != Stage::alone && context.settings.method != Method::gauss_seidel; }
 
-// Of pairs: those that touch something, those whose waves are not resolved, and what is fixed, for it may be woken
-// between the two.
+// Of pairs: those that touch something, those whose waves are not resolved, those that turn about what holds them or
+// are let go, and what is fixed, for it may be woken between the two.
 std::vector<uint8_t> Substep::pieces_left_out() const {
     std::vector<uint8_t> rough(work.live.n_pieces() + state.rigid_bodies.size(), 0);
     if (!is_paired()) return rough;
@@ -109,7 +109,8 @@ std::vector<uint8_t> Substep::pieces_left_out() const {
         if (context.fixed[i]) rough[piece_of(i)] = 1;
     for_pieces([&](size_t piece) {
         const auto particles = work.live.piece_particles(piece);
-        if (!resolves_waves(work, particles, h)) rough[piece] = 1;
+        const auto is_loose = [&](ParticleId j) { return work.held[j] == kHeldPlace || is_tied(j); };
+        if (!resolves_waves(work, particles, h) || std::ranges::any_of(particles, is_loose)) rough[piece] = 1;
     });
     return rough;
 }
@@ -221,7 +222,7 @@ void Substep::damp_vibrations() {
         }
     });
     take_up_bending();
-    work.newton.damp({rest(), work.live, work.shapes, work.stiffness, work.held, span, {}, bending()},
+    work.newton.damp({rest(), work.live, work.shapes, work.stiffness, work.held, span, {}, {}, bending()},
                      context.workers, work.goals, work.moving, shift, turn);
     // The solve ends early, and what it leaves undone may be momentum.
     for_pieces([&](size_t piece) {

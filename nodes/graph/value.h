@@ -42,7 +42,9 @@ struct PinValue {
     std::shared_ptr<const std::vector<uint32_t>> particles;  // of that body, ascending
     Pose pose;                                               // rest placement in the scene -> where it is held
     Vec3 pivot = Vec3::Zero();                               // of its turns, in the rest placement, m
-    bool active = true;                                      // false after the release frame
+    bool active = true;                                      // false once it has let go
+    bool turns_freely = false;                               // their positions alone are held
+    double grip = 1, release_time = 0;                       // as Grip
 };
 
 /// A frame of a simulation with the scene that its arrays index: scene->rest tells body and fragment of each particle

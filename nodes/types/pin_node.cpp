@@ -82,7 +82,13 @@ Result<Value> cook_pin(CookContext& context) {
     pin.pivot = p.vector3("pivot");
     pin.pose.orientation = euler_xyz(p.vector3("rotation"));
     pin.pose.position = pin.pivot + p.vector3("position") - pin.pose.orientation * pin.pivot;
-    pin.active = p.is_null("release_frame") || context.frame() <= p.number("release_frame");
+    pin.turns_freely = p.text("hold") == "position";
+    if (!p.is_null("release_frame")) {
+        const double since = context.frame() - p.number("release_frame"), frames = p.number("release_frames");
+        pin.active = since <= frames;
+        if (since > 0) pin.grip = frames > 0 ? std::max(0.0, 1 - since / frames) : 0;
+        pin.release_time = frames / context.frame_rate();
+    }
     return make_value(std::move(pin));
 }
 
@@ -112,12 +118,28 @@ NodeType pin_node() {
           .sentence = "Point about which the rotation turns"},
          position_parameter(Animation::animatable, "How far the held particles are moved from where they rest"),
          rotation_parameter(Animation::animatable, "How far the held particles are turned about the pivot"),
+         {.name = "hold",
+          .label = "Hold",
+          .type = ParameterType::choice,
+          .default_value = "pose",
+          .sentence = "pose holds places and turns, as a clamp; position holds places alone, as a hinge: what is held "
+                      "turns with what it is part of (methods other than projective hold the pose)",
+          .choices = {"pose", "position"}},
          {.name = "release_frame",
           .label = "Release Frame",
           .type = ParameterType::integer,
           .default_value = nullptr,
           .sentence = "Last frame at which it holds; null: it never lets go",
-          .nullable = true}});
+          .nullable = true},
+         {.name = "release_frames",
+          .label = "Release Over",
+          .type = ParameterType::integer,
+          .unit = "frames",
+          .min = 0,
+          .max = 100000,
+          .default_value = 0,
+          .sentence =
+              "How long it takes to let go: what was held by force eases out, and does not spring; 0: at once"}});
     return {.description = d, .cook = cook_pin, .check = check_pin, .depends_on_frame = true};
 }
 

@@ -16,7 +16,10 @@ void add(KeyHasher& io_hasher, const Shape& s) {
 
 void add(KeyHasher& io_hasher, const std::vector<DrivenPose>& poses) {
     io_hasher.add(poses.size());
-    for (const DrivenPose& p : poses) io_hasher.add(p.begin).add(p.end).add(p.active).add(p.pivot);
+    for (const DrivenPose& p : poses) {
+        io_hasher.add(p.begin).add(p.end).add(p.active).add(p.pivot);
+        if (!p.grip.is_rigid()) io_hasher.add(p.grip.begin).add(p.grip.end).add(p.grip.time);
+    }
 }
 
 Status add_bodies(CookContext& context, SceneInput& io_input, KeyHasher& io_hasher) {
@@ -57,6 +60,8 @@ Status add_pins(CookContext& context, Scene& io_scene, KeyHasher& io_hasher) {
             pin.particles.push_back(ParticleId(body->particle_begin + particle));
         io_hasher.add(pin.name).add(pin.particles.size());
         for (const ParticleId particle : pin.particles) io_hasher.add(particle.value);
+        pin.turns_freely = value->turns_freely;
+        if (pin.turns_freely) io_hasher.add(std::string("turns freely"));
         io_scene.pins.push_back(std::move(pin));
     }
     return {};
@@ -134,9 +139,10 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
     if (!pins_begin) return pins_begin.error();
     const auto pins_end = context.inputs_as<PinValue>("pins", frame);
     if (!pins_end) return pins_end.error();
-    for (size_t i = 0; i < pins_end->size(); ++i)
-        input.pins.push_back(
-            {(*pins_begin)[i]->pose, (*pins_end)[i]->pose, (*pins_end)[i]->active, (*pins_end)[i]->pivot});
+    for (size_t i = 0; i < pins_end->size(); ++i) {
+        const PinValue &from = *(*pins_begin)[i], &to = *(*pins_end)[i];
+        input.pins.push_back({from.pose, to.pose, to.active, to.pivot, {from.grip, to.grip, to.release_time}});
+    }
 
     const auto colliders_begin = context.inputs_as<ColliderValue>("colliders", frame - 1);
     if (!colliders_begin) return colliders_begin.error();

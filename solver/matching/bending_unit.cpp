@@ -157,8 +157,9 @@ void BendingUnit<Real>::add_residual(std::span<NewtonParticles> io_newton,
             p.magnitude = 0;
             diagonal_[block] = {};
             for (size_t lane = 0; lane < kLanes; ++lane) {
-                const double inverse = static_cast<double>(particles[block].inverse_diagonal[lane]);
+                const double inverse = static_cast<double>(particles[block].inverse_turn[lane]);
                 if (inverse == 0) continue;
+                const double free = particles[block].inverse_shift[lane] == 0 ? 0 : 1;
                 Sym3 H;
                 for (size_t i = 0; i < 6; ++i) H[i] = p.inertia[i][lane];
                 const double mass = p.mass[lane];
@@ -174,9 +175,9 @@ void BendingUnit<Real>::add_residual(std::span<NewtonParticles> io_newton,
                 const Mat3 inverse_inertia = to_matrix(H).inverse();
                 Vec3 shift, turn;
                 for (int i = 0; i < 3; ++i) shift[i] = p.residual[i][lane], turn[i] = p.residual[i + 3][lane];
-                shift += force / mass, turn += inverse_inertia * torque;
+                shift += free * (force / mass), turn += inverse_inertia * torque;
                 for (int i = 0; i < 3; ++i) p.residual[i][lane] = shift[i], p.residual[i + 3][lane] = turn[i];
-                const Mat3 inverse_shift = to_matrix(shift_block).inverse();
+                const Mat3 inverse_shift = free * to_matrix(shift_block).inverse();
                 const Mat3 inverse_turn = to_matrix(turn_block).inverse();
                 BlockDiagonal<Real>& to = diagonal_[block];
                 put_symmetric(inverse_shift, lane, to.inverse_shift);

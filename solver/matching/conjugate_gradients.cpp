@@ -127,14 +127,15 @@ void ConjugateGradients<Real>::pull_on_motion(const SweepInput& in, const LaneLa
         NewtonParticles& p = io_newton[block];
         const CgParticles<Real>& c = cg[block];
         const double own[2] = {static_cast<double>(c.own_shift[lane]) - 1, static_cast<double>(c.own_turn[lane]) - 1};
+        const double free[2] = {p.free[lane], p.free_turn[lane]};
         for (size_t i = 0; i < 6; ++i)
-            p.residual[i][lane] = p.free[lane] * (-static_cast<double>(vectors[block].product[i][lane]) -
-                                                  own[i / 3] * p.residual[i][lane]);
+            p.residual[i][lane] = free[i / 3] * (-static_cast<double>(vectors[block].product[i][lane]) -
+                                                 own[i / 3] * p.residual[i][lane]);
         const Vec3 shift = vector(p.residual, lane), turn = vector(p.residual + 3, lane);
         if (lane == 0) p.magnitude = 0;
         const Vec3 force = p.mass[lane] * shift, torque = torque_of(p, lane, turn);
         p.magnitude += kernels.bending ? bending_magnitude(kernels.bending->diagonal[block], lane, force, torque)
-                                       : static_cast<double>(c.inverse_diagonal[lane]) *
+                                       : static_cast<double>(c.inverse_turn[lane]) *
                                              (p.mass[lane] * shift.squaredNorm() + turn.dot(torque));
     });
 }

@@ -113,7 +113,9 @@ void take_in_for_newton(const NewtonRecords& s, NewtonParticles* newton, SweepPa
             moments[i] = is_nobody ? kNoMoment : s.moments + 6 * j;
             p.mass[lane + i] = is_nobody ? 0.0 : s.masses[j];
             p.free[lane + i] = is_nobody || s.held[j] ? 0.0 : 1.0;
+            p.free_turn[lane + i] = is_nobody || (s.held[j] && s.held[j] != kHeldPlace) ? 0.0 : 1.0;
             p.brace[lane + i] = is_nobody || !s.brace ? 0.0 : s.brace[j];
+            p.tether[lane + i] = is_nobody || !s.tether ? 0.0 : s.tether[j];
         }
         V x[4], d[4], x_inertial[4], d_inertial[4], low[4], high[4];
         gather_numbers(records, 0, x);

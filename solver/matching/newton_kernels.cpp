@@ -54,8 +54,8 @@ SUNDER_INLINE void take(const CgArrays<Real>& a, size_t block, size_t lane, cons
         multiply(diagonal.inverse_turn, lane, torque, turn);
         for (int i = 0; i < 3; ++i) out.z[i] = shift[i], out.z[i + 3] = turn[i];
     } else {
-        const V inverse = load<V>(p.inverse_diagonal + lane);
-        for (int i = 0; i < 6; ++i) out.z[i] = inverse * s[i];
+        const V shift = load<V>(p.inverse_shift + lane), turn = load<V>(p.inverse_turn + lane);
+        for (int i = 0; i < 3; ++i) out.z[i] = shift * s[i], out.z[i + 3] = turn * s[i + 3];
     }
     for (int i = 0; i < 3; ++i) out.force[i] = mass * out.z[i];
     const V turn[3] = {out.z[3], out.z[4], out.z[5]};

@@ -12,8 +12,8 @@ namespace sunder {
 template <class Real>
 struct alignas(64) CgParticles {
     Real mass[8], inertia[6][8];     // kg; H_j as Sym3, kg m2
-    Real inverse_diagonal[8];        // 1 / (1 + brace + sum b); 0: held, or padding
-    Real own_shift[8], own_turn[8];  // 1 + brace + sum w b, 1 + omega sum w b
+    Real inverse_shift[8], inverse_turn[8];  // 1 / (1 + tether + brace + sum b); 0: held, or padding
+    Real own_shift[8], own_turn[8];          // 1 + tether + brace + sum w b, 1 + tether + omega sum w b
     Real residual[6][8];             // M^-1 (-gradient - H solution)
 };
 

@@ -79,7 +79,8 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
             arrays.newton_full = gradients.groups(unit);
         const NewtonRecords records{moving_records(particles), in.shapes.particle_moment.data()->data(),
                                     in.rest.mass.data(),       in.held.data(),
-                                    in.brace.data(),           store.lane_particles()};
+                                    in.brace.data(),           in.tether.data(),
+                                    store.lane_particles()};
         blocks([&](size_t begin, size_t end) {
             sweep_kernels_->take_in_for_newton(records, scratch.particles.data(), store.particles(),
                                                scratch.ellipsoids.data(), begin, end);
@@ -131,7 +132,7 @@ void NewtonStep::solve(Precision<Real>& precision, const SweepInput& in, const W
         const auto for_free = [&](const UnitBlocks& some, const auto& body) {
             some([&](size_t begin, size_t end) {
                 for (size_t lane = begin * kLanes; lane < end * kLanes; ++lane) {
-                    if (solved[lane / kLanes].inverse_diagonal[lane % kLanes] == 0) continue;  // held, or padding
+                    if (solved[lane / kLanes].inverse_turn[lane % kLanes] == 0) continue;  // held, or padding
                     body(lane, layout_.particle(size_t{kLanes} * unit.begin_block + lane),
                          Vec3(store.shift(lane) / scale), Vec3(store.turn(lane) / scale));
                 }
@@ -202,7 +203,8 @@ void NewtonStep::damp_in(Precision<Real>& precision, const SweepInput& in, const
 bool NewtonStep::take_up(const SweepInput& in, const WorkerPool& workers) {
     const size_t n = in.live.ends().size();
     SUNDER_ASSERT(in.rest.n_particles() == n && in.shapes.group.size() == n && in.stiffness.size() == n);
-    SUNDER_ASSERT(in.held.size() >= n && in.span.size() >= n && (in.brace.empty() || in.brace.size() >= n));
+    SUNDER_ASSERT(in.held.size() >= n && in.span.size() >= n && (in.brace.empty() || in.brace.size() >= n) &&
+                  (in.tether.empty() || in.tether.size() == n));
     if (layout_.update(in.live, workers)) {
         residual_.resize(layout_.units().size());
         block_residual_.resize(layout_.n_blocks());

@@ -332,6 +332,8 @@ void gather_residual(const SweepArrays<double>& a, NewtonParticles* particles, C
             times_conjugate(inertial, d, back);
             rotation_vector(back, turn);
             const Sym<V> H = sym<V>(p.inertia, lane);
+            const V drawn = 1.0 + load<V>(p.tether + lane);
+            for (int i = 0; i < 3; ++i) shift[i] = drawn * shift[i], turn[i] = drawn * turn[i];
             V own = zero, bound = zero, twist[3] = {};
             for (size_t r = a.row_begin[block]; r < a.row_begin[block + 1]; ++r) {
                 const SweepRow<double>& row = a.rows[r];
@@ -363,10 +365,11 @@ void gather_residual(const SweepArrays<double>& a, NewtonParticles* particles, C
             }
             V twisted[3];
             solve(H, twist, twisted);
-            const V free = load<V>(p.free + lane), mass = load<V>(p.mass + lane);
-            const V braced = 1.0 + load<V>(p.brace + lane), inverse = free / (braced + bound);
+            const V free = load<V>(p.free + lane), free_turn = load<V>(p.free_turn + lane);
+            const V mass = load<V>(p.mass + lane);
+            const V braced = drawn + load<V>(p.brace + lane), inverse = free_turn / (braced + bound);
             for (int i = 0; i < 3; ++i) {
-                shift[i] = free * shift[i], turn[i] = free * (turn[i] + twisted[i]);
+                shift[i] = free * shift[i], turn[i] = free_turn * (turn[i] + twisted[i]);
                 store(p.residual[i] + lane, shift[i]), store(p.residual[i + 3] + lane, turn[i]);
             }
             V torque[3];
@@ -376,9 +379,9 @@ void gather_residual(const SweepArrays<double>& a, NewtonParticles* particles, C
             size += 3.0 * load<V>(a.groups[block].spread + lane);
             put_numbers(mass, to.mass + lane);
             for (int i = 0; i < 6; ++i) put_numbers(load<V>(p.inertia[i] + lane), to.inertia[i] + lane);
-            put_numbers(inverse, to.inverse_diagonal + lane);
+            put_numbers(free * inverse, to.inverse_shift + lane), put_numbers(inverse, to.inverse_turn + lane);
             put_numbers(braced + own, to.own_shift + lane);
-            put_numbers(1.0 + a.orientation_weight * own, to.own_turn + lane);
+            put_numbers(drawn + a.orientation_weight * own, to.own_turn + lane);
         }
         p.magnitude = sum(magnitude);
         p.size = sum(size);

@@ -99,7 +99,8 @@ struct JacobiRecords {
 struct alignas(64) NewtonParticles {
     double x[3][8], d[4][8], x_inertial[3][8], d_inertial[4][8];
     double mass[8], inertia[6][8], free[8];  // kg; Sym3, kg m2; 0: held, or padding
-    double brace[8];                         // masses
+    double free_turn[8];                     // likewise
+    double brace[8], tether[8];              // masses
     double residual[6][8];                   // result: M^-1 times minus the gradient, m and rad
     double magnitude, size;  // of the block: residual . M residual / diagonal; sum of traces of A_qq; kg m2
 };
@@ -113,13 +114,17 @@ struct ShapeRecords {
     const uint32_t* particle;                     // of the unit's lanes
 };
 
+/// How a particle is held: not at all, wholly, or its place alone, while it turns as it likes (in Newton steps).
+constexpr uint8_t kFree = 0, kHeldWhole = 1, kHeldPlace = 2;
+
 /// What a Newton step takes in of the particles, and which of them the lanes of a unit are.
 struct NewtonRecords {
     const MovingRecord* moving;  // (n_particles)
     const double* moments;       // M_j of the ellipsoids (n_particles x 6)
     const double* masses;        // (n_particles)
-    const uint8_t* held;         // (n_particles)
+    const uint8_t* held;         // kFree ... (n_particles)
     const double* brace;         // (n_particles), or null: 0
+    const double* tether;        // (n_particles), or null: 0
     const uint32_t* particle;    // of each lane; kNone: padding
 };
 

@@ -54,6 +54,7 @@ struct Body {
 struct Pin {
     std::string name;
     std::vector<ParticleId> particles;  // ascending
+    bool turns_freely = false;          // their positions alone are held, as by a hinge (method projective)
 };
 
 enum class ShapeKind { plane, sphere, box, capsule, mesh };
@@ -102,12 +103,20 @@ struct Force {
     double drag = 0;                   // 1/s, >= 0
 };
 
+/// How firmly a pin holds over one frame: 1 rigidly; below, as a spring that slackens until it is gone at 0.
+struct Grip {
+    double begin = 1, end = 1;  // 0 .. 1
+    double time = 0;            // that it takes to let go, s
+    bool is_rigid() const { return begin == 1 && end == 1; }
+};
+
 /// A driven pose over one frame. Between the two the orientation turns steadily (slerp) and the pivot moves along a
 /// straight line: what turns about it goes round in circles.
 struct DrivenPose {
     Pose begin, end;
     bool active = true;         // an inactive pin lets go, an inactive collider is not there
     Vec3 pivot = Vec3::Zero();  // before the pose is applied, m
+    Grip grip = {};             // of an active pin
 };
 
 /// Everything animated, for the frame that is about to be simulated.

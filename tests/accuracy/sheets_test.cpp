@@ -95,6 +95,7 @@ struct BentStrip {
     std::unique_ptr<Solver> solver;
     FrameState state;
     double angle;
+    Grip grip;  // of the second clamp
 
     BentStrip(int width, int neighbours, double yield, double degrees, double toughness = kNever)
         : angle(degrees / kDegrees) {
@@ -124,6 +125,7 @@ struct BentStrip {
                 DrivenPose& drive = input.pins[side < 0 ? 0 : 1];
                 drive = {pose(side, begin), pose(side, end)};
                 drive.active = side < 0 || both;
+                if (side > 0) drive.grip = grip;
                 drive.pivot = Vec3(side * kFree / 2, 0, kThickness / 2);
             }
             advance(*solver, input, settings, state);
@@ -140,6 +142,15 @@ struct BentStrip {
             if (at > most) most = at, last = since_rest;
         }
         return angle_between(first, last) * kDegrees;
+    }
+    // How far the second clamp's end lies off the first clamp's plane, towards where it is bent, m.
+    double tip() const {
+        size_t last = 0;
+        for (size_t i = 0; i < state.n_particles(); ++i)
+            if (scene.rest.rest_position[i].x() > scene.rest.rest_position[last].x()) last = i;
+        const Pose first = pose(-1, 1);
+        return -(first.orientation.conjugate() * (state.position[last] - first.position)).z() +
+               scene.rest.rest_position[last].z();
     }
     double bend_and_let_go() {
         run(60, 0, 1, true, 4), run(10, 1, 1, true, 4);
@@ -207,6 +218,70 @@ TEST(sheets, go_on_from_a_state_that_knows_of_no_bending) {
     strip.state.plastic_curvature.clear(), strip.state.layer_strain.clear();
     strip.run(20, 0, 1, true, 4);
     EXPECT_EQ(strip.state.plastic_curvature.size(), strip.state.n_particles());
+}
+
+// A square plate of `cells` a side under its weight, its outermost cells pinned: deflection of its middle over that of
+// Timoshenko and Woinowsky-Krieger's tables (Theory of Plates and Shells, 2nd ed., tables 8 and 35). Hinges lie in the
+// middle of the cells that are held, clamps at their faces.
+double deflection_of_plate(int cells, bool hinged, double poisson_ratio) {
+    constexpr double kSide = 1, kThickness = 0.01, kYoung = 1e9, kSag = 0.05 * kThickness;
+    const double cell = kSide / cells, span = kSide - (hinged ? cell : 2 * cell);
+    LatticeSettings lattice;
+    lattice.cells = {cells, cells, 1}, lattice.size = Vec3(kSide, kSide, kThickness);
+    lattice.center = Vec3::Zero();
+    const auto fragments = make_lattice(lattice, "lattice");
+    EXPECT_TRUE(fragments);
+    Scene scene;
+    add_body(scene, build_simulation_mesh(*fragments, {}).take(), {});
+    add_pin(scene, [&](const Vec3& x) { return x.cwiseAbs().maxCoeff() > kSide / 2 - 0.9 * cell; });
+    scene.pins[0].turns_freely = hinged;
+    Material material;
+    material.youngs_modulus = kYoung, material.poisson_ratio = poisson_ratio;
+    FrameInput input = quiet_input(scene, material);
+    const double stiffness = kYoung * std::pow(kThickness, 3) / (12 * (1 - poisson_ratio * poisson_ratio));
+    const double density = scene.rest.mass[0] / scene.rest.volume[0];
+    input.gravity.z() = -kSag * stiffness / ((hinged ? 0.00406 : 0.00126) * std::pow(span, 4) * density * kThickness);
+    SolverSettings settings = fine();
+    settings.damping = 8;
+    const auto solver = make_solver(scene);
+    FrameState state = solver->initial_state({material});
+    for (int f = 0; f < 50; ++f) advance(*solver, input, settings, state);
+    double most = 0;
+    for (size_t i = 0; i < state.n_particles(); ++i)
+        most = std::max(most, (scene.rest.rest_position[i] - state.position[i]).z());
+    return most / kSag;
+}
+
+TEST(sheets, plates_sag_as_in_tables_on_hinges_and_in_clamps) {
+    for (const bool hinged : {true, false}) {
+        const double share = deflection_of_plate(24, hinged, 0.3);
+        std::printf("plate %s: %.3f of the table\n", hinged ? "on hinges" : "in clamps", share);
+        EXPECT_NEAR(share, 1, 0.1);
+    }
+}
+
+// Let go within a second it comes to rest where it would, and swings by no more than a tenth of what it was bent; all
+// at once it swings through by half.
+TEST(sheets, what_is_let_go_slowly_does_not_spring) {
+    for (const bool at_once : {true, false}) {
+        BentStrip strip(2, 6, kNever, 60);
+        strip.run(40, 0, 1, true, 4);
+        const double last_x = strip.tip();
+        double farthest = last_x;
+        for (int f = 0; f < 60; ++f) {
+            const double from = 1 - f / 24.0, to = 1 - (f + 1) / 24.0;
+            if (!at_once && to >= 0) strip.grip = {from, to, 1};
+            strip.run(1, 1, 1, !at_once && to >= 0, 0);
+            strip.grip = {};
+            farthest = std::min(farthest, strip.tip());
+        }
+        std::printf("let go %s: from %.3f m to %.4f m\n", at_once ? "at once" : "slowly", last_x, farthest);
+        EXPECT_GT(last_x, 0.02);
+        if (at_once)
+            EXPECT_LT(farthest, -0.3 * last_x);
+        else
+            EXPECT_NEAR(farthest, 0, 0.1 * last_x);
+    }
 }
 
 // At theta over the free length its outer strain is theta t / (2 L).

@@ -3,6 +3,7 @@
 
 #include "nodes/graph/graph.h"
 #include "nodes/graph/json.h"
+#include "solver/data/rotations.h"
 #include "solver/presets.h"
 
 namespace sunder {
@@ -292,6 +293,42 @@ TEST(SolverNode, pins_hold_what_lies_in_their_region_as_placed_and_move_it) {
         const Vec3 from = start->state->position[i], to = turned->state->position[i];
         EXPECT_NEAR((to - Vec3(-from.y(), from.x(), from.z())).norm(), 0, 1e-9) << "a quarter turn about z";
         EXPECT_LT(released->state->position[i].z(), from.z() - 0.05);
+    }
+}
+
+TEST(SolverNode, pins_let_go_over_as_many_frames_as_they_are_told) {
+    const auto fallen = [](int release_frames, int frame) {
+        Shot shot;
+        EXPECT_TRUE(shot.graph().add_node("hold", "pin"));
+        shot.set("hold", "body", "@block.body");
+        shot.set("hold", "box_min", {-1, -1, 0});
+        shot.set("hold", "box_max", {1, 1, 2});
+        shot.set("hold", "release_frame", 3);
+        shot.set("hold", "release_frames", release_frames);
+        shot.set("sim", "pins", {"@hold.pin"});
+        return shot.state(1)->state->position[0].z() - shot.state(frame)->state->position[0].z();
+    };
+    EXPECT_NEAR(fallen(0, 3), 0, 1e-12);
+    EXPECT_GT(fallen(0, 5), 0.01);
+    EXPECT_LT(fallen(12, 5), 1e-3);  // of a spring that is 1e6 times as stiff as it is heavy, and slackens
+    EXPECT_GT(fallen(12, 5), 0);
+    EXPECT_GT(fallen(12, 20), 0.05);
+}
+
+TEST(SolverNode, hinges_hold_places_and_let_turn) {
+    Shot shot;
+    ASSERT_TRUE(shot.graph().add_node("hold", "pin"));
+    shot.set("hold", "body", "@block.body");
+    shot.set("hold", "box_min", {0, -1, 0.7});  // an upper edge: it swings down about it
+    shot.set("hold", "box_max", {1, 1, 2});
+    shot.set("hold", "hold", "position");
+    shot.set("sim", "pins", {"@hold.pin"});
+    const StatePtr start = shot.state(1), swung = shot.state(8);
+    ASSERT_TRUE(start->scene->pins[0].turns_freely);
+    ASSERT_EQ(start->scene->pins[0].particles.size(), 2u);
+    for (const ParticleId i : start->scene->pins[0].particles) {
+        EXPECT_EQ(start->state->position[i], swung->state->position[i]);
+        EXPECT_GT(angle_between(start->state->orientation[i], swung->state->orientation[i]), 0.3);
     }
 }
 

@@ -176,7 +176,7 @@ TEST(bending_shape, products_are_what_a_small_motion_changes) {
             layout.update(sheet.live, sheet.workers);
             ASSERT_EQ(layout.units().size(), 1u);
             const std::vector<double> span(at.size(), 1.0);
-            const SweepInput in{sheet.rest, sheet.live, sheet.shapes, sheet.stiffness, sheet.pinned, span, {},
+            const SweepInput in{sheet.rest, sheet.live, sheet.shapes, sheet.stiffness, sheet.pinned, span, {}, {},
                                 &sheet.bending};
             BendingUnit<double> unit;
             ASSERT_TRUE(unit.open(in, layout, 0));
