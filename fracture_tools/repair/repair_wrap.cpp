@@ -53,8 +53,8 @@ TriMesh run(const MeshView& mesh, double detail, const Progress& progress) {
     watch.progress = &progress, watch.n_points = &n_points;
     const double alpha = detail * unit.scale;
     Surface surface;
-    CGAL::alpha_wrap_3(points, triangles, alpha, kOffset * alpha, surface, CGAL::parameters::default_values(),
-                       CGAL::parameters::visitor(watch));
+    const auto watched = CGAL::parameters::visitor(watch);
+    CGAL::alpha_wrap_3(points, triangles, alpha, kOffset * alpha, surface, watched, watched);  // of CGAL 6, of CGAL 5
     TriMesh wrap;
     for (const auto v : surface.vertices()) {
         const auto& p = surface.point(v);

@@ -12,6 +12,7 @@ double __wrap_log(double x) { return sunder::math::log(x); }
 double __wrap_log1p(double x) { return sunder::math::log1p(x); }
 double __wrap_log2(double x) { return sunder::math::log2(x); }
 double __wrap_log10(double x) { return sunder::math::log10(x); }
+float __wrap_log10f(float x) { return static_cast<float>(sunder::math::log10(static_cast<double>(x))); }
 double __wrap_pow(double x, double y) { return sunder::math::pow(x, y); }
 double __wrap_cbrt(double x) { return sunder::math::cbrt(x); }
 double __wrap_hypot(double x, double y) { return sunder::math::hypot(x, y); }

@@ -89,7 +89,7 @@ TEST(sheets, bend_as_plates_of_their_thickness_whatever_their_cells_width) {
 // A strip of 0.4 x `width` x 0.02 m whose clamped ends turn by half of `angle` each and come nearer along the arc; one
 // is then slowly let go. Its free middle is 0.2 m.
 struct BentStrip {
-    static constexpr double kLength = 0.4, kFree = 0.2, kThickness = 0.02, kClamp = (kLength - kFree) / 2;
+    static constexpr double kFree = 0.2, kThickness = 0.02;
     Scene scene;
     Material material;
     std::unique_ptr<Solver> solver;

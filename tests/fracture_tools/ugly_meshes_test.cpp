@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
+#include <regex>
 #include <sstream>
 
 #include "fracture_tools/mesh/mesh_checks.h"
@@ -129,11 +131,34 @@ std::string table() {
     return out.str();
 }
 
+// Where another version of CGAL puts the points of a wrap elsewhere its volume and area differ by less than this.
+constexpr double kOfAWrap = 0.01;
+
+// Whether two rows say the same: to the letter, or of a wrap but for its numbers.
+bool is_same(const std::string& row, const std::string& other) {
+    static const std::regex kNumber("-?[0-9]+(\\.[0-9]+)?(e-?[0-9]+)?");
+    if (row == other) return true;
+    if (row.find("made anew") == std::string::npos) return false;
+    if (std::regex_replace(row, kNumber, "#") != std::regex_replace(other, kNumber, "#")) return false;
+    std::sregex_iterator a(row.begin(), row.end(), kNumber), b(other.begin(), other.end(), kNumber);
+    for (; a != std::sregex_iterator(); ++a, ++b) {
+        const double x = std::stod(a->str()), y = std::stod(b->str());
+        if (!(std::abs(x - y) <= kOfAWrap * std::abs(y))) return false;
+    }
+    return true;
+}
+
 TEST(UglyMeshes, the_documents_tell_what_happens_to_each) {
     std::ifstream file(SUNDER_SOURCE_DIR "/docs/meshes.md");
-    const std::string document((std::istreambuf_iterator<char>(file)), {});
-    const std::string expected = table();
-    EXPECT_NE(document.find(expected), std::string::npos) << "docs/meshes.md should have:\n" << expected;
+    std::istringstream wanted(table());
+    std::string row, told;
+    ASSERT_TRUE(std::getline(wanted, row));
+    while (std::getline(file, told) && told != row) continue;
+    do {
+        EXPECT_PRED2(is_same, row, told) << "docs/meshes.md should have the first of these";
+        std::getline(file, told);
+    } while (std::getline(wanted, row));
+    EXPECT_EQ(told, "") << "docs/meshes.md has a row that is of no mesh";
 }
 
 }  // namespace
