@@ -189,7 +189,7 @@ class QuickFracture(AddonCase):
                 if preset == "GLASS":
                     self.assertEqual(inner, outer)
                     self.assertEqual(inside["transmission"], 0 if has_material else 1)
-                elif preset in ("STEEL", "SHEET_METAL", "LEAD"):
+                elif preset in ("STEEL", "SHEET_METAL", "STEEL_BEAM", "LEAD"):
                     self.assertEqual([inside["metallic"], outside["metallic"]], [1, 0 if has_material else 1])
                     self.assertGreater(min(inside["color"][:3]), 0.45)  # bright
                 elif preset == "CLAY":
@@ -297,6 +297,16 @@ class QuickFracture(AddonCase):
         self.assertGreater(left["SHEET_METAL"][0], 0.5)  # rad/m
         self.assertGreater(left["SHEET_METAL"][1], 100)
         self.assertEqual(left["GLASS"][0], 0)
+
+    def test_a_ring_of_steel_that_falls_on_its_edge_is_bent_and_stays_whole(self):
+        self.scene.frame_end = 24
+        bpy.ops.mesh.primitive_torus_add(location=(0, 0, 1.2), rotation=(1.3, 0.2, 0), major_radius=0.8, minor_radius=0.03,
+                                         major_segments=48, minor_segments=8)
+        _, tree = self.quick(bpy.context.object, preset="STEEL_BEAM", pieces=60, fall_speed=15)
+        state = self.last_state(tree)
+        self.assertEqual(len(set(state.piece)), 1)
+        self.assertLess(np.abs(state.position).max(), 5)
+        self.assertGreater(np.linalg.norm(state.plastic_curvature, axis=(1, 2)).max(), 0.1)  # rad/m
 
 
 if __name__ == "__main__":

@@ -22,6 +22,8 @@ LOOKS = {
               {"color": (0.75, 0.76, 0.78), "metallic": 1, "roughness": 0.5}),
     "SHEET_METAL": ({"color": (0.52, 0.53, 0.55), "metallic": 1, "roughness": 0.25},
                     {"color": (0.75, 0.76, 0.78), "metallic": 1, "roughness": 0.5}),
+    "STEEL_BEAM": ({"color": (0.33, 0.33, 0.35), "metallic": 1, "roughness": 0.45},
+                   {"color": (0.75, 0.76, 0.78), "metallic": 1, "roughness": 0.5}),
     "LEAD": ({"color": (0.16, 0.17, 0.19), "metallic": 1, "roughness": 0.55},
              {"color": (0.5, 0.52, 0.56), "metallic": 1, "roughness": 0.45}),
     "CLAY": ({"color": (0.42, 0.19, 0.1), "roughness": 0.8}, "darker"),

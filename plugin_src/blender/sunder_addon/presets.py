@@ -18,6 +18,14 @@ PRESETS = {
          "toughness": 0.03},
         {"substeps": 16},
     ),
+    "STEEL_BEAM": (
+        "Steel Beam",
+        "For beams, rails, rods and frames: as stiff as steel. Bends to a hinge where it is loaded too much and stays so, tears "
+        "after a fifth of its length",
+        {"density": 7800, "youngs_modulus": 2e11, "poisson_ratio": 0.3, "yield": 0.002, "flow_rate": 2000, "hardening": 0.04,
+         "toughness": 0.01},
+        {"substeps": 16},
+    ),
     "LEAD": (
         "Lead",
         "Very heavy and limp; flattens where it lands and stays so, hardly ever tears. Hundreds of times softer than lead",
