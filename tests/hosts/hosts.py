@@ -199,7 +199,9 @@ PACKAGE_ROOTS = {host.root: host for host in (OLD_DEBIAN, HOSTS["4.3"], HOSTS["s
 def _source_root(name, sentence, root, compilers=("gcc", "g++"), options=()):
     """A host with what a newcomer's build installs, and what the tests of parts ask for beside; options are CMake's."""
     listed, = re.findall(r"^build_packages=\((.*?)\)", (REPOSITORY / "sunder").read_text(), re.S | re.M)
-    packages = [*listed.split(), *([] if "gcc" in compilers else compilers[:1]), "libcgal-demo", "dpkg-dev", "file"]
+    # clang's sanitizers come in a package of their own.
+    of_compiler = [] if "gcc" in compilers else [compilers[0], compilers[0].replace("clang-", "libclang-rt-") + "-dev"]
+    packages = [*listed.split(), *of_compiler, "libcgal-demo", "dpkg-dev", "file"]
     host = Host(name, sentence, root=root, packages=packages, at=f"{root}-build")
     host.compilers = compilers  # of C and C++
     host.options = options
