@@ -129,6 +129,30 @@ double misfit(const Workspace& work, uint32_t g, const Placement& a, const Place
     return sum;
 }
 
+// How far a group deforms from one placement to another.
+struct Deformation {
+    double energy = 0;  // twice what it takes, over k, kg m2
+    double strain = 0;  // -
+};
+
+// Of a thin group by its stretch and its bending; the strain is that at its faces.
+Deformation bent(const Workspace& work, uint32_t g, const Placement& a, const Placement& b) {
+    const BendingShape& shape = work.bending.shape(g);
+    std::vector<BentMember> members(work.live.count(g));
+    const BentGroup from = bend(work.bending, work.live, a, g, members);
+    const BentGroup to = bend(work.bending, work.live, b, g, members);
+    const Mat3 stretch = to.R.transpose() * to.F - from.R.transpose() * from.F, curvature = to.K - from.K;
+    const Eigen::Map<const Vec9> K(curvature.data());
+    const double energy = 2 * shape.mu * shape.volume * stretch.squaredNorm() + K.dot(shape.bending * K);
+    return {energy / shape.k, stretch.norm() + shape.extent.minCoeff() / 2 * curvature.norm()};
+}
+
+Deformation deformation(const Workspace& work, uint32_t g, const Placement& a, const Placement& b) {
+    if (!work.thin.empty() && work.thin[g]) return work.bending.pulls(g) ? bent(work, g, a, b) : Deformation();
+    const double sum = misfit(work, g, a, b);
+    return {sum, std::sqrt(sum / work.shapes.group[g].positions_trace)};
+}
+
 struct GroupChange {
     double misfit = 0;  // from start to end, kg m2
     double strain = 0;  // the same as a strain, -
@@ -141,10 +165,8 @@ std::vector<GroupChange> group_changes(const StepContext& context, const Workspa
     context.workers.for_range(changes.size(), kGrain, [&](size_t first, size_t last) {
         for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
             if (work.live.count(g) == 1) continue;
-            const double trace = work.shapes.group[g].positions_trace;
-            changes[g].misfit = misfit(work, g, start, end);
-            changes[g].strain = std::sqrt(changes[g].misfit / trace);
-            changes[g].pushed = std::sqrt(misfit(work, g, path, end) / trace);
+            const Deformation whole = deformation(work, g, start, end);
+            changes[g] = {whole.energy, whole.strain, deformation(work, g, path, end).strain};
         }
     });
     return changes;
@@ -243,6 +265,7 @@ FramePlan plan_frame(const StepContext& context, const FrameState& state, Worksp
         return plan;
     }
 
+    take_up_bending(context, state, io_work);
     const Placement start = placement_of(context.scene.rest, state), end = placement_of(context.scene.rest, after);
     const Held held(context, io_work.live);
     const Placement path = moved(Path::inertial, context, state, io_work.live, held, start, end);

@@ -35,7 +35,7 @@ double steady_relaxation(const SolverSettings& settings) {
 // taken it, and not where it would fly to unhit.
 void Substep::correct() {
     using Which = ContactRound::Which;
-    take_up_bending();
+    take_up_bending(context, state, work);
     push_apart(Which::first);
     match_shapes(0);
     int most = context.settings.iterations;
@@ -114,11 +114,10 @@ void Substep::match_shapes(int sweep) {
     });
 }
 
-// The rest shapes of thin groups as they stand.
-void Substep::take_up_bending() {
-    if (work.thin.empty()) return;
-    work.bending.update(rest(), work.live, work.shapes, work.stiffness,
-                        {work.thin, work.pinned, state.plastic_deformation, state.plastic_curvature}, context.workers);
+void take_up_bending(const StepContext& context, const FrameState& state, Workspace& w) {
+    if (w.thin.empty()) return;
+    w.bending.update(context.scene.rest, w.live, w.shapes, w.stiffness,
+                     {w.thin, w.pinned, state.plastic_deformation, state.plastic_curvature}, context.workers);
 }
 
 // Where numbers are not finite, nor is their sum.

@@ -143,6 +143,8 @@ constexpr double kLongestStep = 0.042;
 
 /// Brings the workspace in line with a state that was set from outside.
 void synchronise(const StepContext& context, const FrameState& state, Workspace& io_work);
+/// The rest shapes of thin groups as they stand.
+void take_up_bending(const StepContext& context, const FrameState& state, Workspace& io_work);
 
 /// The same for a scene that was numbered anew; `former` (n_particles): the number in the scene before, or kNone,
 /// ascending. What a particle that kept its ring had is taken over.

@@ -152,7 +152,6 @@ struct Substep {
 
     // step.cpp
     void correct();
-    void take_up_bending();
     const BendingShapes* bending() const { return work.thin.empty() ? nullptr : &work.bending; }
     void match_shapes(int sweep);  // of those of `correct`
     void leave_out_what_is_matched(int steps);

@@ -53,7 +53,7 @@ void Substep::hold() {
         work.pinned.resize(n_particles());
         for (size_t i = 0; i < n_particles(); ++i) work.pinned[i] = work.held[i] == kHeldWhole;
     }
-    take_up_bending();
+    take_up_bending(context, state, work);
     fix_sleepers();
     mark_held_pieces();
     work.unmoved.resize(n_particles());

@@ -221,7 +221,7 @@ void Substep::damp_vibrations() {
             turn[j] = work.angular_velocity[j] - spin;
         }
     });
-    take_up_bending();
+    take_up_bending(context, state, work);
     work.newton.damp({rest(), work.live, work.shapes, work.stiffness, work.held, span, {}, {}, bending()},
                      context.workers, work.goals, work.moving, shift, turn);
     // The solve ends early, and what it leaves undone may be momentum.

@@ -404,7 +404,8 @@ Json info_of(const StateValue& s) {
             {"time", s.state->time},
             {"bodies", bodies},
             {"rigid_bodies", rigid},
-            {"report", json_of_fields(report_fields(), s.report)}};
+            {"report", json_of_fields(report_fields(), s.report)},
+            {"warnings", s.warnings}};
 }
 Json info_of(const BodyMesh& m) {
     return {{"on_body", m.body},

@@ -24,6 +24,26 @@ struct SolverStore {
     std::vector<ContentKey> history;  // of frame start + i
 };
 
+// What a method other than projective leaves out of a scene.
+std::vector<std::string> left_out(const Scene& scene, std::span<const Material> materials, const std::string& method) {
+    std::vector<std::string> told;
+    if (method == "projective") return told;
+    for (size_t b = 0; b < scene.bodies.size(); ++b) {
+        size_t n = 0;
+        for (uint32_t g = scene.bodies[b].particle_begin; g < scene.bodies[b].particle_end; ++g)
+            n += materials[b].curvature && scene.rest.thin[g] != 0;
+        if (n > 0)
+            told.push_back("body '" + scene.bodies[b].name + "': " + std::to_string(n) +
+                           " fragments of sheets or rods are as stiff as blocks and spring back, for method " + method +
+                           " knows no bending (take projective)");
+    }
+    for (const Pin& pin : scene.pins)
+        if (pin.turns_freely)
+            told.push_back("pin '" + pin.name + "' holds the pose, for method " + method +
+                           " knows no hinges (take projective)");
+    return told;
+}
+
 /// The solver node at work on one request.
 class SolverCook {
 public:
@@ -117,14 +137,17 @@ public:
                           context_.cache_limit());
     }
 
-    Value value(int frame) const {
+    Result<Value> value(int frame) {
         const StateCache::Entry& entry = *store_.frames.at(frame);
+        Result<std::vector<Material>> materials = start_materials();
+        if (!materials) return materials.error();
         StateValue value;
         value.frame = frame;
         value.scene = std::shared_ptr<const Scene>(store_.solver, &store_.solver->scene());
         value.state = entry.state;
         value.body_keys = store_.body_keys;
         value.report = entry.report;
+        value.warnings = left_out(*value.scene, *materials, context_.parameters().text("method"));
         return make_value(std::move(value));
     }
 

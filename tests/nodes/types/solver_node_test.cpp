@@ -332,6 +332,23 @@ TEST(SolverNode, hinges_hold_places_and_let_turn) {
     }
 }
 
+TEST(SolverNode, what_a_method_leaves_out_is_told) {
+    Shot shot;
+    ASSERT_TRUE(shot.graph().add_node("hold", "pin"));
+    shot.set("hold", "body", "@block.body");
+    shot.set("hold", "box_min", {-1, -1, 0.4});
+    shot.set("hold", "box_max", {1, 1, 2});
+    shot.set("hold", "hold", "position");
+    shot.set("sim", "pins", {"@hold.pin"});
+    shot.set("cells", "cells", {4, 4, 1});
+    EXPECT_TRUE(shot.state(2)->warnings.empty());
+    shot.set("sim", "method", "jacobi");
+    const std::vector<std::string>& told = shot.state(2)->warnings;
+    ASSERT_EQ(told.size(), 2u);
+    EXPECT_NE(told[0].find("body 'block': 16 fragments of sheets or rods"), std::string::npos) << told[0];
+    EXPECT_NE(told[1].find("pin 'hold' holds the pose"), std::string::npos) << told[1];
+}
+
 TEST(SolverNode, pins_without_particles_and_unknown_groups_are_refused) {
     Shot shot;
     ASSERT_TRUE(shot.graph().add_node("hold", "pin"));
