@@ -91,6 +91,23 @@ TEST(random_shots, gain_nothing_where_pins_hold) {
     std::printf("most energy gained: %.4f of the start, shot %d\n", most, static_cast<int>(worst));
 }
 
+// Nor do hinges that stand still. Every other body is a panel.
+TEST(random_shots, gain_nothing_on_hinges) {
+    double most = 0;
+    uint64_t worst = 0;
+    for (uint64_t seed = 0; seed < 30; ++seed) {
+        test::Shot shot(seed);
+        if (seed % 2 == 1) shot.beat_flat(seed + 3000);
+        shot.hold(seed + 2000);
+        shot.scene.pins[0].turns_freely = true;
+        const Outcome outcome = shoot(shot);
+        EXPECT_EQ(outcome.error, "") << "shot " << seed;
+        EXPECT_LE(outcome.gained, 0.01) << "shot " << seed;  // as above
+        if (outcome.gained > most) most = outcome.gained, worst = seed;
+    }
+    std::printf("most energy gained: %.4f of the start, shot %d\n", most, static_cast<int>(worst));
+}
+
 TEST(random_shots, panels_gain_nothing) {
     double most = 0;
     uint64_t worst = 0;
