@@ -40,12 +40,14 @@ public:
         const double share = exports_.empty() ? 1 : 0.9;  // of the progress, that frames take
         const double n = (last - manifest_.frame_range[0] + 1) / share;
         if (Status s = bake_frames(next_frame(), last, n); !s) return s.error();
+        if (report_.n_frames > 0)
+            if (Status s = note_warnings(last); !s) return s.error();
         if (!exports_.empty() && (report_.n_frames > 0 || !exports_are_whole(manifest_, *folder_))) {
             auto made = write_exports(exports_, *folder_, graph_.base_folder(), manifest_, progress_.part(share, 1));
             if (!made) return made.error();
             report_.n_files += made->stamps.size();
             for (const FileStamp& stamp : made->stamps) report_.bytes += stamp.size;
-            report_.notes = std::move(made->notes);
+            report_.notes.insert(report_.notes.end(), made->notes.begin(), made->notes.end());
         }
         (void)progress_.report(1, "baked");
         return report_;
@@ -53,6 +55,17 @@ public:
 
 private:
     int next_frame() const { return manifest_.frame_range[0] + static_cast<int>(manifest_.frames.size()); }
+
+    // What the solvers' methods leave out.
+    Status note_warnings(int frame) {
+        for (const SocketReference& solver : solvers_) {
+            const Result<Value> state = graph_.evaluate(solver.node, solver.socket, frame);
+            if (!state) return state.error();
+            for (const std::string& warning : std::get<std::shared_ptr<const StateValue>>(*state)->warnings)
+                report_.notes.push_back("node '" + solver.node + "': " + warning);
+        }
+        return {};
+    }
 
     Status find_nodes() {
         std::set<std::string> seen;

@@ -365,6 +365,18 @@ TEST(Bake, two_bakes_do_not_share_a_folder) {
     EXPECT_TRUE(has(refused(bake(graph, settings(folder / "b"))).text(), "another bake"));
 }
 
+TEST(Bake, what_a_solver_leaves_out_is_noted) {
+    TemporaryFolder folder;
+    Graph graph = scene();
+    ASSERT_TRUE(graph.set("block", "cells", Json::array({3, 3, 1})));
+    EXPECT_TRUE(bake(graph, settings(folder / "projective"))->notes.empty());
+    ASSERT_TRUE(graph.set("sim", "method", "jacobi"));
+    const auto report = bake(graph, settings(folder / "jacobi"));
+    ASSERT_TRUE(report);
+    ASSERT_EQ(report->notes.size(), 1u);
+    EXPECT_TRUE(has(report->notes[0], "node 'sim': body 'clay': 9 fragments of sheets or rods")) << report->notes[0];
+}
+
 TEST(Bake, frames_may_begin_after_the_simulation_does) {
     TemporaryFolder folder;
     Graph whole = scene();
