@@ -111,8 +111,10 @@ inline TriMesh with_t_junction() {
 inline TriMesh random_triangles(size_t n) {
     TriMesh mesh;
     std::mt19937 random(3);
-    for (size_t v = 0; v < 3 * n; ++v)
-        mesh.positions.push_back(Vec3(random() % 1000, random() % 1000, random() % 1000) / 1000);
+    for (size_t v = 0; v < 3 * n; ++v) {
+        const double z = random() % 1000, y = random() % 1000, x = random() % 1000;  // arguments have no order
+        mesh.positions.push_back(Vec3(x, y, z) / 1000);
+    }
     for (uint32_t t = 0; t < n; ++t) mesh.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
     return mesh;
 }

@@ -12,7 +12,11 @@ EXACT = {
         "sqrt fma fmod remainder frexp ldexp scalbn scalbln ilogb logb modf copysign nextafter nexttoward "
         "floor ceil trunc round rint nearbyint lround llround lrint llrint fabs fmin fmax fdim"
     ).split()
-} | {"fegetround", "fesetround"}  # of libstdc++, where it is linked in
+} | {
+    "fegetround", "fesetround",  # of libstdc++, where it is linked in
+    "nan",  # has one result
+    "logl",  # of std::generate_canonical in tests and benchmarks: how many draws a number takes, rounded up
+}
 
 
 def called(readelf, file):
