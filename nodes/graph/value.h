@@ -55,7 +55,7 @@ struct StateValue {
     std::shared_ptr<const FrameState> state;
     std::vector<ContentKey> body_keys;  // BodyValue::key of each of scene->bodies
     StepReport report;                  // of the step that ended in this frame; zeros at the start
-    std::vector<std::string> warnings;  // of what the method leaves out
+    std::vector<std::string> warnings = {};  // of what the method leaves out
 };
 
 /// The visual mesh of one body at one frame.
