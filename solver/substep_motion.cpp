@@ -118,8 +118,11 @@ void Substep::hold_pins(Pinned when) {
             const double seconds = reached * h;
             work.velocity[i] = (p.x - work.start_position[i]) / seconds;
             work.inverse_mass[i] = 0;
-            if (work.held[i] == kFree) work.held[i] = turns ? kHeldPlace : kHeldWhole;
-            if (turns) continue;
+            if (turns) {
+                if (work.held[i] == kFree) work.held[i] = kHeldPlace;
+                continue;
+            }
+            work.held[i] = kHeldWhole;
             p.d = p.d_inertial = pose.orientation;
             work.angular_velocity[i] = rotation_vector(p.d * work.start_rotation[i].conjugate()) / seconds;
         }

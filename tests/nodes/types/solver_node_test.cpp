@@ -330,6 +330,17 @@ TEST(SolverNode, hinges_hold_places_and_let_turn) {
         EXPECT_EQ(start->state->position[i], swung->state->position[i]);
         EXPECT_GT(angle_between(start->state->orientation[i], swung->state->orientation[i]), 0.3);
     }
+    // What another pin holds wholly does not turn, whichever comes first.
+    ASSERT_TRUE(shot.graph().add_node("clamp", "pin"));
+    shot.set("clamp", "body", "@block.body");
+    shot.set("clamp", "box_min", {0, -1, 0.7});
+    shot.set("clamp", "box_max", {1, 1, 2});
+    for (const Json& pins : {Json{"@hold.pin", "@clamp.pin"}, Json{"@clamp.pin", "@hold.pin"}}) {
+        shot.set("sim", "pins", pins);
+        const StatePtr held = shot.state(8);
+        for (const ParticleId i : held->scene->pins[0].particles)
+            EXPECT_NEAR(angle_between(start->state->orientation[i], held->state->orientation[i]), 0, 1e-6);
+    }
 }
 
 TEST(SolverNode, what_a_method_leaves_out_is_told) {
