@@ -138,7 +138,7 @@ void put_in_order(size_t n_movables, const WorkerPool& workers, ContactScratch& 
 void find_contacts(const DetectionInput& input, ContactScratch& scratch, std::vector<Contact>& out) {
     const size_t n = n_movables(input);
     SUNDER_ASSERT(input.velocity.size() == n && (input.angular_velocity.empty() || input.angular_velocity.size() == n));
-    SUNDER_ASSERT(input.pinned.size() <= n && (input.fixed.empty() || input.fixed.size() == n));
+    SUNDER_ASSERT(input.role.size() <= n && (input.fixed.empty() || input.fixed.size() == n));
     SUNDER_ASSERT(input.duration >= 0 && input.margin > 0);
     const WorkerPool alone(1);
     const WorkerPool& workers = input.workers ? *input.workers : alone;

@@ -10,6 +10,7 @@
 #include "solver/collision/pairs_between_pieces.h"
 #include "solver/collision/piece_pairs.h"
 #include "solver/collision/shape_distance.h"
+#include "solver/data/role.h"
 
 namespace sunder {
 
@@ -26,7 +27,7 @@ struct DetectionInput {
     ParticleEllipsoids particles;               // (n_particles)
     std::span<const double> corners;            // by which they reach planes before their ellipsoids (n_particles), m
     std::span<const uint32_t> body;             // (n_particles), or empty: one body
-    std::span<const uint8_t> pinned;            // (n_movables), or fewer; two driven things give no contact
+    std::span<const Role> role;                 // (n_movables), or fewer; two that are not free give no contact
     std::span<const PieceId> piece;             // by first particle (n_particles), or empty: not known
     LiveRings rings;                            // particles near one another in it give no contact
     bool self_collision = true;                 // particles of one body against one another

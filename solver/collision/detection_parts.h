@@ -14,7 +14,9 @@ inline constexpr double kRounding = 1e-9;  // boxes are grown by this share, so 
 
 inline size_t n_movables(const DetectionInput& in) { return in.particles.size() + in.rigid_bodies.size(); }
 inline bool is_particle(const DetectionInput& in, MovableIndex i) { return i < in.particles.size(); }
-inline bool is_driven(const DetectionInput& in, MovableIndex i) { return i < in.pinned.size() && in.pinned[i]; }
+inline bool is_driven(const DetectionInput& in, MovableIndex i) {
+    return i < in.role.size() && in.role[i] != Role::free;
+}
 inline const PlacedShape& rigid(const DetectionInput& in, MovableIndex i) {
     return in.rigid_bodies[i - in.particles.size()];
 }

@@ -7,9 +7,9 @@
 namespace sunder {
 
 void gauss_seidel_sweep(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
-                        std::span<const double> stiffness, std::span<const uint8_t> held,
+                        std::span<const double> stiffness, std::span<const Role> role,
                         std::span<MovingParticle> io_particles, std::span<GroupGoal> io_goals) {
-    SUNDER_ASSERT(io_goals.size() == rest.n_particles() && held.size() >= io_goals.size());
+    SUNDER_ASSERT(io_goals.size() == rest.n_particles() && role.size() >= io_goals.size());
     for (uint32_t g = 0; g < io_goals.size(); ++g) {
         if (live.count(g) == 1) {
             io_goals[g].rotation = io_particles[g].d;
@@ -21,7 +21,7 @@ void gauss_seidel_sweep(const SimulationMesh& rest, const LiveTopology& live, co
         const Mat3 matrix = R.toRotationMatrix();
         for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
             const ParticleId j = live.member(s);
-            if (held[j]) continue;
+            if (role[j] != Role::free) continue;
             MovingParticle& p = io_particles[j];
             const double k = stiffness[rest.body[g]] * shapes.member[s].weight;
             p.x += k * (A.center + matrix * shapes.member[s].q - p.x);

@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "solver/data/role.h"
 #include "solver/matching/group_shape.h"
 #include "solver/matching/shape_matching.h"
 
@@ -11,7 +12,7 @@ namespace sunder {
 
 /// One sweep over all groups in order. `stiffness`: k in [0, 1] (n_bodies). Held particles stay.
 void gauss_seidel_sweep(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
-                        std::span<const double> stiffness, std::span<const uint8_t> held,
+                        std::span<const double> stiffness, std::span<const Role> role,
                         std::span<MovingParticle> io_particles, std::span<GroupGoal> io_goals);
 
 }  // namespace sunder

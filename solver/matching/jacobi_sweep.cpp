@@ -44,7 +44,7 @@ void JacobiSweep::apply(const JacobiIteration& iteration, const SweepInput& in, 
         }
         const SweepArrays<float> arrays = unit.store.arrays();
         const JacobiRecords records{moving_records(io_particles), io_goals.data()->rotation.coeffs().data(),
-                                    in.held.data(), unit.store.lane_particles(), unit.origin.data()};
+                                    in.role.data(), unit.store.lane_particles(), unit.origin.data()};
         SweepParticle<float>* const particles = unit.store.particles();
         JacobiParticles* const jacobi = unit.particles.data();
         const auto omega = static_cast<float>(iteration.omega);

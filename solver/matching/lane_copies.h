@@ -92,7 +92,7 @@ void take_in(const JacobiRecords& s, SweepParticle<float>* particles, JacobiPart
         for (int i = 0; i < 3; ++i) put_numbers(x[i] - origin[i], p.x_inertial[i] + lane);
         for (int i = 0; i < 4; ++i) put_numbers(d[i], p.d_inertial[i] + lane);
         for (size_t i = 0; i < 4; ++i)
-            p.free[lane + i] = records[i] != padding.x && !s.held[s.particle[first + i]] ? 1.0f : 0.0f;
+            p.free[lane + i] = records[i] != padding.x && s.role[s.particle[first + i]] == Role::free ? 1.0f : 0.0f;
         for (int i = 0; i < 3; ++i) store(p.x_moved[i] + lane, Float4{});
     }
 }
@@ -112,8 +112,8 @@ void take_in_for_newton(const NewtonRecords& s, NewtonParticles* newton, SweepPa
             records[i] = is_nobody ? kNobody.x : s.moving[j].x;
             moments[i] = is_nobody ? kNoMoment : s.moments + 6 * j;
             p.mass[lane + i] = is_nobody ? 0.0 : s.masses[j];
-            p.free[lane + i] = is_nobody || s.held[j] ? 0.0 : 1.0;
-            p.free_turn[lane + i] = is_nobody || (s.held[j] && s.held[j] != kHeldPlace) ? 0.0 : 1.0;
+            p.free[lane + i] = is_nobody || s.role[j] != Role::free ? 0.0 : 1.0;
+            p.free_turn[lane + i] = is_nobody || s.role[j] == Role::held ? 0.0 : 1.0;
             p.brace[lane + i] = is_nobody || !s.brace ? 0.0 : s.brace[j];
             p.tether[lane + i] = is_nobody || !s.tether ? 0.0 : s.tether[j];
         }

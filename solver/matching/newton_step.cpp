@@ -40,7 +40,7 @@ UnitKernels<Real> NewtonStep::kernels_of(const Precision<Real>& precision, size_
 
 bool NewtonStep::moves(const SweepInput& in, const LaneLayout::Unit& unit) const {
     const auto lanes = layout_.particles().subspan(kLanes * unit.begin_block, kLanes * unit.n_blocks());
-    return std::ranges::any_of(lanes, [&](ParticleId j) { return !j.is_none() && !in.held[j]; });
+    return std::ranges::any_of(lanes, [&](ParticleId j) { return !j.is_none() && in.role[j] == Role::free; });
 }
 
 // Squared, of the whole scene, for a unit of size 1.
@@ -78,7 +78,7 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
         else
             arrays.newton_full = gradients.groups(unit);
         const NewtonRecords records{moving_records(particles), in.shapes.particle_moment.data()->data(),
-                                    in.rest.mass.data(),       in.held.data(),
+                                    in.rest.mass.data(),       in.role.data(),
                                     in.brace.data(),           in.tether.data(),
                                     store.lane_particles()};
         blocks([&](size_t begin, size_t end) {
@@ -203,7 +203,7 @@ void NewtonStep::damp_in(Precision<Real>& precision, const SweepInput& in, const
 bool NewtonStep::take_up(const SweepInput& in, const WorkerPool& workers) {
     const size_t n = in.live.ends().size();
     SUNDER_ASSERT(in.rest.n_particles() == n && in.shapes.group.size() == n && in.stiffness.size() == n);
-    SUNDER_ASSERT(in.held.size() >= n && in.span.size() >= n && (in.brace.empty() || in.brace.size() >= n) &&
+    SUNDER_ASSERT(in.role.size() >= n && in.span.size() >= n && (in.brace.empty() || in.brace.size() >= n) &&
                   (in.tether.empty() || in.tether.size() == n));
     if (layout_.update(in.live, workers)) {
         residual_.resize(layout_.units().size());

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "solver/data/role.h"
 #include "solver/matching/newton_kernels.h"
 
 namespace sunder {
@@ -90,7 +91,7 @@ struct MovingRecord {
 struct JacobiRecords {
     MovingRecord* moving;      // (n_particles)
     double* rotations;         // of their groups, x, y, z, w (n_particles x 4)
-    const uint8_t* held;       // (n_particles)
+    const Role* role;          // (n_particles)
     const uint32_t* particle;  // of each lane; kNone: padding
     const uint32_t* origin;    // first particle of its piece; of each lane, likewise
 };
@@ -114,15 +115,12 @@ struct ShapeRecords {
     const uint32_t* particle;                     // of the unit's lanes
 };
 
-/// How a particle is held: not at all, wholly, or its place alone, while it turns as it likes (in Newton steps).
-constexpr uint8_t kFree = 0, kHeldWhole = 1, kHeldPlace = 2;
-
 /// What a Newton step takes in of the particles, and which of them the lanes of a unit are.
 struct NewtonRecords {
     const MovingRecord* moving;  // (n_particles)
     const double* moments;       // M_j of the ellipsoids (n_particles x 6)
     const double* masses;        // (n_particles)
-    const uint8_t* held;         // kFree ... (n_particles)
+    const Role* role;            // (n_particles)
     const double* brace;         // (n_particles), or null: 0
     const double* tether;        // (n_particles), or null: 0
     const uint32_t* particle;    // of each lane; kNone: padding

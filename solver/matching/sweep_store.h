@@ -20,8 +20,8 @@ struct SweepInput {
     const LiveTopology& live;
     const GroupShapes& shapes;
     std::span<const GroupStiffness> stiffness;
-    std::span<const uint8_t> held;  // kFree, kHeldWhole, kHeldPlace
-    std::span<const double> span;   // of the implicit step, of each piece's own, s
+    std::span<const Role> role;    // (n_particles)
+    std::span<const double> span;  // of the implicit step, of each piece's own, s
     // Of Newton steps: how hard, times its mass, a particle is kept where contacts left it; or empty: nothing is.
     std::span<const double> brace = {};
     // Of Newton steps: the stiffness that draws a particle to where inertia takes it, beside that of its inertia (as is

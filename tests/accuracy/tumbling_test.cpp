@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "fracture_tools/fragments/prefracture.h"
-#include "solver/momentum.h"
+#include "solver/pieces/momentum.h"
 #include "solver/scene/motion.h"
 #include "tests/fracture_tools/shapes.h"
 #include "tests/support/lattice_scene.h"

@@ -12,10 +12,20 @@ MAY_INCLUDE = {
     "solver/matching": {"solver/data", "solver/threads", "solver/lanes", "solver/scene"},
     "solver/material": {"solver/data", "solver/threads", "solver/lanes", "solver/scene", "solver/matching"},
     "solver/collision": {"solver/data", "solver/threads", "solver/lanes", "solver/scene", "solver/matching"},
-    "solver/contacts": {"solver/data", "solver/threads", "solver/lanes", "solver/scene", "solver/matching",
-                        "solver/collision"},
-    "solver": {"solver/data", "solver/threads", "solver/lanes", "solver/scene", "solver/matching", "solver/material",
-               "solver/collision", "solver/contacts"},
+    "solver/contacts/solve": {"solver/data", "solver/threads", "solver/lanes", "solver/scene", "solver/matching",
+                              "solver/collision"},
+    "solver/contacts/find": {"solver/data", "solver/threads", "solver/scene", "solver/matching", "solver/collision",
+                             "solver/contacts/solve"},
+    "solver/contacts/memory": {"solver/data", "solver/scene", "solver/contacts/solve"},
+    "solver/pieces": {"solver/data", "solver/threads", "solver/scene", "solver/matching", "solver/contacts/solve"},
+    "solver/step": {"solver/data", "solver/threads", "solver/scene", "solver/matching", "solver/material",
+                    "solver/collision", "solver/contacts/solve", "solver/contacts/find", "solver/contacts/memory",
+                    "solver/pieces"},
+    "solver/sleep": {"solver/data", "solver/threads", "solver/scene", "solver/matching", "solver/collision",
+                     "solver/step"},
+    "solver/frame": {"solver/data", "solver/threads", "solver/scene", "solver/matching", "solver/material",
+                     "solver/collision", "solver/step", "solver/sleep"},
+    "solver": {"solver/data", "solver/threads", "solver/scene", "solver/matching", "solver/material", "solver/frame"},
     "fracture_tools/mesh": {"solver/data"},
     "fracture_tools/repair": {"solver/data", "fracture_tools/mesh"},
     "fracture_tools/cells": {"solver/data", "fracture_tools/mesh"},
@@ -49,12 +59,12 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
 
 
 def layer_of(path):
-    """The folder of MAY_INCLUDE that a path from the root is in, or None (tests, system headers)."""
-    top, *below = path.split("/")
-    room = f"{top}/{below[0]}" if len(below) > 1 else top
-    if room in MAY_INCLUDE:
-        return room
-    return top if below and top in MAY_INCLUDE else None
+    """The folder of MAY_INCLUDE, the innermost, that a path from the root is in, or None (tests, system headers)."""
+    folders = path.split("/")[:-1]
+    for depth in range(len(folders), 0, -1):
+        if (room := "/".join(folders[:depth])) in MAY_INCLUDE:
+            return room
+    return None
 
 
 def check_include(source, line_number, target, root):

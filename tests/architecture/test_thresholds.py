@@ -28,7 +28,7 @@ class Thresholds(unittest.TestCase):
         self.assertGreater(len(found), 40)
         key = next(iter(found))
         self.assertNotEqual(written(self.text, {**found, key: "17"}), self.text)
-        self.assertNotEqual(written(self.text, {**found, ("solver/step.cpp", "kNew"): "1"}), self.text)
+        self.assertNotEqual(written(self.text, {**found, ("solver/step/step.cpp", "kNew"): "1"}), self.text)
         del found[key]
         self.assertNotEqual(written(self.text, found), self.text)
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 TABLE = ROOT / "docs" / "thresholds.md"
-SOURCES = ("solver/scene/scales.*", "solver/step.*", "solver/substep*", "solver/standing_loads.*", "solver/piece_motion.*",
-           "solver/local_hit.*", "solver/sleeping.*", "solver/contacts/*")
+SOURCES = ("solver/scene/scales.*", "solver/matching/live_model.*", "solver/step/*", "solver/pieces/*", "solver/frame/local_hit.*",
+           "solver/sleep/sleeping.*", "solver/contacts/*/*")
 # Numbers that a branch is taken by or a share is bounded by; sizes of arrays and of work (size_t, uint32_t) are none.
 DEFINITION = re.compile(r"^\s*(?:static )?const(?:expr)? (?:double|int) (k[A-Z][^;]*);", re.M)
 COLUMNS = ("where", "name", "value", "unit", "what it decides", "relative to", "guarded by")

@@ -1,4 +1,4 @@
-#include "solver/error_budget.h"
+#include "solver/frame/error_budget.h"
 
 #include <gtest/gtest.h>
 

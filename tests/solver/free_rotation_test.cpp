@@ -1,4 +1,4 @@
-#include "solver/free_rotation.h"
+#include "solver/pieces/free_rotation.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Where something is hit, what does not hang together with it goes on as if nothing was (local_hit.h).
-#include "solver/local_hit.h"
+#include "solver/frame/local_hit.h"
 
 #include <gtest/gtest.h>
 
@@ -154,13 +154,14 @@ TEST(local_hit, what_rings_takes_the_parts_too) {
         for (uint32_t i = first; i < state.n_particles(); ++i)
             state.velocity[i].x() =
                 std::copysign(share * wave_speed * hit.materials[0].toughness, state.position[i].x());
-        Workspace work;
+        StepMemory memory;
         StepReport report;
-        synchronise(context, state, work);
-        ASSERT_TRUE(substep(context, {Stage::alone, input.duration / 4, 0, 1, false}, work, state, report));
-        EXPECT_GT(work.parts, 1);
-        EXPECT_TRUE(work.hit[0]);
-        EXPECT_EQ(work.hit[first], share > 0.1) << share;
+        memory.synchronise(context, state);
+        const auto outcome = step(context, {Stage::alone, input.duration / 4, 0, 1, false}, memory, state, report);
+        ASSERT_TRUE(outcome);
+        ASSERT_GT(outcome->hit.parts, 1);
+        EXPECT_TRUE(outcome->hit.what[0]);
+        EXPECT_EQ(outcome->hit.what[first], share > 0.1) << share;
     }
 }
 
@@ -179,7 +180,7 @@ TEST(local_hit, gives_up_where_what_is_hit_meets_the_rest) {
     std::fill(what.begin(), what.begin() + hit.scene.bodies[0].particle_end, uint8_t{1});
     what.back() = 1;
     LocalHit local;
-    SubstepPair pair;
+    StepPair pair;
     StepReport report;
     const auto advance_for = [&](double seconds) {
         return local.advance(context, what, 16, {Stage::alone, seconds, 0, 1, true}, Progress(), state, pair, report);

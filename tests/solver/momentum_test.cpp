@@ -1,4 +1,4 @@
-#include "solver/momentum.h"
+#include "solver/pieces/momentum.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "solver/sleeping.h"
+#include "solver/sleep/sleeping.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "solver/scene/motion.h"
 #include "solver/scene/scales.h"
-#include "solver/step.h"
+#include "solver/step/step.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder {
@@ -316,10 +316,10 @@ TEST(sleeping, what_is_fixed_keeps_its_bits) {
     for (size_t i = 0; i < fixed.size(); ++i) fixed[i] = i % 5 != 0;
     const WorkerPool workers(1);
     const StepContext context{solver->scene(), heap.input, heap.settings, workers, 1e-3, fixed, false};
-    Workspace work;
+    StepMemory memory;
     StepReport report;
-    synchronise(context, state, work);
-    for (int k = 0; k < 4; ++k) ASSERT_TRUE(substep(context, {Stage::alone, 0.005, 0, 1, false}, work, state, report));
+    memory.synchronise(context, state);
+    for (int k = 0; k < 4; ++k) ASSERT_TRUE(step(context, {Stage::alone, 0.005, 0, 1, false}, memory, state, report));
     for (size_t i = 0; i < state.n_particles(); ++i) {
         if (!fixed[i]) continue;
         EXPECT_EQ(before.position[i], state.position[i]) << "particle " << i;
@@ -327,8 +327,8 @@ TEST(sleeping, what_is_fixed_keeps_its_bits) {
     }
     EXPECT_NE(before.position[0], state.position[0]);
     // Woken in the middle of a pair, it has no first half to go on from.
-    ASSERT_TRUE(substep(context, {Stage::first, 0.005, 0, 1, false}, work, state, report));
-    for (size_t i = 0; i < fixed.size(); ++i) EXPECT_FALSE(fixed[i] && work.pair.smooth[i]) << i;
+    ASSERT_TRUE(step(context, {Stage::first, 0.005, 0, 1, false}, memory, state, report));
+    for (size_t i = 0; i < fixed.size(); ++i) EXPECT_FALSE(fixed[i] && memory.pair.smooth[i]) << i;
 }
 
 TEST(sleeping, going_on_from_any_frame_gives_the_same_bits_for_any_number_of_threads) {

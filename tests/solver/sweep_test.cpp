@@ -21,7 +21,7 @@ struct Disorder {
     LiveTopology live;
     GroupShapes shapes;
     std::vector<GroupStiffness> stiffness;
-    std::vector<uint8_t> held;
+    std::vector<Role> role;
     std::vector<MovingParticle> particles;
     std::vector<GroupGoal> goals;
     const double h = 1.0 / 192;
@@ -42,7 +42,7 @@ struct Disorder {
         shapes.reset(rest, live, plastic);
         Material material;
         material.youngs_modulus = 2e6, material.poisson_ratio = 0.3;
-        held.assign(n, 0), held[7] = 1;
+        role.assign(n, Role::free), role[7] = Role::held;
         span.assign(n, h);
         touched.assign(live.n_pieces(), 1);
         for (uint32_t i = 0; i < n; ++i) {
@@ -64,13 +64,13 @@ struct Disorder {
         };
         for (int k = 1; k < times; ++k) append_body(rest, bar, Pose{});
         build_one_rings(rest);
-        copies(intact), copies(plastic), copies(stiffness), copies(held), copies(particles);
+        copies(intact), copies(plastic), copies(stiffness), copies(role), copies(particles);
         copies(goals), copies(span);
         live.reset(rest, intact);
         shapes.reset(rest, live, plastic);
     }
     JacobiIteration one_of(int sweeps, int number) const { return {number, sweeps, 1.5, touched}; }
-    SweepInput input() const { return {rest, live, shapes, stiffness, held, span}; }
+    SweepInput input() const { return {rest, live, shapes, stiffness, role, span}; }
     std::vector<test::PlainGoal> plain_goals() const {
         std::vector<test::PlainGoal> plain(goals.size());
         for (size_t g = 0; g < plain.size(); ++g) plain[g].rotation = goals[g].rotation;
@@ -85,7 +85,7 @@ TEST_P(Sweep, of_jacobi_is_that_of_the_plain_version) {
     Disorder d(GetParam());
     std::vector<MovingParticle> expected = d.particles;
     const auto goals = d.plain_goals();
-    test::plain_average(d.live, d.shapes, goals, 1.5, d.held, expected);
+    test::plain_average(d.live, d.shapes, goals, 1.5, d.role, expected);
 
     JacobiSweep sweep;
     sweep.apply(d.one_of(1, 0), d.input(), WorkerPool(1), d.goals, d.particles);
@@ -194,7 +194,7 @@ TEST(sweep, of_newton_takes_the_inertia_of_members_as_they_are_turned) {
         const NewtonRecords records{moving_records(std::span(std::as_const(d.particles))),
                                     d.shapes.particle_moment.data()->data(),
                                     d.rest.mass.data(),
-                                    d.held.data(),
+                                    d.role.data(),
                                     nullptr,
                                     nullptr, store.lane_particles()};
         kernels.take_in_for_newton(records, particles.data(), store.particles(), ellipsoids.data(), 0, n);

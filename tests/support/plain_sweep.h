@@ -57,9 +57,9 @@ inline void plain_match(const LiveTopology& live, const GroupShapes& shapes, std
 
 /// x <- x + omega [ (x_inertial - x) + sum_g w b_g (goal_g - x) ] / (1 + sum_g w b_g),   rotations likewise.
 inline void plain_average(const LiveTopology& live, const GroupShapes& shapes, std::span<const PlainGoal> goals,
-                          double omega, std::span<const uint8_t> held, std::span<MovingParticle> io_particles) {
+                          double omega, std::span<const Role> role, std::span<MovingParticle> io_particles) {
     for (uint32_t j = 0; j < io_particles.size(); ++j) {
-        if (held[j] || live.count(j) == 1) continue;
+        if (role[j] != Role::free || live.count(j) == 1) continue;
         MovingParticle& p = io_particles[j];
         Vec3 pull = p.x_inertial - p.x;
         // Rotations as quaternions on p.d's side of the sphere: the weighted sum points at the chordal mean.

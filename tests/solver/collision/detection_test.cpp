@@ -13,7 +13,7 @@ struct Case {
     std::vector<Ellipsoid> particles;
     mutable EllipsoidArrays arrays;  // of them, for input()
     std::vector<uint32_t> body;
-    std::vector<uint8_t> pinned;
+    std::vector<Role> role;
     std::vector<PlacedShape> rigid_bodies;
     std::vector<Vec3> velocity, angular_velocity;
     std::vector<MovingShape> colliders;
@@ -23,7 +23,7 @@ struct Case {
         DetectionInput in;
         in.particles = arrays.of(particles);
         in.body = body;
-        in.pinned = pinned;
+        in.role = role;
         in.rigid_bodies = rigid_bodies;
         in.velocity = velocity;
         in.angular_velocity = angular_velocity;
@@ -76,7 +76,7 @@ Case crowd(uint64_t seed) {
         e.radii *= 0.1;
         c.particles.push_back(e);
         c.body.push_back(k % 3);
-        c.pinned.push_back(k % 10 == 0);
+        c.role.push_back(k % 10 == 0 ? Role::held : Role::free);
         c.velocity.push_back(uniform3(rng, -10, 10));
     }
     for (int k = 0; k < 6; ++k)
@@ -104,7 +104,7 @@ TEST(detection, resting_crowds_lose_no_contact) {
     for (uint32_t i = 0; i < 300; ++i) {
         for (uint32_t j = i + 1; j < 300; ++j) {
             const Separation s = ellipsoid_distance(particles[i], particles[j]);
-            if (s.gap > c.margin || (c.pinned[i] && c.pinned[j])) continue;
+            if (s.gap > c.margin || (c.role[i] != Role::free && c.role[j] != Role::free)) continue;
             ++expected;
             const auto at =
                 std::find_if(found.begin(), found.end(), [&](const Contact& f) { return f.a == i && f.b == j; });
@@ -114,7 +114,7 @@ TEST(detection, resting_crowds_lose_no_contact) {
         for (uint32_t r = 0; r < 6; ++r)
             expected += ellipsoid_shape_distance(particles[i], c.rigid_bodies[r]).gap <= c.margin;
         for (const MovingShape& m : c.colliders)
-            expected += !c.pinned[i] && ellipsoid_shape_distance(particles[i], {m.shape, m.begin}).gap <= c.margin;
+            expected += c.role[i] == Role::free && ellipsoid_shape_distance(particles[i], {m.shape, m.begin}).gap <= c.margin;
     }
     for (const Contact& f : found) on_movables += f.a < 300;
     EXPECT_GT(expected, 300u);
@@ -226,7 +226,7 @@ TEST(detection, nothing_in_the_scene_gives_no_contacts) {
     c.colliders[0].active = true;
     ASSERT_EQ(contacts_of(c).size(), 1u);
     EXPECT_EQ(contacts_of(c)[0].b, Contact::kStatic | 0);
-    c.pinned = {1};
+    c.role = {Role::held};
     EXPECT_TRUE(contacts_of(c).empty()) << "neither side can be pushed";
 }
 

@@ -1,4 +1,4 @@
-#include "solver/contacts/contact_batches.h"
+#include "solver/contacts/solve/contact_batches.h"
 
 #include <gtest/gtest.h>
 

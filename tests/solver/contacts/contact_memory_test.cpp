@@ -1,8 +1,8 @@
-#include "solver/contacts/contact_memory.h"
+#include "solver/contacts/memory/contact_memory.h"
 
 #include <gtest/gtest.h>
 
-#include "solver/contacts/depenetration.h"
+#include "solver/contacts/solve/depenetration.h"
 
 namespace sunder {
 namespace {

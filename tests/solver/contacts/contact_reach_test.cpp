@@ -1,4 +1,4 @@
-#include "solver/contacts/contact_reach.h"
+#include "solver/contacts/find/contact_reach.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "solver/contacts/contact_response.h"
+#include "solver/contacts/solve/contact_response.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "solver/contacts/contact_round.h"
+#include "solver/contacts/solve/contact_round.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,165 @@
+#include "solver/frame/scene_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "solver/collision/contact.h"
+#include "solver/matching/unit_schedule.h"
+#include "solver/scene/scene_fields.h"
+#include "solver/threads/first_of.h"
+
+namespace sunder {
+namespace {
+
+constexpr double kLongestFrame = 1000;  // s
+
+std::string number(double v) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", v);
+    return text;
+}
+
+// Of the first of n particles that is not sound.
+template <class IsSound>
+Status all_sound(size_t n, const char* array, const char* fault, const WorkerPool& workers, const IsSound& is_sound) {
+    FirstOf unsound;
+    workers.for_range(n, kParticleGrain, [&](size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i)
+            if (!is_sound(i)) return unsound.add(i);
+    });
+    if (unsound.get() >= n) return {};
+    return bad_input("state", std::string(array) + " of particle " + std::to_string(unsound.get()) + fault);
+}
+
+Status all_finite(const char* array, const std::vector<Vec3>& values, const WorkerPool& workers) {
+    return all_sound(values.size(), array, " is not finite", workers,
+                     [&](size_t i) { return std::isfinite(values[i].sum()) || values[i].allFinite(); });
+}
+
+Status all_unit(const char* array, const std::vector<Quat>& values, const WorkerPool& workers) {
+    return all_sound(values.size(), array, " is not a unit quaternion", workers,
+                     [&](size_t i) { return std::abs(values[i].norm() - 1) < 1e-3; });
+}
+
+}  // namespace
+
+Status check_scene(const Scene& scene) {
+    const SimulationMesh& rest = scene.rest;
+    const size_t n = rest.n_particles();
+    if (n == 0 && scene.rigid_bodies.empty())
+        return bad_input("scene", "nothing to simulate", "add a body or a rigid body");
+    for (size_t i = 0; i < n; ++i) {
+        const bool sound = rest.rest_position[i].allFinite() && rest.mass[i] > 0 && std::isfinite(rest.mass[i]) &&
+                           rest.volume[i] > 0 && rest.radii[i].minCoeff() > 0 && rest.radii[i].allFinite() &&
+                           std::abs(rest.rest_orientation[i].norm() - 1) < 1e-6;
+        if (!sound)
+            return bad_input(
+                "scene",
+                "particle " + std::to_string(i) +
+                    " has a rest position, mass, volume, radius or orientation that is not finite and positive");
+        if (rest.body[i] >= scene.bodies.size())
+            return bad_input("scene", "particle " + std::to_string(i) + " belongs to body " +
+                                          std::to_string(rest.body[i]) + " of " + std::to_string(scene.bodies.size()));
+    }
+    for (const std::vector<double>* factors : {&rest.yield_factor, &rest.toughness_factor}) {
+        const bool sound = std::all_of(factors->begin(), factors->end(), [](double f) { return f > 0; });
+        if (!sound || (!factors->empty() && factors->size() != n))
+            return bad_input("scene", "yield or toughness factors are not one above 0 for each particle");
+    }
+    for (size_t e = 0; e < rest.n_edges(); ++e)
+        if (!(rest.edges[e].toughness_factor > 0))
+            return bad_input("scene", "edge " + std::to_string(e) + " has a toughness factor that is not above 0");
+    for (const Pin& pin : scene.pins)
+        for (const ParticleId i : pin.particles)
+            if (i >= n)
+                return bad_input("pin '" + pin.name + "'",
+                                 "holds particle " + std::to_string(i) + " of " + std::to_string(n));
+    for (const Collider& collider : scene.colliders) {
+        const std::string where = "collider '" + collider.name + "'";
+        const SignedDistanceGrid* grid = collider.shape.grid;
+        if (collider.shape.kind != ShapeKind::mesh) continue;
+        if (!grid || grid != collider.grid.get())
+            return bad_input(where, "is a mesh without a distance grid of its own");
+        const size_t n_nodes = size_t(grid->nodes[0]) * grid->nodes[1] * grid->nodes[2];
+        if (std::ranges::min(grid->nodes) < 2 || grid->distance.size() != n_nodes || !(grid->voxel_size > 0))
+            return bad_input(where, "has a distance grid of fewer values than nodes, or none");
+    }
+    for (const RigidBody& body : scene.rigid_bodies) {
+        const std::string where = "rigid body '" + body.name + "'";
+        if (body.shape.kind != ShapeKind::sphere && body.shape.kind != ShapeKind::box)
+            return bad_input(where, "is neither a sphere nor a box");
+        if (!(body.mass > 0 && std::isfinite(body.mass)))
+            return bad_input(where, "mass is " + number(body.mass), "give a mass above 0 kg");
+        if (!(body.shape.radius > 0 && body.shape.half_extents.minCoeff() > 0))
+            return bad_input(where, "size is not positive");
+    }
+    return {};
+}
+
+Status check_input(const Scene& scene, const FrameInput& input) {
+    if (!(input.duration > 0 && input.duration <= kLongestFrame))
+        return bad_input("frame", "duration is " + number(input.duration) + " s",
+                         "permitted: above 0, at most " + number(kLongestFrame));
+    if (!input.gravity.allFinite()) return bad_input("frame", "gravity is not finite");
+    if (input.materials.size() != scene.bodies.size() || input.pins.size() != scene.pins.size() ||
+        input.colliders.size() != scene.colliders.size())
+        return Error{
+            ErrorCode::internal, "frame input does not match the scene's bodies, pins and colliders", {}, {}, {}, {}};
+    for (size_t b = 0; b < scene.bodies.size(); ++b)
+        if (Status ok = input.materials[b].check("body '" + scene.bodies[b].name + "'"); !ok) return ok;
+    for (const std::vector<DrivenPose>* driven : {&input.pins, &input.colliders})
+        for (const DrivenPose& d : *driven)
+            if (!(d.begin.position.allFinite() && d.end.position.allFinite() &&
+                  d.begin.orientation.coeffs().allFinite() && d.end.orientation.coeffs().allFinite()))
+                return bad_input("frame", "a pin's or collider's pose is not finite");
+    for (const DrivenPose& d : input.pins)
+        if (!(std::min(d.grip.begin, d.grip.end) >= 0 && std::max(d.grip.begin, d.grip.end) <= 1 && d.grip.time >= 0))
+            return bad_input("frame", "a pin's grip is not one", "permitted: 0 to 1, over 0 s or more");
+    return {};
+}
+
+Status check_state(const Scene& scene, const FrameState& s, const WorkerPool& workers) {
+    const size_t n = scene.rest.n_particles();
+    if (s.position.size() != n || s.orientation.size() != n || s.velocity.size() != n ||
+        s.angular_velocity.size() != n || s.plastic_deformation.size() != n || s.yield.size() != n ||
+        s.strain.size() != n || s.group_rotation.size() != n)
+        return bad_input("state",
+                         "holds " + std::to_string(s.position.size()) + " particles, the scene " + std::to_string(n));
+    if (s.edge_intact.size() != scene.rest.n_edges())
+        return bad_input("state", "holds " + std::to_string(s.edge_intact.size()) + " edges, the scene " +
+                                      std::to_string(scene.rest.n_edges()));
+    if (s.rigid_bodies.size() != scene.rigid_bodies.size())
+        return bad_input("state", "holds " + std::to_string(s.rigid_bodies.size()) + " rigid bodies, the scene " +
+                                      std::to_string(scene.rigid_bodies.size()));
+    const size_t n_movables = n + s.rigid_bodies.size();
+    if (s.asleep.size() != s.still_time.size() || s.asleep.size() != s.rest_load.size() ||
+        (!s.asleep.empty() && s.asleep.size() != n_movables))
+        return bad_input("state", "says of " + std::to_string(s.asleep.size()) +
+                                      " particles and rigid bodies whether "
+                                      "they sleep, the scene has " +
+                                      std::to_string(n_movables));
+    for (const ContactMemory& c : s.contacts)
+        if (c.a >= n_movables ||
+            (c.b & Contact::kStatic ? (c.b & ~Contact::kStatic) >= scene.colliders.size() : c.b >= n_movables))
+            return bad_input("state", "has a contact of what is not in the scene");
+    if (s.plastic_curvature.size() != s.layer_strain.size() ||
+        (!s.plastic_curvature.empty() && s.plastic_curvature.size() != n))
+        return bad_input("state", "has plastic curvatures of " + std::to_string(s.plastic_curvature.size()) +
+                                      " particles, the scene has " + std::to_string(n));
+    if (Status ok = all_finite("position", s.position, workers); !ok) return ok;
+    if (Status ok = all_finite("velocity", s.velocity, workers); !ok) return ok;
+    if (Status ok = all_finite("angular velocity", s.angular_velocity, workers); !ok) return ok;
+    if (Status ok = all_unit("orientation", s.orientation, workers); !ok) return ok;
+    if (Status ok = all_unit("group rotation", s.group_rotation, workers); !ok) return ok;
+    return all_sound(n, "plastic deformation or yield", " is not possible", workers, [&](size_t i) {
+        return s.plastic_deformation[i].allFinite() && s.plastic_deformation[i].determinant() > 0.5 && s.yield[i] > 0;
+    });
+}
+
+Status Material::check(const std::string& where) const { return check_fields(material_fields(), *this, where); }
+
+Status SolverSettings::check(const std::string& where) const { return check_fields(settings_fields(), *this, where); }
+
+}  // namespace sunder

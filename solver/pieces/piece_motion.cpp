@@ -1,0 +1,320 @@
+#include "solver/pieces/piece_motion.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "solver/data/invariant.h"
+#include "solver/data/math_functions.h"
+#include "solver/matching/polar_decomposition.h"
+#include "solver/matching/unit_schedule.h"
+#include "solver/pieces/free_rotation.h"
+#include "solver/scene/motion.h"
+#include "solver/scene/scales.h"
+
+namespace sunder {
+namespace {
+
+// Contacts are solved along straight paths. What they would turn further than this in a substep is pinched and gets
+// away before it does: it turns so far and no further, and the rest of the couple is lost, rad.
+constexpr double kMostTurn = std::numbers::pi / 2;
+constexpr double kTiny = 1e-300;
+// A turn of a substep below which less than a hundredth of the energy is gained in 50 frames, and above which
+// velocities, which are ways of a substep, point too far inwards, rad.
+constexpr double kLeastTumble = 0.02, kMostTumble = 0.5;
+
+Vec3 ellipsoid_inertia(const SimulationMesh& rest, ParticleId i) {
+    const Vec3 squared = rest.radii[i].cwiseProduct(rest.radii[i]);
+    return rest.mass[i] / 5 * (squared.sum() * Vec3::Ones() - squared);
+}
+
+// The angular impulse of contacts that turns by kMostTurn at most.
+Vec3 bounded(const Vec3& torque, const Mat3& inverse_inertia) {
+    return std::min(1.0, kMostTurn / std::max((inverse_inertia * torque).norm(), kTiny)) * torque;
+}
+
+// A movable that turns by itself; `rest_frame`: its principal axes where it is not turned.
+void turn_alone(Movables& movables, MovableId i, const Quat& rest_frame, const Vec3& moments, const Vec3& L, double h) {
+    MovingParticle& p = movables.moving[i];
+    const Turning after = turn_freely(movables.start_rotation[i] * rest_frame, moments, L, h);
+    p.d = (after.frame * rest_frame.conjugate()).normalized();
+    movables.angular_velocity[i] = after.angular_velocity;
+}
+
+// Centre of mass of the present or of the inertial positions, m.
+Vec3 piece_center(const SimulationMesh& rest, std::span<const ParticleId> particles,
+                  std::span<const MovingParticle> moving, Vec3 MovingParticle::*position) {
+    const Vec3 origin = moving[particles.front()].*position;  // relative: exact far from the world's origin
+    Vec3 center = Vec3::Zero();
+    double mass = 0;
+    for (const ParticleId j : particles) mass += rest.mass[j], center += rest.mass[j] * (moving[j].*position - origin);
+    return origin + center / mass;
+}
+
+bool moves_alone(const ContactPiece& p) { return p.rigid || p.inverse_mass == 0; }
+
+void move_alone(const RoundPush& push, MovableId i, Movables& movables) {
+    movables.moving[i].x += push.own;
+    movables.moving[i].x_inertial += push.shift;
+    movables.push[i].shift += push.shift;
+    movables.push[i].torque += push.torque;
+}
+
+// What a round pushed particles of a piece by, besides their mean.
+struct PushesInPiece {
+    Vec3 own = Vec3::Zero(), shift = Vec3::Zero();  // means, m
+    Vec3 orbit = Vec3::Zero();                      // of the piece, by forces at the particles' centres, rad
+    bool any = false;
+};
+
+PushesInPiece pushes_in(const SimulationMesh& rest, std::span<const ParticleId> particles, const ContactPiece& piece,
+                        const ContactProblem& problem, std::span<const Vec3> start_position) {
+    PushesInPiece in;
+    Vec3 angular = Vec3::Zero();
+    for (const ParticleId j : particles) {
+        const RoundPush& push = problem.push_on(j);
+        if (push.own.isZero(0) && push.shift.isZero(0) && push.torque.isZero(0)) continue;
+        in.any = true;
+        angular += rest.mass[j] * (start_position[j] - piece.center).cross(push.shift);
+        in.own += piece.inverse_mass * rest.mass[j] * push.own;
+        in.shift += piece.inverse_mass * rest.mass[j] * push.shift;
+    }
+    in.orbit = piece.inverse_inertia * angular;
+    return in;
+}
+
+// A piece turns by its net spin without being stretched. What remains is linear, and small even where large pushes and
+// their couples all but cancel, as on a piece that is pinched.
+void move_piece(const SimulationMesh& rest, std::span<const ParticleId> particles, const ContactPiece& piece,
+                const PieceMotion& motion, bool as_whole, const ContactProblem& problem, Movables& movables) {
+    const PushesInPiece in = pushes_in(rest, particles, piece, problem, movables.start_position);
+    if (!in.any) return;
+    const double part = std::min(1.0, kMostTurn / std::max(motion.spin.norm(), kTiny));
+    const Quat spin = rotation_of(part * motion.spin);
+    const Mat3 turn = spin.toRotationMatrix();
+    const Vec3 center = piece_center(rest, particles, movables.moving, &MovingParticle::x);
+    const Vec3 shift = as_whole ? in.shift : Vec3(motion.shift + in.own);
+    const Vec3 inertial_center = piece_center(rest, particles, movables.moving, &MovingParticle::x_inertial);
+    for (const ParticleId j : particles) {
+        MovingParticle& p = movables.moving[j];
+        const RoundPush& push = problem.push_on(j);
+        const Vec3 lever = movables.start_position[j] - piece.center;
+        const Vec3 strain =
+            as_whole ? Vec3(Vec3::Zero()) : Vec3(push.own - in.own + (motion.turn - motion.spin).cross(lever));
+        p.x = center + shift + turn * (p.x - center) + part * strain;
+        p.d = spin * p.d;  // of unit length but for a rounding a round, of which a substep has few
+        p.x_inertial = inertial_center + in.shift + turn * (p.x_inertial - inertial_center) +
+                       part * (push.shift - in.shift - in.orbit.cross(lever));
+        p.d_inertial = spin * p.d_inertial;
+        movables.push[j].shift += in.shift + part * (push.shift - in.shift);
+        movables.push[j].torque += part * push.torque;
+    }
+}
+
+// How far a piece turned since the start of the substep, in the mean.
+Quat mean_turn(const SimulationMesh& rest, std::span<const ParticleId> particles, const Vec3& start_center,
+               const Vec3& center, const Movables& movables) {
+    Mat3 A = Mat3::Zero();
+    for (const ParticleId j : particles) {
+        const MovingParticle& p = movables.moving[j];
+        const Mat3 H = to_matrix(movables.inertia[j]), moment = 0.5 * H.trace() * Mat3::Identity() - H;
+        A += rest.mass[j] * (p.x - center) * (movables.start_position[j] - start_center).transpose() +
+             (p.d * movables.start_rotation[j].conjugate()).toRotationMatrix() * moment;
+    }
+    return optimal_rotation(A, Quat::Identity());
+}
+
+PieceKind kind_of(size_t n_particles, bool is_unbroken) {
+    if (n_particles == 1) return is_unbroken ? PieceKind::single : PieceKind::chip;
+    return is_unbroken ? PieceKind::whole : PieceKind::torn;
+}
+
+}  // namespace
+
+void remember_pieces(const StepContext& context, double h, const LiveTopology& live, std::span<const uint8_t> smooth,
+                     const Movables& movables, Pieces& pieces) {
+    SUNDER_ASSERT(h > 0 && pieces.whole.size() == live.n_pieces() + context.scene.rigid_bodies.size());
+    SUNDER_ASSERT(pieces.held.size() == live.n_pieces() && pieces.angular.size() == live.n_pieces());
+    const SimulationMesh& rest = context.scene.rest;
+    for_pieces(live, kParticleGrain, context.workers, [&](size_t piece) {
+        pieces.whole[piece] = ContactPiece();
+        const auto particles = live.piece_particles(piece);
+        const auto holds = [&](ParticleId j) {
+            return live.count(j) == rest.group_offset[j + 1] - rest.group_offset[j];
+        };
+        pieces.whole[piece].kind = kind_of(particles.size(), std::ranges::all_of(particles, holds));
+        const bool is_smooth = smooth[particles.front()] != 0 && particles.size() > 1;
+        if (pieces.held[piece] || is_smooth) return;
+        const PieceMomentum p = piece_momentum(rest, movables.inertia, particles, movables.start_position,
+                                               movables.velocity, movables.angular_velocity);
+        pieces.angular[piece] = p.angular;
+        ContactPiece& c = pieces.whole[piece];
+        c.center = p.center;
+        c.inverse_mass = 1 / p.mass;
+        c.inverse_inertia = p.inertia.inverse();
+        c.spin = c.inverse_inertia * p.angular;
+        c.rigid = particles.size() == 1;
+        if (c.rigid)
+            c.turned = h * movables.angular_velocity[particles.front()] +
+                       c.inverse_inertia * movables.push[particles.front()].torque;
+    });
+    for (size_t r = 0; r < context.scene.rigid_bodies.size(); ++r) {
+        const size_t i = rest.n_particles() + r;
+        const Vec3 inverse = rigid_body_inertia(context.scene.rigid_bodies[r]).cwiseInverse();
+        const Mat3 D = movables.start_rotation[i].toRotationMatrix();
+        ContactPiece& c = pieces.whole[pieces.of[i]];
+        c = ContactPiece();
+        c.kind = PieceKind::rigid_body, c.rigid = true;
+        c.center = movables.start_position[i];
+        if (!(movables.inverse_mass[i] > 0)) continue;  // nothing turns a sleeper either
+        c.inverse_mass = movables.inverse_mass[i];
+        c.inverse_inertia = D * inverse.asDiagonal() * D.transpose();
+        c.turned = h * movables.angular_velocity[i] + c.inverse_inertia * movables.push[i].torque;
+    }
+}
+
+void tumble_pieces(const StepContext& context, double h, const LiveModel& model, std::span<const uint8_t> kept,
+                   const Pieces& pieces, std::span<GroupGoal> goals, Movables& movables) {
+    const SimulationMesh& rest = context.scene.rest;
+    for_pieces(model.live, kParticleGrain, context.workers, [&](size_t piece) {
+        const ContactPiece& c = pieces.whole[piece];
+        const auto particles = model.live.piece_particles(piece);
+        if (moves_alone(c) || pieces.is_touched[piece] || kept[particles.front()]) return;
+        const Vec3& L = pieces.angular[piece];
+        const double turn = h * (c.inverse_inertia * L).norm();
+        if (turn < kLeastTumble || turn > kMostTumble || resolves_waves(model, particles, h)) return;
+        const Eigen::SelfAdjointEigenSolver<Mat3> eigen(c.inverse_inertia);
+        Mat3 axes = eigen.eigenvectors();
+        axes.col(2) *= axes.determinant();
+        const Quat start(axes);
+        const Quat wanted = turn_freely(start, eigen.eigenvalues().cwiseInverse(), L, h).frame * start.conjugate();
+        const Vec3 center = piece_center(rest, particles, movables.moving, &MovingParticle::x);
+        const Quat more = wanted * mean_turn(rest, particles, c.center, center, movables).conjugate();
+        for (const ParticleId j : particles) {
+            MovingParticle& p = movables.moving[j];
+            p.x = center + more * (p.x - center);
+            p.d = (more * p.d).normalized();
+            goals[j].rotation = (more * goals[j].rotation).normalized();
+        }
+    });
+}
+
+void note_what_pins_take(const SimulationMesh& rest, double h, const LiveTopology& live, const ContactProblem& problem,
+                         IslandId island, const Movables& movables, Pieces& pieces) {
+    std::vector<ParticleId> free;
+    for (const PieceId piece : problem.islands.pieces_of(island)) {
+        if (piece >= live.n_pieces() || !pieces.held[piece]) continue;
+        const auto taken = [&](ParticleId j) -> Vec3 {
+            const RoundPush& push = problem.push_on(j);
+            return rest.mass[j] * (push.shift - push.own);
+        };
+        free.clear();
+        bool any = false;
+        for (const ParticleId j : live.piece_particles(piece)) {
+            if (movables.role[j] != Role::free) continue;
+            free.push_back(j);
+            any |= !taken(j).isZero(0);
+        }
+        if (!any) continue;
+        const PieceMomentum p = piece_momentum(rest, movables.inertia, free, movables.start_position, movables.velocity,
+                                               movables.angular_velocity);
+        Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+        for (const ParticleId j : free) {
+            linear += taken(j);
+            angular += (movables.start_position[j] - p.center).cross(taken(j));
+        }
+        pieces.whole[piece].center = p.center;
+        const Vec3 turn = p.inertia.inverse() * angular / h;
+        pieces.change[piece] = {linear / (p.mass * h), turn, turn};
+    }
+}
+
+void slow_held_pieces(const StepContext& context, const LiveTopology& live, const Movables& movables, Pieces& pieces) {
+    const SimulationMesh& rest = context.scene.rest;
+    for_pieces(live, kParticleGrain, context.workers, [&](size_t piece) {
+        PieceVelocity& change = pieces.change[piece];
+        if (!pieces.held[piece] || (change.velocity.isZero(0) && change.turn.isZero(0))) return;
+        double slope = 0, curvature = 0;  // of the energy along the change, J
+        for (const ParticleId j : live.piece_particles(piece)) {
+            if (movables.role[j] != Role::free) continue;
+            const Vec3 by =
+                change.velocity + change.turn.cross(movables.start_position[j] - pieces.whole[piece].center);
+            const Vec3 spun = product(movables.inertia[j], change.spin);
+            slope += rest.mass[j] * by.dot(movables.velocity[j]) + spun.dot(movables.angular_velocity[j]);
+            curvature += rest.mass[j] * by.squaredNorm() + spun.dot(change.spin);
+        }
+        const double share = slope < 0 ? std::min(1.0, -slope / curvature) : 0.0;
+        change = {share * change.velocity, share * change.turn, share * change.spin};
+    });
+}
+
+void turn_pieces(const SimulationMesh& rest, const LiveTopology& live, std::span<const PieceId> which,
+                 const Movables& movables, Pieces& pieces) {
+    for (const PieceId piece : which) {
+        ContactPiece& p = pieces.whole[piece];
+        if (moves_alone(p)) continue;
+        Vec3 angular = Vec3::Zero();  // L of the displacements, kg m2
+        for (const ParticleId j : live.piece_particles(piece)) {
+            const Vec3 lever = movables.start_position[j] - p.center,
+                       shift = movables.moving[j].x - movables.start_position[j];
+            const Vec3 own = turned_by(movables.moving[j].d * movables.start_rotation[j].conjugate());
+            angular += rest.mass[j] * lever.cross(shift) + product(movables.inertia[j], own);
+        }
+        p.turned = p.inverse_inertia * angular;
+    }
+}
+
+void move_pieces(const SimulationMesh& rest, const LiveTopology& live, const ContactProblem& problem, IslandId island,
+                 bool as_wholes, Movables& movables, Pieces& pieces) {
+    for (const MovableId i : problem.islands.movables_of(island))
+        if (moves_alone(pieces.whole[pieces.of[i]])) move_alone(problem.push_on(i), i, movables);
+    for (const PieceId piece : problem.islands.pieces_of(island)) {
+        ContactPiece& p = pieces.whole[piece];
+        if (moves_alone(p))
+            p.turned += pieces.motion[piece].spin;
+        else
+            move_piece(rest, live.piece_particles(piece), p, pieces.motion[piece], as_wholes, problem, movables);
+        pieces.motion[piece] = PieceMotion();
+    }
+}
+
+void turn_rigid_things(const StepContext& context, double h, const LiveTopology& live, const Pieces& pieces,
+                       Movables& movables) {
+    const SimulationMesh& rest = context.scene.rest;
+    for_pieces(live, kParticleGrain, context.workers, [&](size_t piece) {
+        if (!pieces.whole[piece].rigid) return;
+        const ParticleId i = live.piece_particles(piece).front();
+        turn_alone(movables, i, rest.rest_orientation[i], ellipsoid_inertia(rest, i),
+                   pieces.angular[piece] + bounded(movables.push[i].torque, pieces.whole[piece].inverse_inertia) / h,
+                   h);
+    });
+    for (size_t r = 0; r < context.scene.rigid_bodies.size(); ++r) {
+        const MovableId i(rest.n_particles() + r);
+        const Vec3 moments = rigid_body_inertia(context.scene.rigid_bodies[r]);
+        const Quat& D = movables.start_rotation[i];
+        const Vec3 L = D * moments.cwiseProduct(D.conjugate() * movables.angular_velocity[i]) +
+                       bounded(movables.push[i].torque, pieces.whole[pieces.of[i]].inverse_inertia) / h;
+        turn_alone(movables, i, Quat::Identity(), moments, L, h);
+    }
+}
+
+void change_velocities(const StepContext& context, const LiveTopology& live, const Pieces& pieces, Movables& movables) {
+    const SimulationMesh& rest = context.scene.rest;
+    for_pieces(live, kParticleGrain, context.workers, [&](size_t piece) {
+        const PieceVelocity& change = pieces.change[piece];
+        if (change.velocity.isZero(0) && change.turn.isZero(0) && change.spin.isZero(0)) return;
+        // From where the contacts were solved: a spin about what was the thin axis of a piece that has turned since
+        // would swing its ends.
+        for (const ParticleId j : live.piece_particles(piece)) {
+            if (movables.role[j] != Role::free) continue;
+            movables.velocity[j] +=
+                change.velocity + change.turn.cross(movables.start_position[j] - pieces.whole[piece].center);
+            movables.angular_velocity[j] += change.spin;
+        }
+    });
+    for (size_t r = 0; r < context.scene.rigid_bodies.size(); ++r)
+        movables.angular_velocity[rest.n_particles() + r] += pieces.change[live.n_pieces() + r].spin;
+}
+
+}  // namespace sunder

@@ -1,0 +1,229 @@
+#include "solver/step/flow.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <atomic>
+
+#include "solver/data/invariant.h"
+#include "solver/data/math_functions.h"
+#include "solver/matching/groups_by_size.h"
+#include "solver/material/bending_flow.h"
+#include "solver/material/group_stretch.h"
+#include "solver/material/plasticity.h"
+#include "solver/scene/ring_check.h"
+#include "solver/step/loops.h"
+
+namespace sunder {
+namespace {
+
+class Flow {
+public:
+    Flow(const Pass& pass, double seconds, const LiveModel& model, const Movables& movables, Breaking& io_breaking,
+         std::vector<GroupGoal>& io_goals, FrameState& io_state)
+        : context_(pass.context),
+          kept_(pass.slice.kept),
+          measures_(pass.time.measure),
+          seconds_(seconds),
+          model_(model),
+          movables_(movables),
+          strains_(io_breaking.strains),
+          flowed_(io_breaking.flowed),
+          goals_(io_goals),
+          state_(io_state) {}
+
+    Found run();
+
+private:
+    struct GivingWay {  // of four groups those that flow or break
+        size_t n = 0;
+        std::array<ParticleId, 4> index;
+        std::array<FlowingGroup, 4> group;
+    };
+    const SimulationMesh& rest() const { return context_.scene.rest; }
+    LiveGroups groups() const { return {rest(), model_.live, model_.shapes, movables_.moving}; }
+    double strain_limit(ParticleIndex group) const;
+    bool add_if_it_gives_way(ParticleIndex group, const PrincipalStretch& principal, GivingWay& io_groups) const;
+    Found give_way(GivingWay& io_groups, const StretchKernels& kernels);
+    Found flow_bent(ParticleIndex group);
+
+    const StepContext& context_;
+    const std::vector<uint8_t>& kept_;
+    const bool measures_;
+    const double seconds_;
+    const LiveModel& model_;
+    const Movables& movables_;
+    std::vector<GroupStrain>& strains_;
+    std::vector<uint8_t>& flowed_;
+    std::vector<GroupGoal>& goals_;
+    FrameState& state_;
+};
+
+Found Flow::run() {
+    if (context_.n_particles() == 0) return {};
+    std::atomic<bool> changed{false}, overloaded{false};
+    const GroupStretcher stretcher(model_.live, model_.shapes, movables_.moving, goals_);
+    const auto four = [&](const uint32_t(&groups)[4], uint32_t n) {
+        GroupStretches stretches;
+        stretcher.measure(groups, stretches);
+        // |log lambda| <= limit wherever |S - I| is below this: no need for the eigenvalues.
+        std::array<bool, 4> is_strained;
+        for (uint32_t i = 0; i < 4; ++i)
+            is_strained[i] = !(stretches.deviation[i] < -math::expm1(-strain_limit(groups[i])));
+        for (uint32_t i = 0; i < n; ++i) {
+            const auto& q = stretches.rotation;
+            goals_[groups[i]].rotation = Quat(q[3][i], q[0][i], q[1][i], q[2][i]);
+        }
+        if (!measures_ && std::ranges::find(is_strained, true) == is_strained.end()) return;
+        PrincipalLanes principal;
+        stretcher.decompose(stretches, principal);
+        GivingWay giving_way;
+        for (uint32_t i = 0; i < n; ++i) {
+            if (is_strained[i] && add_if_it_gives_way(groups[i], principal_stretch(principal, i), giving_way)) continue;
+            if (measures_) state_.strain[groups[i]] = largest_strain(principal, i);
+        }
+        if (giving_way.n == 0) return;
+        const Found found = give_way(giving_way, stretcher.kernels());
+        if (found.changed) changed = true;
+        if (found.overloaded) overloaded = true;
+    };
+    for_groups(context_, [&](size_t first, size_t last) {
+        GroupsBySize waiting;
+        for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
+            strains_[g].load = 0;
+            if (kept_[g]) continue;
+            const bool is_thin = model_.is_thin(g);
+            if (model_.bends(g)) {
+                const Found found = flow_bent(g);
+                if (found.changed) changed = true;
+                if (found.overloaded) overloaded = true;
+            } else if (model_.live.count(g) == 1 || is_thin)
+                state_.strain[g] = 0;
+            else if (measures_ || strain_limit(g) < kNever)
+                waiting.add(g, model_.live.count(g), four);
+        }
+        waiting.finish(four);
+    });
+    return {changed, overloaded};
+}
+
+double Flow::strain_limit(ParticleIndex g) const {
+    return std::min(state_.yield[g], breaking_strain(context_, model_.live, g));  // below it none flows or breaks
+}
+
+// Whether it flows or breaks.
+bool Flow::add_if_it_gives_way(ParticleIndex g, const PrincipalStretch& principal, GivingWay& io_groups) const {
+    const Vec3& e = principal.log_strain;
+    const double mean = e.mean(), deviator = std::max(e(2) - mean, mean - e(0));
+    const Material m = material_of(rest(), g, context_.material(g));
+    const auto breaking = [&](Strained how) { return sunder::breaking_strain(rest(), model_.live, m, g, how); };
+    const bool may_break = e(2) > breaking(Strained::pulled) || -e(0) > breaking(Strained::pressed);
+    if (!(deviator > state_.yield[g] || may_break)) return false;
+    io_groups.index[io_groups.n] = ParticleId(size_t{g});
+    io_groups.group[io_groups.n++] = {principal, m, {state_.plastic_deformation[g], state_.yield[g]}};
+    return true;
+}
+
+Found Flow::give_way(GivingWay& io_groups, const StretchKernels& kernels) {
+    Found found;
+    std::array<FlowResult, 4> results;
+    flow({io_groups.group.data(), io_groups.n}, seconds_, kernels, results);
+    for (size_t i = 0; i < io_groups.n; ++i) {
+        const ParticleId g = io_groups.index[i];
+        const FlowingGroup& group = io_groups.group[i];
+        const FlowResult& result = results[i];
+        Quat& R = goals_[g].rotation;
+        state_.strain[g] = result.elastic_log_strain.cwiseAbs().maxCoeff();
+        if (group.stretch.reliable)
+            strains_[g] = rest().group_uneven[g] != 0
+                              ? uneven_group_strain(result.elastic_log_strain, group.stretch.directions, R,
+                                                    group.material, groups(), g)
+                              : group_strain(result.elastic_log_strain, group.stretch.directions, R, group.material);
+        if (result.flowed) {
+            state_.plastic_deformation[g] = group.plastic.F_P;
+            state_.yield[g] = group.plastic.yield;
+            R = (R * result.spin).normalized();
+            flowed_[g] = 1;
+        }
+        found.changed |= result.flowed, found.overloaded |= strains_[g].load > 1;
+    }
+    return found;
+}
+
+// A thin group, by the strain at its faces.
+Found Flow::flow_bent(ParticleIndex g) {
+    std::vector<BentMember> members(model_.live.count(g));
+    const BendingShape& shape = model_.bending.shape(g);
+    const BentGroup group = bend(model_.bending, model_.live, movables_.moving, g, members);
+    goals_[g].rotation = Quat(Mat3(group.axes * group.R * shape.axes.transpose())).normalized();
+    if (!measures_ && strain_limit(g) == kNever) return {};
+    const Material own = material_of(rest(), g, context_.material(g));
+    BendingPlasticity plastic = {state_.plastic_deformation[g], state_.plastic_curvature[g], state_.layer_strain[g],
+                                 state_.yield[g]};
+    Found found;
+    // What was rigid in a clamp that lets go bends, but not for good: what is bent beside it eases into it.
+    const auto faces =
+        flow_bending(shape, group, own, movables_.tethers.hold(g) ? 0 : seconds_, plastic, found.changed);
+    state_.strain[g] = 0;
+    for (size_t face = 0; face < faces.n; ++face) {
+        const Eigen::SelfAdjointEigenSolver<Mat3> principal(faces.strain[face]);
+        const Vec3 strain = principal.eigenvalues();
+        const Mat3 directions = shape.axes * principal.eigenvectors();
+        state_.strain[g] = std::max(state_.strain[g], strain.cwiseAbs().maxCoeff());
+        const Quat& R = goals_[g].rotation;
+        const GroupStrain load = rest().group_uneven[g] != 0
+                                     ? uneven_group_strain(strain, directions, R, own, groups(), g)
+                                     : group_strain(strain, directions, R, own);
+        if (load.load > strains_[g].load) strains_[g] = load;
+    }
+    found.overloaded = strains_[g].load > 1;
+    if (found.changed) {
+        flowed_[g] = plastic.F_P != state_.plastic_deformation[g];
+        state_.plastic_deformation[g] = plastic.F_P, state_.plastic_curvature[g] = plastic.K_P;
+        state_.layer_strain[g] = plastic.remainder, state_.yield[g] = plastic.yield;
+    }
+    return found;
+}
+
+}  // namespace
+
+Found flow_and_measure(const Pass& pass, double seconds, const LiveModel& model, const Movables& movables,
+                       Breaking& breaking, std::vector<GroupGoal>& goals, FrameState& state) {
+    return Flow(pass, seconds, model, movables, breaking, goals, state).run();
+}
+
+double breaking_strain(const StepContext& context, const LiveTopology& live, ParticleIndex g) {
+    const SimulationMesh& rest = context.scene.rest;
+    return breaking_strain(rest, live, material_of(rest, g, context.material(g)), g);
+}
+
+std::span<const BrokenEdge> break_edges(const StepContext& context, double time, double leading,
+                                        std::span<const MovingParticle> moving, LiveModel& model, Breaking& breaking,
+                                        FrameState& state) {
+    const SimulationMesh& rest = context.scene.rest;
+    const size_t first_cut = state.broken.size();
+    const auto cuts =
+        edges_to_cut({rest, model.live, model.shapes, moving}, breaking.strains, leading, time, context.workers);
+    std::vector<EdgeId> broken;
+    for (const BrokenEdge& cut : cuts) {
+        SUNDER_ASSERT(state.edge_intact[cut.edge]);
+        state.edge_intact[cut.edge] = model.edges[cut.edge] = 0;
+        state.broken.push_back(cut);
+        broken.push_back(cut.edge);
+    }
+    for (const ParticleId g : model.live.remove_edges(rest, broken)) breaking.flowed[g] = 1;
+    invariant("rings match edges", [&] { return rings_match_edges(model.live, rest, state.edge_intact); });
+    for_groups(context, [&](size_t first, size_t last) {
+        model.shapes.rebuild(rest, model.live, state.plastic_deformation, first, last,
+                             [&](uint32_t g) { return breaking.flowed[g] != 0; });
+        for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
+            if (!breaking.flowed[g]) continue;
+            breaking.flowed[g] = 0;
+            model.stiffness[g] =
+                group_stiffness(model.shapes.group[g], model.shapes.rest_trace[g], rest.volume[g], context.material(g));
+        }
+    });
+    return std::span(state.broken).subspan(first_cut);
+}
+
+}  // namespace sunder

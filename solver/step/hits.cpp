@@ -1,0 +1,174 @@
+#include "solver/step/hits.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "solver/collision/cell_filter.h"
+#include "solver/collision/movable_size.h"
+#include "solver/pieces/momentum.h"
+#include "solver/scene/scales.h"
+#include "solver/step/flow.h"
+#include "solver/step/loops.h"
+
+namespace sunder {
+namespace {
+
+// How far the waves of a hit run in a part of a step, in distances between particles.
+constexpr double kWaveInPart = 0.7;
+// Where a wave moves part of a piece by v, there or elsewhere particles move by half of v against the whole piece.
+constexpr double kOfTheWave = 0.5;
+// What rings with more than this of the strain that breaks it takes the parts of any hit: a whole step would damp
+// its waves, and what breaks by them after the next hit would hang on the step.
+constexpr double kRinging = 0.2;
+// How fast what a hit lets go may fly, over the fastest that is hit.
+constexpr double kLetGo = 2;
+
+class HitSearch {
+public:
+    HitSearch(const StepContext& context, double h, const LiveModel& model, const ContactProblem& problem,
+              const Movables& movables, const Pieces& pieces)
+        : context_(context), h_(h), model_(model), problem_(problem), movables_(movables), pieces_(pieces) {}
+
+    Hit run();
+
+private:
+    double inverse_mass(MovableId i) const { return i < movables_.size() ? movables_.inverse_mass[i] : 0.0; }
+    int parts_for(ParticleIndex particle, double speed) const;
+    int parts_for_touch(MovableId particle, MovableId other, double closing_speed) const;
+    int parts_for_waves(size_t piece, double share) const;
+    void ask_where_things_meet(std::vector<int>& io_parts) const;
+    void take_in_parts(std::vector<int>& io_parts, Hit& io_hit) const;
+    void join_what_is_near(std::vector<int>& io_parts, Hit& io_hit) const;
+
+    const StepContext& context_;
+    const double h_;
+    const LiveModel& model_;
+    const ContactProblem& problem_;
+    const Movables& movables_;
+    const Pieces& pieces_;
+};
+
+int HitSearch::parts_for(ParticleIndex j, double speed) const {
+    const SimulationMesh& rest = context_.scene.rest;
+    const double c = wave_speed(context_.material(j).youngs_modulus, rest.volume[j], rest.mass[j]);
+    if (!(speed > breaking_strain(context_, model_.live, j) * c)) return 1;
+    const double wave = waves_in_step(h_ * h_ * model_.live.count(j) * model_.stiffness[j].k);
+    return static_cast<int>(std::min(std::ceil(wave / kWaveInPart), double(context_.settings.hit_substeps)));
+}
+
+int HitSearch::parts_for_touch(MovableId j, MovableId other, double closing_speed) const {
+    if (j >= context_.n_particles() || movables_.role[j] != Role::free || model_.live.count(j.value) == 1) return 1;
+    const double own = inverse_mass(j);
+    return parts_for(j.value, closing_speed * own / (own + inverse_mass(other)));
+}
+
+int HitSearch::parts_for_waves(size_t piece, double share) const {
+    const auto particles = model_.live.piece_particles(piece);
+    if (particles.size() == 1) return 1;
+    const PieceMomentum p = piece_momentum(context_.scene.rest, movables_.inertia, particles, movables_.start_position,
+                                           movables_.velocity, movables_.angular_velocity);
+    const Vec3 spin = rigid_spin(p, p.angular);
+    int most = 1;
+    for (const ParticleId j : particles) {
+        const Vec3 own = movables_.velocity[j] - p.velocity - spin.cross(movables_.start_position[j] - p.center);
+        most = std::max(most, parts_for(j, own.norm() / share));
+    }
+    return most;
+}
+
+void HitSearch::ask_where_things_meet(std::vector<int>& io_parts) const {
+    const auto ask_for = [&](PieceId piece, int wanted) {
+        std::atomic_ref<int> most(io_parts[piece]);
+        for (int now = most; wanted > now && !most.compare_exchange_weak(now, wanted);) {
+        }
+    };
+    for_contacts(context_, problem_.contacts, [&](std::span<const ActiveContact> some) {
+        for (const ActiveContact& c : some) {
+            const bool closes = c.approach_speed * h_ > c.contact.gap - c.allowed_gap;
+            if (!closes && c.before.normal <= 0) continue;
+            const MovableId a = c.contact.a, b = c.contact.b;
+            ask_for(pieces_.of[a], parts_for_touch(a, b, c.approach_speed));
+            if (has_movable_b(c.contact)) ask_for(pieces_.of[b], parts_for_touch(b, a, c.approach_speed));
+        }
+    });
+}
+
+Hit HitSearch::run() {
+    Hit hit;
+    std::vector<int> parts(pieces_.whole.size(), 0);  // 0: nothing pushes the piece
+    const auto for_all_pieces = [&](const auto& body) {
+        for_pieces(model_.live, kParticleGrain, context_.workers, body);
+    };
+    ask_where_things_meet(parts);
+    for_all_pieces([&](size_t piece) {
+        if (parts[piece] > 0) parts[piece] = std::max(parts[piece], parts_for_waves(piece, kOfTheWave));
+    });
+    hit.parts = std::max(1, std::ranges::max(parts));
+    if (hit.parts == 1) return hit;
+    for_all_pieces([&](size_t piece) {
+        if (parts[piece] <= 1) parts[piece] = parts_for_waves(piece, kOfTheWave * kRinging) > 1 ? hit.parts : 0;
+    });
+    take_in_parts(parts, hit);
+    join_what_is_near(parts, hit);
+    return hit;
+}
+
+// Of `io_parts`, by piece: what hangs together with what takes more than one takes them, too. Marks these things.
+void HitSearch::take_in_parts(std::vector<int>& io_parts, Hit& io_hit) const {
+    const ContactIslands& islands = problem_.islands;
+    for (IslandId island(0); island < islands.size(); ++island) {
+        const auto pieces = islands.pieces_of(island);
+        if (std::ranges::any_of(pieces, [&](PieceId p) { return io_parts[p] > 1; }))
+            for (const PieceId p : pieces) io_parts[p] = io_hit.parts;
+    }
+    io_hit.what.resize(movables_.size());
+    for_all(context_, movables_.size(), [&](size_t i) {
+        const bool is_fixed = !context_.fixed.empty() && context_.fixed[i];
+        io_hit.what[i] = io_parts[pieces_.of[i]] > 1 && !is_fixed;
+    });
+}
+
+// What lies about what is hit is likely to be touched by what the hit lets go.
+void HitSearch::join_what_is_near(std::vector<int>& io_parts, Hit& io_hit) const {
+    const ContactIslands& islands = problem_.islands;
+    const size_t n = movables_.size();
+    double fastest = 0;
+    for (const ActiveContact& c : problem_.contacts)
+        if (io_hit.what[c.contact.a]) fastest = std::max(fastest, c.approach_speed);
+    for (size_t i = 0; i < n; ++i)
+        if (io_hit.what[i]) fastest = std::max(fastest, movables_.velocity[i].norm());
+    std::vector<Aabb> boxes(n);
+    for_all(context_, n, [&](size_t i) {
+        const double radius = reach_of(context_.scene, i) + context_.contact_margin;
+        boxes[i] = ball(movables_.start_position[i], radius + (io_hit.what[i] ? kLetGo * fastest * h_ : 0));
+        if (io_hit.what[i]) return;
+        const Vec3 way = h_ * movables_.velocity[i];
+        boxes[i].min += way.cwiseMin(0.0), boxes[i].max += way.cwiseMax(0.0);
+    });
+    std::vector<Aabb> hit_islands;
+    for (IslandId island(0); island < islands.size(); ++island) {
+        const auto pieces = islands.pieces_of(island);
+        if (io_parts[pieces.front()] <= 1) continue;
+        Aabb& box = hit_islands.emplace_back();
+        for (const PieceId piece : pieces)
+            for_movables(model_.live, piece, [&](MovableId i) { box.extend(boxes[i].min), box.extend(boxes[i].max); });
+    }
+    const CellFilter filter(boxes, io_hit.what, context_.workers);
+    for_all(context_, n, [&](size_t i) {
+        const auto meets = [&](const Aabb& island) { return overlap(boxes[i], island); };
+        if (!io_hit.what[i] && std::ranges::any_of(hit_islands, meets) && filter.may_meet(boxes[i]))
+            std::atomic_ref(io_parts[pieces_.of[i]]).store(io_hit.parts, std::memory_order_relaxed);
+    });
+    take_in_parts(io_parts, io_hit);
+}
+
+}  // namespace
+
+Hit find_hits(const StepContext& context, double h, const LiveModel& model, const ContactProblem& problem,
+              const Movables& movables, const Pieces& pieces) {
+    if (context.settings.hit_substeps == 1 || context.settings.method != Method::projective) return {};
+    return HitSearch(context, h, model, problem, movables, pieces).run();
+}
+
+}  // namespace sunder
