@@ -1,3 +1,4 @@
+#include "solver/collision/movable_size.h"
 #include "solver/sleep/sleeping.h"
 
 #include <gtest/gtest.h>
