@@ -25,13 +25,13 @@ def descriptions(library):
 def files(library, package, platform, licences):
     """{path below the add-on: bytes}."""
     content = {}
-    for source in sorted((HERE / NAME).glob("*")):
+    for source in sorted((HERE / NAME).rglob("*")):
         if source.suffix in (".py", ".toml"):
-            content[source.name] = source.read_bytes()
+            content[source.relative_to(HERE / NAME).as_posix()] = source.read_bytes()
     manifest = content["blender_manifest.toml"].decode()
     content["blender_manifest.toml"] = (manifest + f'platforms = ["{platform}"]\n').encode()
     for name in ("bake_reader.py", "blender_versions.py"):  # scripts that run without the add-on use them, too
-        content[name] = (HERE / name).read_bytes()
+        content["base/" + name] = (HERE / name).read_bytes()
     for source in sorted(package.glob("*.py")):
         content[f"sunder/{source.name}"] = source.read_bytes()
     content["sunder/" + library.name] = library.read_bytes()

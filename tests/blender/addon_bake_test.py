@@ -17,7 +17,7 @@ def files(folder):
 class Bake(AddonCase):
     def stopped(self, tree, frames):
         """A bake that was stopped once `frames` of it were whole."""
-        job = addon("bake_job").BakeJob(tree, self.scene)
+        job = addon("bake.bake_job").BakeJob(tree, self.scene)
         job.start()
         while job.is_running and len(getattr(self.manifest(tree), "numbers", ())) < frames:
             job.wait(0.002)
@@ -31,7 +31,7 @@ class Bake(AddonCase):
         self.assertEqual(self.bake(tree), {"FINISHED"})
         now = self.status(tree)
         self.assertEqual([now.state, now.is_stale, now.text], ["complete", False, "baked 1 to 6"])
-        check = addon("core").sunder().verify(str(self.cached(tree)))
+        check = addon("base.core").sunder().verify(str(self.cached(tree)))
         self.assertEqual([check["faults"], check["missing_frames"]], [[], []])
 
     def test_a_stopped_bake_goes_on_to_the_same_bits(self):
@@ -75,7 +75,7 @@ class Bake(AddonCase):
                 self.assertNotEqual(after[f"{name}.{n:04d}.ply"], before[f"{name}.{n:04d}.ply"], (name, n))
         self.assertEqual([self.status(tree).is_stale, self.status(tree).text],
                          [False, "baked 1 to 6 (to 3 as before the changes)"])
-        self.assertEqual(addon("core").sunder().verify(str(self.cached(tree)))["faults"], [])
+        self.assertEqual(addon("base.core").sunder().verify(str(self.cached(tree)))["faults"], [])
         self.scene.frame_end = 8
         self.bake(tree)  # goes on, and stays what it is
         longer = files(self.cached(tree))
@@ -103,16 +103,16 @@ class Bake(AddonCase):
         self.bake(tree)
         nodes["body"].density = 700
         self.scene.frame_end = 300
-        job = addon("bake_job").BakeJob(tree, self.scene, "FROM_FRAME", 3)
+        job = addon("bake.bake_job").BakeJob(tree, self.scene, "FROM_FRAME", 3)
         job.cancel()  # at once: what is taken over is written all the same
         job.start()
         job.finish(tree)
         self.assertEqual([job.is_cancelled, self.manifest(tree).numbers[:3]], [True, [1, 2, 3]])
-        self.assertTrue(addon("bake_job").BakeJob(tree, self.scene).is_resumed)
+        self.assertTrue(addon("bake.bake_job").BakeJob(tree, self.scene).is_resumed)
         note = self.cached(tree) / "blender.json"
         beyond = self.manifest(tree).numbers[-1] + 1  # a few more may have been baked before it was stopped
         note.write_text(note.read_text().replace('"taken_over": 3', f'"taken_over": {beyond}'))
-        self.assertFalse(addon("bake_job").BakeJob(tree, self.scene).is_resumed)
+        self.assertFalse(addon("bake.bake_job").BakeJob(tree, self.scene).is_resumed)
 
     def test_a_bake_that_cannot_be_leaves_the_one_that_is_there(self):
         tree, nodes = self.tree()
@@ -192,7 +192,7 @@ class Bake(AddonCase):
     def test_a_bake_stands_without_blender(self):
         tree, _ = self.tree()
         self.bake(tree)
-        sunder, folder = addon("core").sunder(), self.cached(tree)
+        sunder, folder = addon("base.core").sunder(), self.cached(tree)
         graph = sunder.Graph.load(str(folder / "graph.json"))
         graph.bake(str(self.folder / "again"))
         self.assertEqual({n: d for n, d in files(folder).items() if not n.startswith("inputs/")}, files(self.folder / "again"))
@@ -251,19 +251,19 @@ class Bake(AddonCase):
         self.bake(tree)
         self.save("größe 1.blend")
         self.reopen("größe 1.blend")
-        tree, = addon("tree").trees()
+        tree, = addon("tree.trees").trees()
         self.assertEqual([self.status(tree).state, self.status(tree).is_stale], ["complete", False])
         self.assertEqual(len(self.manifest(tree).graph["nodes"]["body"]["toughness"]["keys"]), 3)
 
     def test_two_bakes_of_one_tree_do_not_meet(self):
         tree, _ = self.tree()
-        job = addon("bake_job").BakeJob(tree, self.scene)
+        job = addon("bake.bake_job").BakeJob(tree, self.scene)
         job.start()
-        addon("runtime").jobs[tree.cache_id] = job
+        addon("base.runtime").jobs[tree.cache_id] = job
         self.assertIn("being baked already", self.refusal(tree))
         self.assertEqual(self.status(tree).state, "baking")
         job.finish(tree)
-        self.assertEqual([self.status(tree).state, addon("runtime").jobs], ["complete", {}])
+        self.assertEqual([self.status(tree).state, addon("base.runtime").jobs], ["complete", {}])
 
     def test_a_cache_that_cannot_be_written_is_told(self):
         tree, _ = self.tree()
@@ -276,7 +276,7 @@ class Bake(AddonCase):
         """The operator's own functions, with stand-ins for the window, which background mode has not."""
         tree, _ = self.tree()
         self.scene.frame_end = 500
-        bake = addon("operators").SUNDER_OT_bake
+        bake = addon("interface.operators").SUNDER_OT_bake
         told, manager, space = [], unittest.mock.Mock(), unittest.mock.Mock()
         window = types.SimpleNamespace(window_manager=manager, workspace=space, scene=self.scene, object=None,
                                        space_data=None, window=None)
@@ -295,14 +295,14 @@ class Bake(AddonCase):
         self.assertEqual(bake.modal(operator, window, event), {"CANCELLED"})
         self.assertEqual(told, [({"INFO"}, "Sunder: stopped; what is baked stays")])
         manager.event_timer_remove.assert_called_once(), manager.progress_end.assert_called_once()
-        self.assertEqual([self.status(tree).state, addon("runtime").jobs], ["partial", {}])
+        self.assertEqual([self.status(tree).state, addon("base.runtime").jobs], ["partial", {}])
         self.assertLess(len(self.manifest(tree).numbers), 500)
 
     def test_operators_under_another_context_while_a_bake_is_at_work(self):
         """Blender 3.4 takes Python's lock for its own then if any thread has it, and crashes: there must be no such thread."""
         tree, _ = self.tree()
         self.scene.frame_end = 200000
-        job = addon("bake_job").BakeJob(tree, self.scene)
+        job = addon("bake.bake_job").BakeJob(tree, self.scene)
         job.start()
         end = time.monotonic() + 1
         while time.monotonic() < end:
@@ -318,7 +318,7 @@ class Bake(AddonCase):
     def test_turning_the_addon_off_ends_its_bakes(self):
         tree, _ = self.tree()
         self.scene.frame_end = 2000
-        job = addon("bake_job").BakeJob(tree, self.scene)
+        job = addon("bake.bake_job").BakeJob(tree, self.scene)
         job.start()
         bpy.ops.preferences.addon_disable(module="sunder_addon")
         self.assertFalse(job.is_running)

@@ -18,19 +18,19 @@ def addon(name):
 
 def versions():
     """What differs between versions of Blender."""
-    return addon("blender_versions")
+    return addon("base.blender_versions")
 
 
 class AddonCase(unittest.TestCase):
     def setUp(self):
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-        addon("runtime").handler_errors.clear()
+        addon("base.runtime").handler_errors.clear()
         self.scene = bpy.context.scene
         self.scene.frame_start, self.scene.frame_end = 1, 6
         self.folder = Path(tempfile.mkdtemp(dir=FOLDER))
 
     def tearDown(self):
-        self.assertEqual(addon("runtime").handler_errors, [])
+        self.assertEqual(addon("base.runtime").handler_errors, [])
 
     def cube(self, size=0.4, location=(0, 0, 0.5), name="Block"):
         bpy.ops.mesh.primitive_cube_add(size=size, location=location)
@@ -38,17 +38,17 @@ class AddonCase(unittest.TestCase):
         return bpy.context.object
 
     def node(self, tree, node_type, **parameters):
-        node = addon("quick_fracture").add_node(tree, node_type, (0, 0))
+        node = addon("interface.quick_fracture").add_node(tree, node_type, (0, 0))
         node.set_parameters(**parameters)
         return node
 
     def connect(self, source, output, target, name):
-        return addon("quick_fracture").connect(source.id_data, source, output, target, name)
+        return addon("interface.quick_fracture").connect(source.id_data, source, output, target, name)
 
     def tree(self, thing=None, pieces=8, fall_speed=6, material=None):
         """A block that tumbles on a floor and breaks; nodes by their type."""
         thing = thing or self.cube()
-        tree = addon("quick_fracture").build(thing, "CLAY", pieces, fall_speed=fall_speed)
+        tree = addon("interface.quick_fracture").build(thing, "CLAY", pieces, fall_speed=fall_speed)
         tree.preset = ""  # as one that was built by hand
         nodes = {n.sunder_type: n for n in tree.nodes}
         nodes["solver"].set_parameters(substeps=4, hit_substeps=1, crack_passes=1)  # pieces come off frame by frame
@@ -56,7 +56,7 @@ class AddonCase(unittest.TestCase):
         return tree, nodes
 
     def results(self, tree):
-        return addon("results").add_missing(tree, self.scene)
+        return addon("results.results").add_missing(tree, self.scene)
 
     def bake(self, tree, **options):
         return bpy.ops.sunder.bake(tree=tree.name, **options)
@@ -68,13 +68,13 @@ class AddonCase(unittest.TestCase):
         return str(caught.exception)
 
     def status(self, tree):
-        return addon("bake_status").status(tree, self.scene)
+        return addon("bake.bake_status").status(tree, self.scene)
 
     def cached(self, tree):
-        return Path(addon("cache").folder(tree))
+        return Path(addon("bake.cache").folder(tree))
 
     def manifest(self, tree):
-        return addon("cache").manifest(str(self.cached(tree)))
+        return addon("bake.cache").manifest(str(self.cached(tree)))
 
     def save(self, name="shot.blend"):
         bpy.ops.wm.save_as_mainfile(filepath=str(self.folder / name))
@@ -86,13 +86,13 @@ class AddonCase(unittest.TestCase):
 
 class ObjectCase(AddonCase):
     def compiled(self, tree):
-        return addon("compiler").compile_tree(tree, self.scene)
+        return addon("bake.compiler").compile_tree(tree, self.scene)
 
     def graph(self, tree):
         """The tree as the library has it, meshes written where it looks for them."""
         compiled = self.compiled(tree)
-        addon("mesh_export").write(str(self.folder), compiled.files)
-        return addon("core").sunder().Graph.from_dict(compiled.description, base_folder=str(self.folder))
+        addon("scene.mesh_export").write(str(self.folder), compiled.files)
+        return addon("base.core").sunder().Graph.from_dict(compiled.description, base_folder=str(self.folder))
 
     def placed(self, tree):
         """Corners of all triangles of the first frame in the scene (t, 3, 3)."""

@@ -23,7 +23,7 @@ class Exports(AddonCase):
 
     def frames(self, tree, name="deformer"):
         files = sorted((self.cached(tree) / "mesh").glob(f"{name}.*.ply"))
-        return [addon("bake_reader").read_mesh_frame(str(p)) for p in files]
+        return [addon("base.bake_reader").read_mesh_frame(str(p)) for p in files]
 
     def test_a_point_cache_of_a_bake_node_plays_on_its_mesh(self):
         tree, nodes = self.constant_tree()
@@ -160,14 +160,14 @@ class Exports(AddonCase):
         nodes, links = paint.node_tree.nodes, paint.node_tree.links
         shader = nodes["Principled BSDF"]
         shader.inputs["Base Color"].default_value = (1, 0.5, 0, 1)
-        told = addon("looks").surface(paint)
+        told = addon("bake.looks").surface(paint)
         self.assertEqual((told["color"], "color_varies" in told), ([1, 0.5, 0, 1], False))
         links.new(nodes.new("ShaderNodeVertexColor").outputs["Color"], shader.inputs["Base Color"])
-        told = addon("looks").surface(paint)
+        told = addon("bake.looks").surface(paint)
         self.assertEqual((told["color"], told["color_varies"]), ([0.25, 0.5, 0.75, 1], True))
         if bpy.app.version < (5, 0, 0):  # from then on nodes count always
             paint.use_nodes = False
-            self.assertNotIn("color_varies", addon("looks").surface(paint))
+            self.assertNotIn("color_varies", addon("bake.looks").surface(paint))
 
     def test_formats_are_told_by_the_ending(self):
         tree, _ = self.constant_tree()
@@ -186,7 +186,7 @@ class Exports(AddonCase):
         thing, = self.results(tree)
         self.bake(tree)
         before = [m.name for m in thing.modifiers]
-        known = addon("export").host_formats()
+        known = addon("exports.export").host_formats()
         for kind in ("ABC", "USD"):
             path = self.folder / f"host.{kind}"
             if kind in known:

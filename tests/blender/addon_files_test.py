@@ -15,7 +15,7 @@ class FileCase(AddonCase):
         return tree, nodes, result
 
     def only_tree(self):
-        tree, = addon("tree").trees()
+        tree, = addon("tree.trees").trees()
         return tree
 
     def rebake(self, toughness):
@@ -24,7 +24,7 @@ class FileCase(AddonCase):
         self.bake(tree)
 
     def result(self):
-        thing, = addon("player").result_objects()
+        thing, = addon("tree.trees").result_objects()
         return thing
 
     def note(self, tree):
@@ -58,7 +58,7 @@ class Saved(FileCase):
 
     def test_a_file_first_saved_while_it_bakes(self):
         tree, _ = self.tree()
-        job = addon("bake_job").BakeJob(tree, self.scene)
+        job = addon("bake.bake_job").BakeJob(tree, self.scene)
         old = self.cached(tree)
         job.start()
         self.save()
@@ -99,7 +99,7 @@ class Saved(FileCase):
         name = tree.name_full
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         self.scene = bpy.context.scene
-        runtime = addon("runtime")
+        runtime = addon("base.runtime")
         self.assertEqual([runtime.node_notes, runtime.node_errors, runtime.signatures, runtime.jobs], [{}, {}, {}, {}])
         tree, _ = self.tree()
         self.assertEqual([tree.name_full, self.status(tree).state], [name, "none"])
@@ -112,7 +112,7 @@ class Before(FileCase):
         return next(n for n in self.only_tree().nodes if n.sunder_type == "body")
 
     def compiled(self):
-        return addon("compiler").compile_tree(self.only_tree(), self.scene).description
+        return addon("bake.compiler").compile_tree(self.only_tree(), self.scene).description
 
     def test_they_keep_the_damping_that_they_had(self):
         _, nodes = self.tree()
@@ -408,7 +408,7 @@ class Undone(FileCase):
         self.assertIs(self.status(tree).is_stale, True)  # what lies in the cache is the tougher one
         self.bake(tree)
         self.assertIs(self.status(tree).is_stale, False)
-        self.assertEqual(addon("core").sunder().verify(str(self.cached(tree)))["faults"], [])
+        self.assertEqual(addon("base.core").sunder().verify(str(self.cached(tree)))["faults"], [])
 
     def test_a_deleted_tree_that_is_undone_still_has_its_bake(self):
         tree, _, _ = self.shot()
@@ -426,7 +426,7 @@ class Undone(FileCase):
         bpy.ops.ed.undo_push(message="made")
         nodes["body"].toughness = 0.4
         bpy.ops.ed.undo_push(message="tougher")
-        job = addon("bake_job").BakeJob(tree, self.scene)
+        job = addon("bake.bake_job").BakeJob(tree, self.scene)
         job.start()
         bpy.ops.ed.undo()
         self.scene = bpy.context.scene

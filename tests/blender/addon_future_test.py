@@ -32,7 +32,7 @@ class Future(AddonCase):
         self.result, = self.results(self.shot)
         self.bake(self.shot)
         self.output = io.StringIO()
-        newest = mock.patch.object(addon("blender_versions"), "NEWEST", (3, 3))
+        newest = mock.patch.object(addon("base.blender_versions"), "NEWEST", (3, 3))
         newest.start()
         self.addCleanup(newest.stop)
 
@@ -41,13 +41,13 @@ class Future(AddonCase):
         return mock.patch.object(addon(module), name, side_effect=AttributeError(f"'Mesh' object has no attribute '{name}'"))
 
     def tearDown(self):
-        self.assertTrue(addon("runtime").handler_errors)  # kept for who looks for it
-        addon("runtime").handler_errors.clear()
+        self.assertTrue(addon("base.runtime").handler_errors)  # kept for who looks for it
+        addon("base.runtime").handler_errors.clear()
         self.assertNotIn("Traceback", self.output.getvalue())
         super().tearDown()
 
     def test_a_mesh_that_cannot_be_written_is_told_on_its_node(self):
-        with self.gone("blender_versions", "write_corner_normals"), contextlib.redirect_stdout(self.output), \
+        with self.gone("base.blender_versions", "write_corner_normals"), contextlib.redirect_stdout(self.output), \
                 contextlib.redirect_stderr(self.output):
             self.scene.frame_set(3)
         self.assertRegex(self.made["deformer"].note, r"frame 3 cannot be shown: Blender .* is newer than 3\.3.*write_corner_normals")
@@ -56,20 +56,20 @@ class Future(AddonCase):
 
     def test_a_node_and_a_panel_tell_what_they_could_not_draw(self):
         layout, panel = Layout(), mock.Mock(layout=Layout())
-        with self.gone("bake_status", "draw_bake"), contextlib.redirect_stdout(self.output), \
+        with self.gone("interface.bake_buttons", "draw_bake"), contextlib.redirect_stdout(self.output), \
                 contextlib.redirect_stderr(self.output):
-            addon("nodes").SunderNode.draw_buttons(self.made["solver"], bpy.context, layout)
-            addon("panels").SUNDER_PT_tree.draw(panel, mock.Mock())
+            type(self.made["solver"]).draw_buttons(self.made["solver"], bpy.context, layout)
+            addon("interface.panels").SUNDER_PT_tree.draw(panel, mock.Mock())
         self.assertRegex(layout.told, "is newer than 3.3, and something that Sunder")
         self.assertRegex(panel.layout.told, "is newer than 3.3, and something that Sunder")
 
     def test_an_operator_reports_it(self):
-        with self.gone("results", "add_missing"), contextlib.redirect_stdout(self.output), \
+        with self.gone("results.results", "add_missing"), contextlib.redirect_stdout(self.output), \
                 contextlib.redirect_stderr(self.output), self.assertRaisesRegex(RuntimeError, "is newer than 3.3"):
             bpy.ops.sunder.add_results(tree=self.shot.name)
 
     def test_a_handler_says_so_in_a_line(self):
-        with self.gone("player", "show_all"), contextlib.redirect_stdout(self.output), \
+        with self.gone("results.player", "show_all"), contextlib.redirect_stdout(self.output), \
                 contextlib.redirect_stderr(self.output):
             self.scene.frame_set(5)
         self.assertRegex(self.output.getvalue(), "sunder: error: Blender .* is newer than 3.3")

@@ -20,7 +20,7 @@ class Guide(AddonCase):
         self.assertRegex(told.getvalue(), r"\d+ faces; \[\('Deformer', 'baked 1 to 24'\)\]")
 
     def test_presets_are_described_as_they_are(self):
-        for label, sentence, *_ in addon("presets").PRESETS.values():
+        for label, sentence, *_ in addon("interface.presets").PRESETS.values():
             self.assertIn(f"| {label} | {sentence} |", GUIDE)
 
     def test_operators_and_attributes_are_there(self):

@@ -28,12 +28,12 @@ class HostExports(AddonCase):
 
     def shown(self, tree):
         """What the bake holds at each frame: corners and velocities of triangles, their materials, corners of the box."""
-        state = addon("core").sunder().Graph.load(str(self.cached(tree) / "graph.json"))
+        state = addon("base.core").sunder().Graph.load(str(self.cached(tree) / "graph.json"))
         twin, wanted = bpy.data.objects["Crate moving"], {}
         rest = np.array([(*v.co, 1) for v in twin.data.vertices])
         files = sorted((self.cached(tree) / "mesh").glob("deformer.*.ply"))
         for frame, path in enumerate(files, 1):
-            mesh = addon("bake_reader").read_mesh_frame(str(path))
+            mesh = addon("base.bake_reader").read_mesh_frame(str(path))
             self.scene.frame_set(frame)
             wanted[f"corners{frame}"] = mesh.positions[mesh.triangles]
             wanted[f"velocities{frame}"] = mesh.velocities[mesh.triangles]
@@ -69,7 +69,7 @@ class HostExports(AddonCase):
 
     def test_files_hold_the_shot(self):
         tree = self.shot()
-        known = addon("export").host_formats()
+        known = addon("exports.export").host_formats()
         if not known:
             for kind in FORMATS:
                 with self.assertRaisesRegex(RuntimeError, "built without"):
@@ -97,11 +97,11 @@ class HostExports(AddonCase):
     def test_blenders_own_import_of_our_usd_knows_break_surfaces_by_their_interface(self):
         """It takes materials of the first frame, too; the attribute arrives."""
         tree = self.shot()
-        frame = addon("bake_reader").read_mesh_frame(str(self.cached(tree) / "mesh/deformer.0006.ply"))
+        frame = addon("base.bake_reader").read_mesh_frame(str(self.cached(tree) / "mesh/deformer.0006.ply"))
         path, before = str(self.folder / "shot.usda"), set(bpy.data.objects)
         self.assertEqual(bpy.ops.sunder.export(tree=tree.name, filepath=path), {"FINISHED"})
-        if not addon("blender_versions").has_operator("wm", "usd_import"):
-            self.assertEqual(addon("export").host_formats(), [])  # a build without USD
+        if not addon("base.blender_versions").has_operator("wm", "usd_import"):
+            self.assertEqual(addon("exports.export").host_formats(), [])  # a build without USD
             return
         bpy.ops.wm.usd_import(filepath=path)
         thing, = (o for o in set(bpy.data.objects) - before if o.name.startswith("Block"))
@@ -122,7 +122,7 @@ class HostExports(AddonCase):
         block, crate = bpy.data.objects["Block fractured"], bpy.data.objects["Crate moving"]
         self.assertEqual((len(block.modifiers), len(crate.constraints)), (1, 1))
         tree = crate.sunder.tree
-        if addon("export").host_formats():
+        if addon("exports.export").host_formats():
             self.write("whole_by_file_menu", tree, self.by_file_menu(tree))
         crate.constraints.clear()
         bpy.ops.sunder.add_results(tree=tree.name)
@@ -160,7 +160,7 @@ class Parts(AddonCase):
         inside = bpy.data.objects["Block fractured inside"]
         materials = [[s.material and s.material.name for s in o.material_slots] for o in (thing, inside)]
         self.assertEqual(materials, [["Paint", None], ["Torn"]])
-        addon("looks").write(tree, str(self.cached(tree)))  # exports of the bake tell the same of it
+        addon("bake.looks").write(tree, str(self.cached(tree)))  # exports of the bake tell the same of it
         self.assertIn('"Torn"', (self.cached(tree) / "looks.json").read_text())
         for frame in (1, 6, 1, 6):
             self.scene.frame_set(frame)

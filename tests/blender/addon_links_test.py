@@ -79,7 +79,7 @@ class Linked(LinkCase):
         def carried():
             self.scene.frame_set(6)
             mesh = self.result().data
-            normals = addon("blender_versions").corner_normals(mesh)
+            normals = addon("base.blender_versions").corner_normals(mesh)
             uvs = np.empty(2 * len(mesh.loops), np.float32)
             mesh.uv_layers["UVMap"].data.foreach_get("uv", uvs)
             slots = np.empty(len(mesh.polygons), np.int32)
@@ -157,7 +157,7 @@ class Linked(LinkCase):
 
     def test_where_a_frame_rests_it_is_shown_what_was_linked_or_read_again(self):
         """In the window, where no frame changes meanwhile."""
-        handlers = addon("handlers")
+        handlers = addon("interface.handlers")
 
         def rest():
             for _ in range(2):
@@ -191,7 +191,7 @@ class Local(LinkCase):
         self.scene.collection.objects.link(thing)
         self.scene.frame_set(6)
         thing.make_local().data.make_local()
-        self.assertTrue(addon("result_mesh").is_local(self.result().data))
+        self.assertTrue(addon("results.result_mesh").is_local(self.result().data))
         return self.result()
 
     def test_a_local_copy_plays_the_linked_trees_bake(self):
@@ -210,7 +210,7 @@ class Local(LinkCase):
         node = next(n.name for n in tree.nodes if n.sunder_type == "deformer")
         self.assertEqual(bpy.ops.sunder.add_results(tree=tree.name, node=node), {"FINISHED"})
         bpy.ops.ed.undo_push(message="added")
-        own = [o for o in addon("player").result_objects() if o.library is None]
+        own = [o for o in addon("tree.trees").result_objects() if o.library is None]
         self.assertEqual(len(own), 1)
         self.scene.frame_set(6)
         np.testing.assert_array_equal(positions(own[0]), self.there[6][1][1].astype(np.float32))
@@ -219,14 +219,14 @@ class Local(LinkCase):
         bpy.ops.ed.redo()
         self.scene = bpy.context.scene
         self.scene.frame_set(5)
-        for thing in addon("player").result_objects():
+        for thing in addon("tree.trees").result_objects():
             if thing.sunder.node == "deformer":
                 np.testing.assert_array_equal(positions(thing), self.there[5][1][1].astype(np.float32))
 
     def test_a_blender_that_drops_whole_meshes_says_so(self):
         self.linked_shot()
-        self.addCleanup(setattr, addon("blender_versions"), "copy_geometry", addon("blender_versions").copy_geometry)
-        addon("blender_versions").copy_geometry = lambda *_: None
+        self.addCleanup(setattr, addon("base.blender_versions"), "copy_geometry", addon("base.blender_versions").copy_geometry)
+        addon("base.blender_versions").copy_geometry = lambda *_: None
         self.scene.frame_set(6)
         self.assertRegex(self.note(), "frame 6 cannot be shown: mesh 'Block fractured' is linked.* make .* local")
 
@@ -235,7 +235,7 @@ class Local(LinkCase):
         linked = self.result().sunder.tree
         own = bpy.data.node_groups.new(linked.name, linked.bl_idname)
         self.assertEqual(own.name, linked.name)
-        tree_of = addon("operators").tree_of
+        tree_of = addon("tree.verbs").tree_of
         self.assertEqual([tree_of(bpy.context, t.name_full) for t in (own, linked)], [own, linked])
 
     def test_what_a_linked_tree_cannot_do_is_refused(self):

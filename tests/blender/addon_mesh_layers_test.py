@@ -134,7 +134,7 @@ class Layers(ObjectCase):
         result, = self.results(tree)
         self.bake(tree)
         self.scene.frame_set(1)
-        layers, written = addon("mesh_layers"), []
+        layers, written = addon("scene.mesh_layers"), []
         plain = {name: getattr(layers, name) for name in ("write_uv_maps", "write_attributes", "write_groups")}
         for name, function in plain.items():
             setattr(layers, name, lambda *a, name=name, function=function: (written.append(name), function(*a)))
@@ -148,8 +148,8 @@ class Layers(ObjectCase):
             for name, function in plain.items():
                 setattr(layers, name, function)
         path = str(self.cached(tree) / "mesh/deformer.0001.ply")
-        read = lambda: addon("bake_reader").read_mesh_frame(path)
-        stamp = lambda frame, source: addon("result_mesh").face_stamp(frame, source, mesh_name="a mesh")
+        read = lambda: addon("base.bake_reader").read_mesh_frame(path)
+        stamp = lambda frame, source: addon("results.result_mesh").face_stamp(frame, source, mesh_name="a mesh")
         for change in (lambda l: l.values.__iadd__(1), lambda l: setattr(l, "name", l.name + "x")):
             before = stamp(read(), "one file")
             self.assertEqual(stamp(read(), "another file"), before)  # of the same faces
@@ -171,7 +171,7 @@ class Layers(ObjectCase):
 
     def geometry(self, tree):
         node = next(n for n in tree.nodes if n.sunder_type == "mesh_file")
-        return addon("scene_input").mesh(node, bpy.context.evaluated_depsgraph_get())
+        return addon("scene.scene_input").mesh(node, bpy.context.evaluated_depsgraph_get())
 
     def test_objects_of_a_collection_have_what_any_of_them_has(self):
         parts = bpy.data.collections.new("Parts")
@@ -234,12 +234,12 @@ class Layers(ObjectCase):
         self.assertIs(self.status(tree).is_stale, False)
         for change in (lambda: thing.data.attributes["number"].data.foreach_set("value", np.arange(6, dtype=np.int32)),
                        lambda: thing.vertex_groups["Leg.L"].add([0], 0.25, "REPLACE")):
-            before = addon("signature").signature(tree, self.scene)
+            before = addon("bake.signature").signature(tree, self.scene)
             change()
             thing.data.update()
             bpy.context.view_layer.update()
-            addon("runtime").mesh_hashes.clear(), addon("runtime").signatures.clear()
-            self.assertNotEqual(addon("signature").signature(tree, self.scene), before)
+            addon("base.runtime").mesh_hashes.clear(), addon("base.runtime").signatures.clear()
+            self.assertNotEqual(addon("bake.signature").signature(tree, self.scene), before)
 
     def test_a_mesh_without_layers_makes_the_files_of_before(self):
         tree, _ = self.tree()
@@ -249,7 +249,7 @@ class Layers(ObjectCase):
             header = data.split(b"end_header\n")[0].decode()
             self.assertNotIn(":", header)
         self.bake(tree)
-        self.assertNotIn("mesh_layers", addon("cache").note(str(self.cached(tree))))
+        self.assertNotIn("mesh_layers", addon("bake.cache").note(str(self.cached(tree))))
 
 
 if __name__ == "__main__":

@@ -122,7 +122,7 @@ class Meshes(ObjectCase):
                 point.color = (0.1 * (n % 10), 0.5, 0.02 * n, 1)
             tree, _ = self.tree(thing)
             mesh = self.graph(tree).evaluate("mesh_file.mesh")
-            own = addon("scene_input").placement(thing.matrix_world)[2]
+            own = addon("scene.scene_input").placement(thing.matrix_world)[2]
             known = {rounded(*(own @ thing.data.vertices[l.vertex_index].co),
                              *layer.data[l.vertex_index if domain == "POINT" else l.index].color) for l in thing.data.loops}
             corners = mesh.positions[mesh.triangles].reshape(-1, 3)
@@ -409,10 +409,10 @@ class Animation(ObjectCase):
         nodes["body"].toughness = 0.9
         nodes["body"].keyframe_insert("toughness", frame=5)
         self.scene.frame_set(4)
-        with unittest.mock.patch.object(addon("scene_input"), "body_placement", side_effect=OSError):
+        with unittest.mock.patch.object(addon("scene.scene_input"), "body_placement", side_effect=OSError):
             with self.assertRaises(OSError):
                 self.compiled(tree)
-        self.assertEqual([self.scene.frame_current, addon("runtime").is_sampling], [4, False])
+        self.assertEqual([self.scene.frame_current, addon("base.runtime").is_sampling], [4, False])
 
 
 if __name__ == "__main__":

@@ -15,13 +15,13 @@ class OldFiles(AddonCase):
         super().setUp()
         shutil.copytree(OLD, self.folder, dirs_exist_ok=True)
         self.reopen()
-        self.shot, = addon("tree").trees()
-        self.result, = addon("player").result_objects()
+        self.shot, = addon("tree.trees").trees()
+        self.result, = addon("tree.trees").result_objects()
 
     def written(self, frame):
         """Points of a frame as the file on the disk has them."""
         name = f"mesh/deformer.{frame:04}.ply"
-        return addon("bake_reader").read_mesh_frame(str(self.cached(self.shot) / name)).positions
+        return addon("base.bake_reader").read_mesh_frame(str(self.cached(self.shot) / name)).positions
 
     def test_its_frames_play(self):
         for frame in (1, 2, 3):
@@ -33,7 +33,7 @@ class OldFiles(AddonCase):
         self.scene.frame_end = 4
         self.bake(self.shot)
         baked = self.manifest(self.shot)
-        self.assertEqual((baked.version, baked.numbers), (addon("core").sunder().version(), [1, 2, 3, 4]))
+        self.assertEqual((baked.version, baked.numbers), (addon("base.core").sunder().version(), [1, 2, 3, 4]))
         self.scene.frame_set(4)
         self.assertGreater(np.abs(positions(self.result) - self.written(1)[:len(positions(self.result))]).max(), 0.01)
 
@@ -43,7 +43,7 @@ class OldFiles(AddonCase):
         before = self.manifest(self.shot).graph["nodes"][body]
         self.bake(self.shot, start="RESTART")
         after = self.manifest(self.shot)
-        self.assertEqual(after.version, addon("core").sunder().version())
+        self.assertEqual(after.version, addon("base.core").sunder().version())
         self.assertEqual({name: after.graph["nodes"][body][name] for name in before}, before)
 
 

@@ -86,7 +86,7 @@ class Points(ObjectCase):
 
     def test_what_does_not_apply_is_neither_shown_nor_passed_on(self):
         tree, nodes = self.cut(method="kmeans", roughness=8)
-        hidden = addon("pickers").is_hidden
+        hidden = addon("tree.pickers").is_hidden
         self.assertNotIn("roughness", self.compiled(tree).description["nodes"]["prefracture"])
         self.assertTrue(hidden(nodes["prefracture"], "points") and not hidden(nodes["prefracture"], "cells_per_piece"))
         nodes["prefracture"].method = "voronoi"
@@ -104,20 +104,20 @@ class Maps(ObjectCase):
 
     def test_groups_and_attributes_travel_with_the_mesh_under_names_that_a_file_can_have(self):
         thing = self.numbered()
-        export, depsgraph = addon("mesh_export"), bpy.context.evaluated_depsgraph_get()
+        export, depsgraph = addon("scene.mesh_export"), bpy.context.evaluated_depsgraph_get()
         made = export.geometry(thing, depsgraph, Matrix(), True, map_names=["Upper half", "heavy"])
         path = self.folder / "numbers.ply"
         path.write_bytes(export.ply_bytes(made))
-        vertex = addon("bake_reader").read_ply(str(path))["vertex"]
+        vertex = addon("base.bake_reader").read_ply(str(path))["vertex"]
         names = [export.map_property(n) for n in ("Upper half", "heavy")]
         self.assertEqual([n for n in vertex.dtype.names if n.startswith("map_")], names)
         self.assertEqual([names[1], " " in names[0]], ["map_heavy", False])
         np.testing.assert_array_equal(vertex["map_heavy"][:8], np.arange(1, 9))
         np.testing.assert_array_equal(vertex["map_heavy"][8:], np.arange(1, 9)[made.corners.ravel()])
         np.testing.assert_array_equal(vertex[names[0]][:8], [0.5 if v.co.z > 0 else 0 for v in thing.data.vertices])
-        graph = addon("core").sunder().Graph.from_dict({"sunder": 1, "nodes": {"m": {"type": "mesh_file", "path": str(path)}}})
+        graph = addon("base.core").sunder().Graph.from_dict({"sunder": 1, "nodes": {"m": {"type": "mesh_file", "path": str(path)}}})
         self.assertEqual(len(graph.evaluate("m.mesh").positions), 8)
-        with self.assertRaisesRegex(addon("core").Refused, "neither a vertex group nor a vertex attribute 'Nothing'"):
+        with self.assertRaisesRegex(addon("base.core").Refused, "neither a vertex group nor a vertex attribute 'Nothing'"):
             export.geometry(thing, depsgraph, Matrix(), True, map_names=["Nothing"])
 
     def test_groups_and_attributes_are_factors_on_the_material(self):
@@ -215,7 +215,7 @@ class Solids(ObjectCase):
         node = nodes["collider"]
         node.shape, node.source, node.object = "mesh", "OBJECT", wedge
         graph = self.graph(tree)
-        vertex = addon("bake_reader").read_ply(str(self.folder / graph["collider"]["path"]))["vertex"]
+        vertex = addon("base.bake_reader").read_ply(str(self.folder / graph["collider"]["path"]))["vertex"]
         np.testing.assert_allclose([np.ptp(vertex[a]) for a in "xyz"], [1, 2, 0.5], rtol=1e-6)
         np.testing.assert_allclose(graph["collider"].at("rotation", 1), [0, 0, 90], atol=1e-5)
         np.testing.assert_allclose([graph["collider"].at("position", f)[2] for f in (1, 6)], [-0.4, 0.1], atol=1e-6)

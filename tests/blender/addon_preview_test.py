@@ -31,7 +31,7 @@ bpy.utils.register_class(OnCard)
 class PreviewCase(AddonCase):
     def setUp(self):
         super().setUp()
-        addon("preview").forget()
+        addon("preview.preview").forget()
         cube = self.cube(location=(30, -20, 0.5))  # far out: rounding shows there
         self.shot, self.nodes = self.tree(cube, pieces=20, material={"toughness": 0.009})  # some edges hold
         self.result, = self.results(self.shot)
@@ -50,7 +50,7 @@ class PreviewCase(AddonCase):
 
     def source(self):
         folder = str(self.cached(self.shot))
-        source = addon("preview_source").Source(folder, self.manifest(self.shot).graph, "deformer")
+        source = addon("preview.preview_source").Source(folder, self.manifest(self.shot).graph, "deformer")
         source.start(), source.wait()
         self.assertEqual(source.error, "")
         return source
@@ -59,12 +59,12 @@ class PreviewCase(AddonCase):
         return source.frame(str(self.cached(self.shot) / f"state/solver.{number:04d}.ply"), number, mode, limit)
 
     def baked(self, number):
-        return addon("bake_reader").read_mesh_frame(str(self.cached(self.shot) / f"mesh/deformer.{number:04d}.ply"))
+        return addon("base.bake_reader").read_mesh_frame(str(self.cached(self.shot) / f"mesh/deformer.{number:04d}.ply"))
 
 
 class Skinning(PreviewCase):
     def test_the_card_puts_every_vertex_where_the_library_does(self):
-        source, shader, data = self.source(), addon("preview_shader"), addon("preview_source")
+        source, shader, data = self.source(), addon("preview.preview_shader"), addon("preview.preview_source")
         frames = {n: self.frame(source, n) for n in (1, 3, 6, 2)}  # backwards, too: edges hold again
 
         def work():
@@ -87,7 +87,7 @@ class Skinning(PreviewCase):
 
     def test_what_rests_is_sent_again_only_when_edges_broke(self):
         source = self.source()
-        broke = {n: addon("bake_reader").read_ply(str(self.cached(self.shot) / f"state/solver.{n:04d}.ply"))
+        broke = {n: addon("base.bake_reader").read_ply(str(self.cached(self.shot) / f"state/solver.{n:04d}.ply"))
                  for n in range(1, 7)}
         self.assertTrue(any(len(state["broken_edge"]) for state in broke.values()))
         before = self.frame(source, 1).surface
@@ -97,9 +97,9 @@ class Skinning(PreviewCase):
             before = now
 
     def test_edges_follow_their_particles_and_broken_ones_end_in_their_middle(self):
-        source, data = self.source(), addon("preview_source")
+        source, data = self.source(), addon("preview.preview_source")
         f = self.frame(source, 6, "EDGES")
-        state = addon("bake_reader").read_ply(str(self.cached(self.shot) / "state/solver.0006.ply"))
+        state = addon("base.bake_reader").read_ply(str(self.cached(self.shot) / "state/solver.0006.ply"))
         particle, edge = state["particle"], state["edge"]
         center = np.stack([particle[n] for n in "xyz"], 1)
         ends = data.skinned(f.edges, f.particles)[f.edges.lines] + f.center
@@ -117,19 +117,19 @@ class Skinning(PreviewCase):
         np.testing.assert_allclose(shades[n_whole:], np.tile(wanted, (2, 1)), rtol=1e-6)
 
     def test_ellipsoids_are_the_particles(self):
-        source, data = self.source(), addon("preview_source")
+        source, data = self.source(), addon("preview.preview_source")
         f = self.frame(source, 4, "SIMULATION")
         n = len(f.particles)
         balls = data.spheres(n)
         corners = data.skinned(balls, f.ellipsoids).reshape(n, -1, 3)
-        state = addon("core").sunder().read_state(str(self.cached(self.shot) / "state/solver.0004.ply"))
+        state = addon("base.core").sunder().read_state(str(self.cached(self.shot) / "state/solver.0004.ply"))
         k = len(state.position)
         np.testing.assert_allclose(corners[:k].mean(1) + f.center, state.position, atol=1e-5)
 
 
 class Colors(PreviewCase):
     def test_strain_and_toughness_left_are_shares_of_the_toughness(self):
-        data = addon("preview_source")
+        data = addon("preview.preview_source")
         strain, piece = np.array([0.0, 0.05, 0.1, 0.4]), np.zeros(4, int)
         ones = np.ones(4)
         shown = data._colors("STRAIN", piece, strain, 0.1, ones)
@@ -146,14 +146,14 @@ class Colors(PreviewCase):
         for frame, value in ((1, 0.5), (4, 0.2)):
             body.toughness = value
             body.keyframe_insert("toughness", frame=frame)
-        addon("runtime").signatures.clear()
+        addon("base.runtime").signatures.clear()
         self.bake(self.shot)
         source = self.source()
         self.assertAlmostEqual(self.frame(source, 4, "STRAIN").limit, 0.2, places=6)
         self.assertAlmostEqual(self.frame(source, 4, "STRAIN", 0.07).limit, 0.07, places=6)
 
     def test_pieces_keep_their_colour_when_others_come_off(self):
-        data = addon("preview_source")
+        data = addon("preview.preview_source")
         before = data.piece_colors(np.array([0, 0, 0, 0, 1]))
         after = data.piece_colors(np.array([0, 0, 1, 1, 2]))  # 2 and 3 came off; numbers of the others moved
         np.testing.assert_array_equal(after[[0, 1, 4]], before[[0, 1, 4]])
@@ -164,7 +164,7 @@ class Drawn(PreviewCase):
     def picture(self, mode, frame):
         """The preview on a black ground, (h, w, 3)."""
         self.scene.frame_set(frame)
-        preview = addon("preview")
+        preview = addon("preview.preview")
         self.result.sunder.preview = mode
         view = Matrix.Translation((0, 0, -1.6)) @ Matrix.Rotation(-1.1, 4, "X") @ Matrix.Translation((-30, 20, -0.2))
         lens = 4.0
@@ -206,7 +206,7 @@ class Drawn(PreviewCase):
         self.assertGreater(self.hues(torn), 1)
         np.testing.assert_array_equal(self.picture("PIECES", 6), torn)
         at_rest, loaded = self.picture("STRAIN", 1), np.concatenate([self.picture("STRAIN", n) for n in range(2, 6)])
-        cold = addon("preview_source").heat(np.zeros(1))[0]
+        cold = addon("preview.preview_source").heat(np.zeros(1))[0]
         lit = at_rest[at_rest.max(-1) > 0.05]
         np.testing.assert_allclose(lit / lit.max(1, keepdims=True), np.tile(cold / cold.max(), (len(lit), 1)), atol=0.02)
         self.assertGreater((loaded[..., 0] > loaded[..., 2] + 0.2).sum(), 20)  # hot somewhere
@@ -214,7 +214,7 @@ class Drawn(PreviewCase):
         self.assertEqual(red(self.picture("EDGES", 1)), 0)
         self.assertGreater(red(self.picture("EDGES", 6)), 20)
         self.assertGreater((self.picture("SIMULATION", 6).max(-1) > 0.1).sum(), 300)
-        self.assertEqual(addon("preview").problems, {})
+        self.assertEqual(addon("preview.preview").problems, {})
 
     def test_an_object_that_was_moved_is_drawn_where_it_stands(self):
         there = self.picture("PIECES", 1).max(-1) > 0.1
@@ -227,7 +227,7 @@ class Drawn(PreviewCase):
 
 class Meshes(PreviewCase):
     def test_previewed_meshes_wait_but_not_for_renders(self):
-        handlers, player = addon("handlers"), addon("player")
+        handlers, player = addon("interface.handlers"), addon("results.player")
         self.scene.frame_set(2)
         self.assertEqual(self.result.display_type, "TEXTURED")
         self.result.sunder.preview = "STRAIN"
@@ -252,8 +252,8 @@ class Meshes(PreviewCase):
         stamp = kept.stat()
         before = self.frame(self.source(), 4)
         self.reopen()
-        addon("preview").forget()
-        self.shot, = addon("tree").trees()
+        addon("preview.preview").forget()
+        self.shot, = addon("tree.trees").trees()
         after = self.frame(self.source(), 4)
         for a, b in ((before.particles, after.particles), (before.surface.rest, after.surface.rest),
                      (before.surface.influences, after.surface.influences), (before.surface.inner, after.surface.inner)):
@@ -270,13 +270,13 @@ class Meshes(PreviewCase):
     def test_without_a_bake_the_preview_says_so(self):
         bpy.ops.sunder.free_bake(tree=self.shot.name)
         self.result.sunder.preview = "PIECES"
-        self.assertIsNone(addon("preview").update(self.result, self.scene))
-        self.assertEqual(addon("preview").problems[self.result.name], "nothing baked yet: the preview shows what Bake makes")
+        self.assertIsNone(addon("preview.preview").update(self.result, self.scene))
+        self.assertEqual(addon("preview.preview").problems[self.result.name], "nothing baked yet: the preview shows what Bake makes")
 
     def test_two_shots_are_cut_once_each_and_anew_when_baked_otherwise(self):
         other, nodes = self.tree(self.cube(location=(3, 0, 0.5), name="Other"))
         self.bake(other)
-        preview = addon("preview")
+        preview = addon("preview.preview")
 
         def source(tree):
             known = preview._source(str(self.cached(tree)), self.manifest(tree), "deformer")
@@ -295,13 +295,13 @@ class Meshes(PreviewCase):
     def test_after_a_bake_its_own_cut_is_shown(self):
         self.result.sunder.preview = "STRAIN"
         bpy.ops.sunder.bake(tree=self.shot.name, start="RESTART")
-        preview, source_of = addon("preview"), addon("preview_source").Source
+        preview, source_of = addon("preview.preview"), addon("preview.preview_source").Source
         folder, manifest = str(self.cached(self.shot)), self.manifest(self.shot)
         graph = preview._at_hand[folder]
         source, fresh = source_of(folder, manifest.graph, "deformer", graph), source_of(folder, manifest.graph, "deformer")
         self.assertTrue(source._graph is graph and fresh._graph is not graph)
         for number in (2, 4, 3):
-            path, _ = addon("player").state_file(folder, manifest, number, "deformer")
+            path, _ = addon("results.player").state_file(folder, manifest, number, "deformer")
             one, other = (s.frame(path, number, "STRAIN") for s in (source, fresh))
             np.testing.assert_array_equal(one.particles, other.particles)
             np.testing.assert_array_equal(one.surface.rest, other.surface.rest)
@@ -312,8 +312,8 @@ class Meshes(PreviewCase):
 
     def test_an_object_that_plays_no_deformer_of_the_bake_says_so(self):
         self.result.sunder.preview, self.result.sunder.node = "PIECES", "deformer_7"
-        self.assertIsNone(addon("preview")._updated(self.result))
-        self.assertIn("nothing of node 'deformer_7'", addon("preview").problems[self.result.name])
+        self.assertIsNone(addon("preview.preview")._updated(self.result))
+        self.assertIn("nothing of node 'deformer_7'", addon("preview.preview").problems[self.result.name])
 
 
 if __name__ == "__main__":

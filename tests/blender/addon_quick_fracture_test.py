@@ -13,7 +13,7 @@ class QuickFracture(AddonCase):
 
     def last_state(self, tree):
         folder, frame = self.cached(tree), self.manifest(tree).numbers[-1]
-        return addon("core").sunder().read_state(str(folder / f"state/solver.{frame:04d}.ply"))
+        return addon("base.core").sunder().read_state(str(folder / f"state/solver.{frame:04d}.ply"))
 
     def plastic_strain(self, state):
         f = state.plastic_deformation
@@ -56,7 +56,7 @@ class QuickFracture(AddonCase):
     def test_what_cannot_be_cut_is_told_and_leaves_a_tree_to_mend(self):
         bpy.ops.mesh.primitive_plane_add()
         bpy.ops.sunder.quick_fracture(pieces=4, bake=False)
-        tree, = addon("tree").trees()
+        tree, = addon("tree.trees").trees()
         tree.nodes["Pre-Fracture"].thickness = 0
         with self.assertRaisesRegex(RuntimeError, "the mesh is open"):
             self.bake(tree)
@@ -71,7 +71,7 @@ class QuickFracture(AddonCase):
         with self.assertRaisesRegex(RuntimeError, "'Block' is squeezed flat"):
             bpy.ops.sunder.quick_fracture(pieces=4)
         self.assertEqual([thing.hide_get(), thing.hide_render], [False, False])
-        self.assertEqual([list(bpy.data.objects), addon("tree").trees()], [[thing], []])
+        self.assertEqual([list(bpy.data.objects), addon("tree.trees").trees()], [[thing], []])
 
     def test_sheets_get_walls_whatever_their_mesh(self):
         for make in (lambda: bpy.ops.mesh.primitive_plane_add(location=(0, 0, 1)),
@@ -95,7 +95,7 @@ class QuickFracture(AddonCase):
             result, tree = self.quick(thing, pieces=6)
             self.assertEqual([tree.nodes["Pre-Fracture"].thickness, self.status(tree).state], [0, "complete"])
             self.assertFalse(self.status(tree).is_stale)
-            low, high = (addon("scene_input").world_bounds(thing, bpy.context.evaluated_depsgraph_get()))
+            low, high = (addon("scene.scene_input").world_bounds(thing, bpy.context.evaluated_depsgraph_get()))
             self.scene.frame_set(1)
             shown = np.array([v.co for v in result.data.vertices])
             np.testing.assert_allclose([shown.min(0), shown.max(0)], [low, high], atol=1e-4)
@@ -120,7 +120,7 @@ class QuickFracture(AddonCase):
         self.assertGreater(state.position[state.body == 0][:, 2].mean(), 0.5)  # it lies on the other
 
     def results_of(self, tree):
-        return addon("player").result_objects(tree)
+        return addon("tree.trees").result_objects(tree)
 
     def test_a_head_with_holes_gets_a_closed_skin(self):
         bpy.ops.mesh.primitive_monkey_add(location=(0, 0, 1.5))
@@ -166,13 +166,13 @@ class QuickFracture(AddonCase):
         bpy.ops.ed.undo_push(message="fracture")
         bpy.ops.ed.undo()
         self.scene = bpy.context.scene
-        self.assertEqual([t.name for t in addon("tree").trees()], [])
+        self.assertEqual([t.name for t in addon("tree.trees").trees()], [])
         self.assertEqual([o.name for o in bpy.data.objects], ["Block"])
         self.assertEqual([o.name for o in bpy.data.collections["Hero"].objects], ["Block"])
         self.assertFalse(bpy.data.objects["Block"].hide_render)
 
     def test_break_surfaces_suit_the_preset(self):
-        for preset in addon("presets").PRESETS:
+        for preset in addon("interface.presets").PRESETS:
             for has_material in (False, True):
                 thing = self.cube()
                 if has_material:
@@ -183,7 +183,7 @@ class QuickFracture(AddonCase):
                 result, _ = self.quick(thing, preset=preset, pieces=4, bake=False)
                 outer, inner = result.data.materials
                 self.assertEqual(result.sunder.interior_slot, 1)
-                outside, inside = (addon("looks").surface(m) for m in (outer, inner))
+                outside, inside = (addon("bake.looks").surface(m) for m in (outer, inner))
                 if has_material:
                     self.assertEqual(outer, paint)  # the artist's stay
                 if preset == "GLASS":
@@ -194,7 +194,7 @@ class QuickFracture(AddonCase):
                     self.assertGreater(min(inside["color"][:3]), 0.45)  # bright
                 elif preset == "CLAY":
                     np.testing.assert_allclose(inside["color"][:3], 0.55 * np.array(outside["color"][:3]), rtol=1e-5)
-                    self.assertEqual(outside["color"][:3], addon("looks").surface(outer)["color"][:3])
+                    self.assertEqual(outside["color"][:3], addon("bake.looks").surface(outer)["color"][:3])
                 else:
                     self.assertGreater(inside["color"][0], 0.6)  # pale
                 tree = result.sunder.tree
@@ -241,8 +241,8 @@ class QuickFracture(AddonCase):
                 point.color = (*paint, 1)
         result, _ = self.quick(thing, preset="CLAY", pieces=4, bake=False)
         inner = result.data.materials[-1]
-        np.testing.assert_allclose(inner.diffuse_color[:3], addon("looks").surface(inner)["color"][:3], rtol=1e-5)
-        return np.array(addon("looks").surface(inner)["color"][:3]) / 0.55
+        np.testing.assert_allclose(inner.diffuse_color[:3], addon("bake.looks").surface(inner)["color"][:3], rtol=1e-5)
+        return np.array(addon("bake.looks").surface(inner)["color"][:3]) / 0.55
 
     def test_clay_inside_has_the_mean_colour_of_what_gives_it_outside(self):
         for is_float, space, wanted in ((False, "sRGB", 0.0331), (False, "Non-Color", 0.2), (True, "sRGB", 0.2)):
@@ -270,7 +270,7 @@ class QuickFracture(AddonCase):
     def test_presets_do_what_they_say(self):
         self.scene.frame_end = 16
         seen = {}
-        for preset in addon("presets").PRESETS:
+        for preset in addon("interface.presets").PRESETS:
             bpy.ops.mesh.primitive_torus_add(location=(0, 0, 1.2), rotation=(1.2, 0, 0), major_radius=0.7,
                                              minor_radius=0.2, major_segments=24, minor_segments=8)
             result, tree = self.quick(bpy.context.object, preset=preset, pieces=60)

@@ -20,7 +20,7 @@ class Render(AddonCase):
         self.shot, nodes = self.tree(thing, pieces=30, fall_speed=12)
         nodes["solver"].set_parameters(substeps=8)
         self.result, = self.results(self.shot)
-        addon("interiors").raw().diffuse_color = RED
+        addon("results.interiors").raw().diffuse_color = RED
         self.bake(self.shot)
         camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
         camera.location = (1.5, -3, 2)
@@ -114,7 +114,7 @@ class Render(AddonCase):
         self.scene.render.use_motion_blur = True
         self.scene.render.motion_blur_shutter = 1.0
         blurred = edges("blurred")
-        self.assertEqual(addon("player").nearest_frame(self.scene), 2)
+        self.assertEqual(addon("results.player").nearest_frame(self.scene), 2)
         self.assertLess(blurred, 0.8 * sharp)
 
     def test_outer_surfaces_are_lit_as_if_no_break_met_them(self):

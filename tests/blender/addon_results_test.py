@@ -16,7 +16,7 @@ class Shown(ObjectCase):
         tree, nodes = self.tree()
         thing, = self.results(tree)
         self.bake(tree)
-        sunder = addon("core").sunder()
+        sunder = addon("base.core").sunder()
         graph = sunder.Graph.load(str(self.cached(tree) / "graph.json"))
         counts = set()
         for frame in (1, 4, 6, 2):
@@ -41,7 +41,8 @@ class Shown(ObjectCase):
         thing, = self.results(tree)
         self.bake(tree)
         self.scene.frame_set(1)
-        names = {"blender_versions": ("write_positions", "replace_triangles", "write_uvs"), "result_mesh": ("write_attribute",)}
+        names = {"base.blender_versions": ("write_positions", "replace_triangles", "write_uvs"),
+                 "results.result_mesh": ("write_attribute",)}
         written = []
 
         def noted(name, plain):
@@ -117,7 +118,7 @@ class Shown(ObjectCase):
         tree, _ = self.tree()
         thing, = self.results(tree)
         self.bake(tree)
-        player, handlers = addon("player"), addon("handlers")
+        player, handlers = addon("results.player"), addon("interface.handlers")
         self.scene.frame_set(2)
         exact = player.PLAYED_FACES
         self.scene.frame_current = 6  # torn: as playing in the window comes there
@@ -161,14 +162,14 @@ class Shown(ObjectCase):
             nodes["body"].toughness = value
             nodes["body"].keyframe_insert("toughness", frame=frame)
         self.bake(tree)
-        graph = addon("core").sunder().Graph.load(str(self.cached(tree) / "graph.json"))
+        graph = addon("base.core").sunder().Graph.load(str(self.cached(tree) / "graph.json"))
         self.scene.frame_set(4)
         tough = graph["body"].at("toughness", 4)
         self.assertTrue(0.2 < tough < 0.3)
         left, strain = attribute(thing, "toughness_left"), attribute(thing, "strain")
         np.testing.assert_allclose(left, 1 - np.clip(strain / tough, 0, 1), atol=1e-5)
         self.assertLess(left.min(), 0.9)
-        at = addon("bake_reader").value_at
+        at = addon("base.bake_reader").value_at
         steps = {"keys": [[1, None], [3, 0.5]], "interpolation": "step"}
         self.assertEqual([at(steps, f) for f in (0, 2, 3, 9)], [None, None, 0.5, 0.5])
         self.assertEqual([at(0.4, 7), at(None, 7)], [0.4, None])
@@ -183,7 +184,7 @@ class Shown(ObjectCase):
         shown, = self.results(tree)
         self.bake(tree)
         folder = self.cached(tree)
-        graph = addon("core").sunder().Graph.load(str(folder / "graph.json"))
+        graph = addon("base.core").sunder().Graph.load(str(folder / "graph.json"))
         self.scene.frame_set(4)
         cut, body, state = (graph.evaluate(n, 4) for n in ("prefracture.fragments", "body.body", "solver.state"))
         mesh, tough = graph.evaluate("deformer.mesh", 4), graph["body"].at("toughness", 4)
@@ -218,7 +219,7 @@ class Shown(ObjectCase):
         tree, _ = self.tree()
         thing, = self.results(tree)
         self.bake(tree)
-        reader, write = addon("bake_reader"), addon("result_mesh")
+        reader, write = addon("base.bake_reader"), addon("results.result_mesh")
         path = str(self.cached(tree) / "state/solver.0001.ply")
         rows = reader.read_ply(path)["particle"].copy()
         for i, value in enumerate((2.0, 0.5, 1.0)):  # ln: 0.693, -0.693, 0
@@ -266,7 +267,7 @@ class Shown(ObjectCase):
             self.assertEqual([u.name for u in mesh.uv_layers if u.active_render], ["Wall"])
             self.assertEqual([c.name for c in mesh.color_attributes], ["Col"])
             self.assertEqual(mesh.color_attributes[mesh.color_attributes.render_color_index].name, "Col")
-            colors = addon("mesh_export").layer_colors(mesh.color_attributes["Col"]).reshape(-1, 3, 4)
+            colors = addon("scene.mesh_export").layer_colors(mesh.color_attributes["Col"]).reshape(-1, 3, 4)
             inner = attribute(result, "interior")
             self.assertEqual({tuple(np.rint(1000 * c)) for c in colors[~inner].reshape(-1, 4)}, wanted)
             self.assertEqual(inner.any(), frame == 6)
@@ -357,7 +358,7 @@ class Shown(ObjectCase):
             self.scene.frame_set(shown)
             there, speed, n_faces = positions(result), attribute(result, "velocity"), len(result.data.polygons)
             self.scene.frame_set(frame, subframe=part)
-            self.assertEqual(addon("player").nearest_frame(self.scene), shown)
+            self.assertEqual(addon("results.player").nearest_frame(self.scene), shown)
             self.assertEqual(len(result.data.polygons), n_faces)
             seconds = (frame + part - shown) / 24
             np.testing.assert_allclose(positions(result), there + seconds * speed, rtol=0, atol=1e-6)
@@ -376,7 +377,7 @@ class Shown(ObjectCase):
         self.connect(weight, "rigid_body", nodes["solver"], "rigid_bodies")
         self.results(tree)
         self.bake(tree)
-        twin, = (o for o in addon("player").result_objects(tree) if o.sunder.node == "rigid_body")
+        twin, = (o for o in addon("tree.trees").result_objects(tree) if o.sunder.node == "rigid_body")
         self.scene.frame_set(3)
         at, turned = twin.matrix_world.translation.copy(), twin.matrix_world.to_quaternion()
         self.scene.frame_set(3, subframe=0.25)
@@ -429,7 +430,7 @@ class Shown(ObjectCase):
         self.connect(node, "rigid_body", nodes["solver"], "rigid_bodies")
         twin = next(o for o in self.results(tree) if o.sunder.node == "rigid_body")
         self.bake(tree)
-        state = addon("core").sunder().Graph.load(str(self.cached(tree) / "graph.json")).evaluate("solver.state", 6)
+        state = addon("base.core").sunder().Graph.load(str(self.cached(tree) / "graph.json")).evaluate("solver.state", 6)
         self.scene.frame_set(1)
         self.assertLess((twin.matrix_world.translation - ball.matrix_world.translation).length, 1e-6)
         self.scene.frame_set(6)
@@ -453,12 +454,12 @@ class Shown(ObjectCase):
                 self.value = value
 
         busy = Busy()
-        thread = threading.Thread(target=addon("result_mesh").set_property, args=(busy, "sunder_shown", "x"))
+        thread = threading.Thread(target=addon("results.result_mesh").set_property, args=(busy, "sunder_shown", "x"))
         thread.start()
         thread.join(10)
         self.assertEqual([busy.left, busy.value], [-1, "x"])
         with self.assertRaisesRegex(AttributeError, "not allowed"):  # here waiting would not help
-            addon("result_mesh").set_property(Busy(), "sunder_shown", "x")
+            addon("results.result_mesh").set_property(Busy(), "sunder_shown", "x")
 
     def test_a_bodys_own_attributes_are_read_where_there_are_two(self):
         tree, nodes = self.tree(self.cube(location=(0, 0, 0.3)))

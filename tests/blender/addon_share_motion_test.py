@@ -195,7 +195,7 @@ class Looks(MotionCase):
         for frame, glow in ((1, 0.0), (6, 5.0)):
             self.block["glow"] = glow
             self.block.keyframe_insert('["glow"]', frame=frame)
-        for curve in addon("blender_versions").curves_of(self.block.animation_data):
+        for curve in addon("base.blender_versions").curves_of(self.block.animation_data):
             for key in curve.keyframe_points:
                 key.interpolation = "LINEAR"
         for frame, is_hidden in ((1, False), (4, True)):

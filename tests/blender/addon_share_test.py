@@ -107,7 +107,7 @@ class Click(ShareCase):
         return {path.name: path.read_bytes() for path in self.folder.iterdir() if path.is_file()}
 
     def things(self):
-        return {kind: [thing.name for thing in getattr(bpy.data, kind)] for kind in addon("share")._MADE}
+        return {kind: [thing.name for thing in getattr(bpy.data, kind)] for kind in addon("exports.share")._MADE}
 
     def refuses(self, sentence, **options):
         before, things = self.files(), self.things()
@@ -134,7 +134,7 @@ class Click(ShareCase):
 
     def test_what_cannot_be_shared_is_refused_by_a_sentence(self):
         tree = self.block_tree
-        things = [thing for thing in addon("player").result_objects(tree)]
+        things = [thing for thing in addon("tree.trees").result_objects(tree)]
         for thing in things:
             thing.sunder.tree = None
         self.refuses("no result object")
@@ -184,8 +184,9 @@ class Click(ShareCase):
             self.refuses("cannot be written")
 
     def test_what_is_stopped_leaves_nothing(self):
-        places = [("share", "_write", "MESHES"), ("share", "_write", "AUTO"), ("share_meshes", "_Sequence", "MESHES")]
-        for module, name, kind in places + ([("share_cache", "_open", "AUTO")] if self.has_alembic() else []):
+        places = [("exports.share", "_write", "MESHES"), ("exports.share", "_write", "AUTO"),
+                  ("exports.share_meshes", "_Sequence", "MESHES")]
+        for module, name, kind in places + ([("exports.share_cache", "_open", "AUTO")] if self.has_alembic() else []):
             with mock.patch.object(addon(module), name, side_effect=KeyboardInterrupt):
                 before, things = self.files(), self.things()
                 try:
@@ -202,11 +203,11 @@ class Click(ShareCase):
         kinds = {"MESHES": 12, "CACHE": 6} if self.has_alembic() else {"MESHES": 12}
         for kind, count in kinds.items():
             for stop in range(1, count + 1):
-                steps = addon("share").share(self.block_tree, self.scene, [thing], kind)
+                steps = addon("exports.share").share(self.block_tree, self.scene, [thing], kind)
                 for _ in range(stop):
                     next(steps)
                 steps.close()
-                addon("player").show_all(self.scene)
+                addon("results.player").show_all(self.scene)
                 self.assertEqual((self.files(), self.things()), (before, things))
                 np.testing.assert_array_equal(positions(thing), shown)
 
@@ -216,7 +217,7 @@ class Click(ShareCase):
             self.save(f"{file}.blend")
             self.block_tree.name = tree
             names.append(self.shared()[0])
-            self.assertEqual(addon("share").found(self.block_tree), names[-1])
+            self.assertEqual(addon("exports.share").found(self.block_tree), names[-1])
         self.assertEqual(len(set(names)), len(names), names)
 
     def test_what_was_shared_under_a_name_of_before_is_found_and_replaced(self):
@@ -225,7 +226,7 @@ class Click(ShareCase):
         self.block_tree.name = "a_b"
         former = self.folder / "shot_a_b_shared.blend"
         shutil.move(self.shared("MESHES")[0], former)
-        self.assertEqual(addon("share").found(self.block_tree), str(former))
+        self.assertEqual(addon("exports.share").found(self.block_tree), str(former))
         content = former.read_bytes()
         self.assertEqual(self.shared("MESHES")[0], str(former))
         self.assertNotEqual(former.read_bytes(), content)
@@ -238,7 +239,7 @@ class Click(ShareCase):
     def test_a_cache_that_ends_early_is_no_cache(self):
         if not self.has_alembic():
             return
-        share = addon("share_cache")
+        share = addon("exports.share_cache")
         self.addCleanup(setattr, share, "_export", share._export)
         write = share._export
         share._export = lambda pieces, frames, stage, path: write(pieces, frames[:2], stage, path)
@@ -308,7 +309,7 @@ class Elsewhere(PlayCase):
         self.click()
         thing = self.pick_up()
         (self.folder / "sunder_cache").rename(self.folder / "away")
-        share = addon("share")
+        share = addon("exports.share")
         self.assertFalse(share.has_bake(thing.sunder.tree))
         self.assertEqual(share.found(thing.sunder.tree), str(self.paths()[1]))
         self.assertIn("sunder.use_shared", Drawn.of(share.draw, thing.sunder.tree))
@@ -325,7 +326,7 @@ class Elsewhere(PlayCase):
 
     def test_the_panel_says_where_to_click(self):
         thing = self.pick_up()
-        draw = addon("share").draw
+        draw = addon("exports.share").draw
         self.assertIn("sunder.make_shareable", Drawn.of(draw, thing.sunder.tree))
         shutil.rmtree(self.folder / "sunder_cache")
         told = Drawn.of(draw, thing.sunder.tree)

@@ -26,13 +26,13 @@ class Toggle(AddonCase):
 
     @property
     def result(self):
-        return addon("player").result_objects()[0]
+        return addon("tree.trees").result_objects()[0]
 
     def preview(self):
         """What a viewport's preview holds of the library's, up to the graphics card."""
         self.result.sunder.preview = "PIECES"
-        key, manifest, folder, shown = addon("preview")._frame_key(self.result, bpy.context.scene)
-        addon("preview")._source(folder, manifest, self.result.sunder.node)
+        key, manifest, folder, shown = addon("preview.preview")._frame_key(self.result, bpy.context.scene)
+        addon("preview.preview")._source(folder, manifest, self.result.sunder.node)
 
     def at(self, frame):
         bpy.context.scene.frame_set(frame)
@@ -41,7 +41,7 @@ class Toggle(AddonCase):
     def plays(self):
         self.at(1)
         np.testing.assert_array_equal(self.at(3), self.torn)
-        self.assertEqual(addon("runtime").handler_errors, [])
+        self.assertEqual(addon("base.runtime").handler_errors, [])
 
     def off_and_on(self):
         bpy.ops.preferences.addon_disable(module=NAME)
@@ -99,11 +99,11 @@ class Toggle(AddonCase):
 
     def test_the_tree_is_looked_at_once_all_is_there(self):
         """While classes register nothing looks at it: its wires are known afterwards."""
-        addon("runtime").wires.clear()
+        addon("base.runtime").wires.clear()
         self.off_and_on()
-        self.assertFalse(addon("runtime").wires)
-        addon("handlers")._refresh()
-        self.assertTrue(addon("runtime").wires)
+        self.assertFalse(addon("base.runtime").wires)
+        addon("interface.handlers")._refresh()
+        self.assertTrue(addon("base.runtime").wires)
 
 
 if __name__ == "__main__":

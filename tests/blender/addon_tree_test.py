@@ -9,29 +9,29 @@ from addon_case import AddonCase, addon, main
 
 class Nodes(AddonCase):
     def test_every_node_type_has_a_node_with_its_sockets_and_defaults(self):
-        descriptions = addon("core").sunder().node_types()
+        descriptions = addon("base.core").sunder().node_types()
         tree = bpy.data.node_groups.new("All", "SunderTree")
-        self.assertEqual({c.sunder_type for c in addon("nodes").classes}, set(descriptions))
+        self.assertEqual({c.sunder_type for c in addon("interface.node_buttons").classes}, set(descriptions))
         for node_type, description in descriptions.items():
             node = self.node(tree, node_type)
             for kind in ("inputs", "outputs"):
                 found = [(s.identifier, s.bl_idname) for s in getattr(node, kind)]
-                wanted = [(s["name"], addon("sockets").class_name(s["type"])) for s in description[kind]]
+                wanted = [(s["name"], addon("tree.sockets").class_name(s["type"])) for s in description[kind]]
                 self.assertEqual(found, wanted, node_type)
             for p in description["parameters"]:
-                if p["type"] in addon("parameters").NO_FIELD:
+                if p["type"] in addon("tree.parameters").NO_FIELD:
                     continue
                 where = f"{node_type}.{p['name']}"
                 self.assertEqual(node.parameter(p["name"]), p["default"], where)
-                shown = node.bl_rna.properties[addon("parameters").attribute(p["name"])]
+                shown = node.bl_rna.properties[addon("tree.parameters").attribute(p["name"])]
                 self.assertEqual(shown.description, p["sentence"].rstrip("."), where)
                 self.assertEqual(shown.is_animatable, p["animatable"], where)
                 if "choices" in p:
                     self.assertEqual([i.identifier for i in shown.enum_items], [str(c) for c in p["choices"]])
 
     def test_names_that_python_or_blender_has_end_in_an_underscore(self):
-        changed = {p["name"] for d in addon("descriptions").NODES.values() for p in d["parameters"]
-                   if addon("parameters").attribute(p["name"]) != p["name"]}
+        changed = {p["name"] for d in addon("base.descriptions").NODES.values() for p in d["parameters"]
+                   if addon("tree.parameters").attribute(p["name"]) != p["name"]}
         self.assertEqual(sorted(changed), ["height", "yield"])
 
     def test_values_beyond_the_range_are_clamped_to_it(self):
@@ -62,8 +62,8 @@ class Nodes(AddonCase):
     def test_a_tree_compiles_to_the_graph_that_was_meant(self):
         thing = self.cube(location=(1, 2, 3))
         tree, nodes = self.tree(thing, pieces=5)
-        compiled = addon("compiler").compile_tree(tree, self.scene)
-        graph = addon("core").sunder().Graph.from_dict(compiled.description)
+        compiled = addon("bake.compiler").compile_tree(tree, self.scene)
+        graph = addon("base.core").sunder().Graph.from_dict(compiled.description)
         self.assertEqual([graph["body"]["position"], graph["body"]["toughness"]], [[1, 2, 3], 0.01])
         self.assertEqual([graph["solver"]["bodies"], graph["solver"]["colliders"]], [["@body.body"], ["@collider.collider"]])
         self.assertEqual([graph["prefracture"]["pieces"], graph["deformer"]["state"]], [5, "@solver.state"])
@@ -96,13 +96,13 @@ class Wires(AddonCase):
         tree.links.remove(nodes["deformer"].inputs["Body"].links[0])
         tree.links.new(nodes["body"].outputs[0], bend.inputs[0])
         tree.links.new(bend.outputs[0], nodes["deformer"].inputs["Body"])
-        description = addon("compiler").compile_tree(tree, self.scene).description
+        description = addon("bake.compiler").compile_tree(tree, self.scene).description
         self.assertEqual(description["nodes"]["deformer"]["body"], "@body.body")
 
     def test_a_muted_node_is_not_there(self):
         tree, nodes = self.tree()
         nodes["collider"].mute = True
-        description = addon("compiler").compile_tree(tree, self.scene).description
+        description = addon("bake.compiler").compile_tree(tree, self.scene).description
         self.assertNotIn("collider", description["nodes"])
         self.assertNotIn("colliders", description["nodes"]["solver"])
 
@@ -114,7 +114,7 @@ class Wires(AddonCase):
         tree.links.new(ring[0].outputs[0], ring[1].inputs[0])
         tree.links.new(ring[1].outputs[0], ring[0].inputs[0])
         tree.links.new(ring[1].outputs[0], second.inputs["Body"])
-        self.assertEqual(addon("wiring").needed(tree), [second])
+        self.assertEqual(addon("tree.wiring").needed(tree), [second])
         self.assertIn("nothing is wired to it", self.refusal(tree))
         self.assertIn("nothing is wired to it", second.error)
 

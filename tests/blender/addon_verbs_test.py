@@ -27,7 +27,7 @@ class Verbs(AddonCase):
 
     @property
     def shot(self):
-        return addon("player").result_objects()[0].sunder.tree
+        return addon("tree.trees").result_objects()[0].sunder.tree
 
     def part(self, node_type):
         return next(n for n in self.shot.nodes if n.sunder_type == node_type)
@@ -41,14 +41,14 @@ class Verbs(AddonCase):
 
     def verb_stop(self):
         """A bake that is stopped at once, or when half of it is done."""
-        job = addon("bake_job").BakeJob(self.shot, self.scene)
+        job = addon("bake.bake_job").BakeJob(self.shot, self.scene)
         half = self.random.choice((0.0, 0.5))
         job.start()
         while job.is_running and job.fraction < half:
             job.wait(0.002)
         job.cancel()
         job.finish(self.shot)
-        addon("player").show_all(self.scene)
+        addon("results.player").show_all(self.scene)
 
     def verb_scrub(self):
         self.scene.frame_set(self.random.randint(-1, 6))
@@ -73,7 +73,7 @@ class Verbs(AddonCase):
         self.is_keyed = True
         self.part("body").use_toughness = True
         self.part("body").keyframe_insert("toughness", frame=self.random.randint(1, 4))
-        addon("runtime").signatures.clear()  # keys set by a script send no event
+        addon("base.runtime").signatures.clear()  # keys set by a script send no event
         bpy.ops.ed.undo_push(message="key")
 
     def verb_range(self):
@@ -112,8 +112,8 @@ class Verbs(AddonCase):
 
     def verb_twin(self):
         """The result plays a copy of the tree from now on."""
-        addon("player").result_objects()[0].sunder.tree = self.shot.copy()
-        addon("player").show_all(self.scene)
+        addon("tree.trees").result_objects()[0].sunder.tree = self.shot.copy()
+        addon("results.player").show_all(self.scene)
         bpy.ops.ed.undo_push(message="twin")
 
     def verb_render(self):
@@ -123,22 +123,22 @@ class Verbs(AddonCase):
     # What holds after each.
 
     def check(self):
-        self.assertEqual(addon("runtime").handler_errors, [])
+        self.assertEqual(addon("base.runtime").handler_errors, [])
         manifest, folder = self.manifest(self.shot), self.cached(self.shot)
         if manifest is None:
             return
-        sunder = addon("core").sunder()
+        sunder = addon("base.core").sunder()
         self.assertEqual(sunder.verify(str(folder))["faults"][: -1 if len(manifest.numbers) < manifest.interval[1] else None], [])
         if not manifest.numbers:
             return
         frame = manifest.shown(self.scene.frame_current)
-        file = addon("bake_reader").read_mesh_frame(str(folder / manifest.frames[frame]["deformer:bake"]))
-        thing = addon("player").result_objects()[0]
+        file = addon("base.bake_reader").read_mesh_frame(str(folder / manifest.frames[frame]["deformer:bake"]))
+        thing = addon("tree.trees").result_objects()[0]
         np.testing.assert_array_equal(positions(thing), file.positions)
         self.assertEqual(len(thing.data.polygons), len(file.triangles))
         # The quick signature against the whole graph, mesh by mesh and frame by frame.
-        graph = sunder.Graph.from_dict(addon("compiler").compile_tree(self.shot, self.scene).description)
-        is_same = addon("bake_job")._is_same(manifest, graph, sunder.version())
+        graph = sunder.Graph.from_dict(addon("bake.compiler").compile_tree(self.shot, self.scene).description)
+        is_same = addon("bake.bake_job")._is_same(manifest, graph, sunder.version())
         if is_same and self.is_keyed:
             return  # keys that change no value may mark a bake as out of date; the reverse may never be
         self.assertIs(self.status(self.shot).is_stale, not is_same)

@@ -103,7 +103,7 @@ class LinkCase(AddonCase):
                 _, wanted, faces = self.there[frame][at]
                 np.testing.assert_array_equal(triangles, faces, f"{name} at {frame}")
                 np.testing.assert_allclose(corners, wanted @ place[:3, :3].T + place[:3, 3], rtol=0, atol=AS_WRITTEN)
-        self.assertEqual(addon("runtime").handler_errors, [])
+        self.assertEqual(addon("base.runtime").handler_errors, [])
 
     def plays_when_opened_again(self, *arguments, name="x/b.blend"):
         self.save(name)
@@ -112,7 +112,7 @@ class LinkCase(AddonCase):
         self.plays(*arguments)
 
     def result(self):
-        return next(o for o in addon("player").result_objects() if o.sunder.node == "deformer")
+        return next(o for o in addon("tree.trees").result_objects() if o.sunder.node == "deformer")
 
     def note(self):
-        return addon("runtime").node_notes[self.result().sunder.tree.name_full, "deformer"]
+        return addon("base.runtime").node_notes[self.result().sunder.tree.name_full, "deformer"]

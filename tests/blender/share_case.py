@@ -51,7 +51,7 @@ class ShareCase(AddonCase):
 
     @staticmethod
     def reads(material, name):
-        addon("blender_versions").turn_on_nodes(material)
+        addon("base.blender_versions").turn_on_nodes(material)
         nodes = material.node_tree.nodes
         node = nodes.new("ShaderNodeAttribute")
         node.attribute_name = name
@@ -59,7 +59,7 @@ class ShareCase(AddonCase):
 
     def shown(self, frame):
         """What the bake holds at a frame; colours and normals as the result object has them."""
-        mesh = addon("bake_reader").read_mesh_frame(
+        mesh = addon("base.bake_reader").read_mesh_frame(
             str(self.cached(self.block_tree) / f"mesh/deformer.{frame:04d}.ply"))
         self.scene.frame_set(frame)
         result, crate = bpy.data.objects["Block fractured"].data, bpy.data.objects["Crate moving"]
@@ -73,7 +73,7 @@ class ShareCase(AddonCase):
         rest = np.array([(*v.co, 1) for v in crate.data.vertices])
         names = np.array(["Paint", "Primer", "Sunder Interior"])
         return {"points": mesh.positions, "triangles": mesh.triangles, "velocity": mesh.velocities,
-                "material": names[mesh.material], "normal": addon("blender_versions").corner_normals(result),
+                "material": names[mesh.material], "normal": addon("base.blender_versions").corner_normals(result),
                 "crate": (rest @ np.array(crate.matrix_world).T)[:, :3], **corners}
 
     def click(self, **options):
@@ -81,7 +81,7 @@ class ShareCase(AddonCase):
 
     def shared(self, kind="AUTO"):
         """(Path, notes) of a click."""
-        steps = addon("share").share(self.block_tree, self.scene, addon("player").result_objects(self.block_tree), kind)
+        steps = addon("exports.share").share(self.block_tree, self.scene, addon("tree.trees").result_objects(self.block_tree), kind)
         while True:
             try:
                 next(steps)
@@ -89,7 +89,7 @@ class ShareCase(AddonCase):
                 return end.value
 
     def has_alembic(self):
-        return "ABC" in addon("export").host_formats()
+        return "ABC" in addon("exports.export").host_formats()
 
     def paths(self):
         return [self.folder / f"a-Block_Fracture_shared.{ending}" for ending in ("abc", "blend")]

@@ -65,6 +65,7 @@ for _ in range(2):
     assert not any(h.__module__.startswith('sunder_addon') for l in (bpy.app.handlers.frame_change_post,
         bpy.app.handlers.load_post, bpy.app.handlers.depsgraph_update_post) for h in l)
     bpy.ops.preferences.addon_enable(module='sunder_addon')
+    assert bpy.context.preferences.addons['sunder_addon'].preferences  # they are registered under the add-on's own name
 """ + WORKS, scripts=ROOT)
         self.assertIn("FRAMES ['baked 1 to 2']", told)
 
@@ -116,7 +117,7 @@ for _ in range(2):
         self.assertRegex(self.lacking(lambda addon: (addon / "nodes.json").unlink()), "nodes.json of Sunder's add-on is missing: install")
 
     def test_a_missing_module_is_told(self):
-        told = self.lacking(lambda addon: (addon / "wiring.py").unlink())
+        told = self.lacking(lambda addon: (addon / "tree/wiring.py").unlink())
         self.assertRegex(told, "missing or damaged .*wiring.*install its zip again")
 
     def test_versions_agree(self):

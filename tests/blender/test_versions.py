@@ -100,13 +100,13 @@ def unguarded(source, may_guard=True):
 
 class Versions(unittest.TestCase):
     def test_names_that_came_or_went_are_asked_for_first(self):
-        for path in sorted([*SOURCE.glob("*.py"), *SCRIPTS.glob("*.py")]):
+        for path in sorted([*SOURCE.rglob("*.py"), *SCRIPTS.glob("*.py")]):
             with self.subTest(path.name):
                 self.assertEqual(unguarded(path.read_text(), path.name == DIFFERENCES), [])
 
     def test_operators_get_their_context_by_temp_override(self):
         """A dictionary as their first argument is refused from 4.0 on: what is handed on may be how they run, a text."""
-        for path in sorted([*SOURCE.glob("*.py"), *SCRIPTS.glob("*.py")]):
+        for path in sorted([*SOURCE.rglob("*.py"), *SCRIPTS.glob("*.py")]):
             for call in (n for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.Call)):
                 if ast.unparse(call.func).startswith("bpy.ops."):
                     with self.subTest(path.name, line=call.lineno):
@@ -115,7 +115,7 @@ class Versions(unittest.TestCase):
 
     def test_classes_that_blender_makes_have_no_makers_of_their_own(self):
         """From 4.4 on they would have to hand Blender's arguments on."""
-        for path in sorted([*SOURCE.glob("*.py"), *SCRIPTS.glob("*.py")]):
+        for path in sorted([*SOURCE.rglob("*.py"), *SCRIPTS.glob("*.py")]):
             for node in ast.walk(ast.parse(path.read_text())):
                 if isinstance(node, ast.ClassDef) and any("bpy.types" in ast.unparse(b) for b in node.bases):
                     made = {n.name for n in node.body if isinstance(n, ast.FunctionDef)}
@@ -123,13 +123,13 @@ class Versions(unittest.TestCase):
 
     def test_no_property_of_ours_is_reached_by_subscript(self):
         """From 5.0 on what bpy.props defined is no longer there: only names that we write by subscript are read so."""
-        for path in sorted(SOURCE.glob("*.py")):
+        for path in sorted(SOURCE.rglob("*.py")):
             source = path.read_text()
             self.assertNotRegex(source, r"\.sunder\[|\[\"(cache_id|former_home|use_exact_normals|preview|interior_slot)\"\]")
 
     def test_the_number_of_a_polygons_corners_is_written_in_one_place(self):
         """It is read-only from 3.6 on."""
-        for path in sorted([*SOURCE.glob("*.py"), *SCRIPTS.glob("*.py")]):
+        for path in sorted([*SOURCE.rglob("*.py"), *SCRIPTS.glob("*.py")]):
             if path.name != DIFFERENCES:
                 self.assertNotRegex(path.read_text(), r"set\([^)]*\"loop_total\"")
 
@@ -159,7 +159,7 @@ class Versions(unittest.TestCase):
 
     def test_the_package_has_whatever_name_blender_gives_it(self):
         """An extension of 4.2 and later is called bl_ext.REPOSITORY.sunder_addon."""
-        for path in sorted(SOURCE.glob("*.py")):
+        for path in sorted(SOURCE.rglob("*.py")):
             tree = ast.parse(path.read_text())
             with self.subTest(path.name):
                 absolute = [n.module for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and n.level == 0 and n.module]

@@ -85,11 +85,11 @@ def result_object(folder, last):
     for thing in list(bpy.data.objects):
         bpy.data.objects.remove(thing)
     tree = bpy.data.node_groups.new("Largest", "SunderTree")
-    addon("runtime").former_homes.clear()
+    addon("base.runtime").former_homes.clear()
     tree.cache_id = "bake"
-    addon("cache").home = lambda library=None: str(folder)
+    addon("bake.cache").home = lambda library=None: str(folder)
     result = bpy.data.objects.new("result", bpy.data.meshes.new("result"))
-    addon("rest_coordinates").prepare(result)
+    addon("results.rest_coordinates").prepare(result)
     scene.collection.objects.link(result)
     result.sunder.tree, result.sunder.node = tree, "deformer"
     scene.frame_start, scene.frame_end = 1, last
@@ -116,8 +116,8 @@ def in_blender(folder):
     scene = bpy.context.scene
     result = result_object(folder, LAST)
     scene.collection.objects.unlink(result)
-    reader, write, player = addon("bake_reader"), addon("result_mesh"), addon("player")
-    manifest = addon("cache").manifest(str(folder / "bake"))
+    reader, write, player = addon("base.bake_reader"), addon("results.result_mesh"), addon("results.player")
+    manifest = addon("bake.cache").manifest(str(folder / "bake"))
     bake = str(folder / "bake")
     path = os.path.join(bake, manifest.frames[LAST]["deformer:bake"])
     frame = reader.read_mesh_frame(path)
@@ -150,7 +150,7 @@ def in_blender(folder):
         row(f"frame change, {what} exact normals, none broke", lambda: scene.frame_set(2), lambda: scene.frame_set(1))
 
     for what in ("cut and skin anew", "skin what was cut before"):
-        source = addon("preview_source").Source(bake, manifest.graph, "deformer")
+        source = addon("preview.preview_source").Source(bake, manifest.graph, "deformer")
         begin = time.perf_counter()
         source.start(), source.wait()
         print(f"{'preview: ' + what:52s}{1000 * (time.perf_counter() - begin):9.0f} ms {source.error}")
@@ -159,7 +159,7 @@ def in_blender(folder):
         bl_idname, bl_label, bl_use_gpu_context = "SUNDER_TIME", "time", True
 
         def render(self, _depsgraph):
-            shader = addon("preview_shader")
+            shader = addon("preview.preview_shader")
 
             def frame_of(n):
                 return source.frame(os.path.join(bake, manifest.frames[n]["solver:bake"]), n, "STRAIN")
@@ -169,7 +169,7 @@ def in_blender(folder):
             f = frame_of(LAST)
             row("preview: vertices and weights to the card", lambda: shader.Skin(f.surface))
             row("preview: particle texture to the card", lambda: shader.texture(f.particles, "RGBA32F"))
-            preview = addon("preview")
+            preview = addon("preview.preview")
             drawn = preview._Drawn()
             drawn.skin, drawn.particles, drawn.frame = shader.Skin(f.surface), shader.texture(f.particles, "RGBA32F"), f
             result.sunder.preview = "STRAIN"

@@ -67,12 +67,12 @@ def in_blender(folder):
         faces.append(len(result.data.polygons))
     changes = np.array([True] + [a != b for a, b in zip(faces, faces[1:])])
     print(f"ROW {faces[0]} to {faces[-1]} triangles; in {changes.sum()} of {LAST} frames edges broke")
-    if not addon("blender_versions").has_operator("wm", "alembic_export"):
+    if not addon("base.blender_versions").has_operator("wm", "alembic_export"):
         print("ROW this Blender was built without Alembic: there is nothing to compare with")
     for is_exact in (True, False):
         result.sunder.use_exact_normals = is_exact
         players = {"Sunder": _Played(scene, [result])}
-        if addon("blender_versions").has_operator("wm", "alembic_export"):
+        if addon("base.blender_versions").has_operator("wm", "alembic_export"):
             path = folder / f"{'normals' if is_exact else 'plain'}-{bpy.app.version_string.split()[0]}.abc"
             bpy.context.window.scene = scene
             result.select_set(True)

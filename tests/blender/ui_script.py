@@ -54,7 +54,7 @@ def key(name):
 
 
 def tree():
-    return addon("tree").trees()[0]
+    return addon("tree.trees").trees()[0]
 
 
 def node(kind):
@@ -62,7 +62,7 @@ def node(kind):
 
 
 def result():
-    return addon("player").result_objects()[0]
+    return addon("tree.trees").result_objects()[0]
 
 
 def frame_nodes():
@@ -134,12 +134,12 @@ def make():
 
 def wrong_wire():
     before = len(tree().links)
-    addon("quick_fracture").connect(tree(), node("prefracture"), "fragments", node("deformer"), "state")
+    addon("interface.quick_fracture").connect(tree(), node("prefracture"), "fragments", node("deformer"), "state")
     yield 0.5
     shot("2-wrong-wire")
     assert node("deformer").error.startswith("State takes a state"), node("deformer").error
     assert len(tree().links) == before
-    addon("runtime").forget_errors(tree().name_full)
+    addon("base.runtime").forget_errors(tree().name_full)
 
 
 def stop():
@@ -148,15 +148,15 @@ def stop():
     with within("VIEW_3D"):
         bpy.ops.sunder.bake("INVOKE_DEFAULT", tree=tree().name)
     for _ in range(600):
-        manifest = addon("cache").manifest(addon("cache").folder(tree()))
+        manifest = addon("bake.cache").manifest(addon("bake.cache").folder(tree()))
         if manifest and len(manifest.numbers) >= 2:
             break
         yield 0.1
     shot("3-baking")
-    assert addon("runtime").jobs, "the bake is at work"
+    assert addon("base.runtime").jobs, "the bake is at work"
     subprocess.run(["xdotool", "mousemove", "400", "200"], check=True, timeout=20)  # keys go to the editor below
     yield 0.2
-    job = next(iter(addon("runtime").jobs.values()))
+    job = next(iter(addon("base.runtime").jobs.values()))
     cancelled, cancel = [], job.cancel
 
     def timed():
@@ -166,21 +166,21 @@ def stop():
     job.cancel = timed
     key("Escape")
     begin = time.monotonic()
-    while addon("runtime").jobs and time.monotonic() - begin < 30:
+    while addon("base.runtime").jobs and time.monotonic() - begin < 30:
         if cancelled and not job.is_running:
             TOLD["times"].setdefault("ESC seen until the bake has ended, s", round(time.monotonic() - cancelled[0], 2))
         yield 0.02
     TOLD["times"]["ESC pressed until the window shows it, s"] = round(time.monotonic() - begin, 2)
-    assert not addon("runtime").jobs and job.is_cancelled
+    assert not addon("base.runtime").jobs and job.is_cancelled
     bpy.context.scene.frame_end = 24
 
 
 def finish():
     with within("VIEW_3D"):
         bpy.ops.sunder.bake("INVOKE_DEFAULT", tree=tree().name)
-    while addon("runtime").jobs:
+    while addon("base.runtime").jobs:
         yield 0.2
-    now = addon("bake_status").status(tree(), bpy.context.scene)
+    now = addon("bake.bake_status").status(tree(), bpy.context.scene)
     assert [now.state, now.is_stale] == ["complete", False], [now.state, now.text]
     bpy.context.scene.frame_set(12)
     yield 0.5
@@ -207,7 +207,7 @@ def error():
     assert node("prefracture").error, "the node at fault says so"
     bpy.data.objects.remove(bpy.context.object)
     node("mesh_file").object = thing
-    addon("runtime").forget_errors(tree().name_full)
+    addon("base.runtime").forget_errors(tree().name_full)
     bpy.context.view_layer.objects.active = result()
     result().select_set(True)
     yield from frame_nodes()
@@ -219,19 +219,19 @@ def previews():
         result().sunder.preview = mode
         yield 0.1
         for _ in range(60):
-            drawn = addon("preview")._drawn.get(result().name)
+            drawn = addon("preview.preview")._drawn.get(result().name)
             if drawn is not None and drawn.key and drawn.key[3] == mode and drawn.frame is not None:
                 break
             area("VIEW_3D").tag_redraw()
             yield 0.1
         else:
-            raise AssertionError(f"{mode} was not drawn: {addon('preview').problems}")
+            raise AssertionError(f"{mode} was not drawn: {addon('preview.preview').problems}")
         TOLD["times"][f"preview {mode} drawn after, s"] = round(time.monotonic() - begin, 2)
         yield 0.2
         shot(f"6-preview-{mode.lower()}")
     bpy.context.scene.frame_set(8)
     yield 0.3
-    assert addon("preview")._drawn[result().name].key[1].endswith("0008.ply")
+    assert addon("preview.preview")._drawn[result().name].key[1].endswith("0008.ply")
     result().sunder.preview = "OFF"
     yield 0.3
 
@@ -269,21 +269,21 @@ def undo():
     with within("VIEW_3D"):
         bpy.ops.ed.undo_push(message="tougher")
     yield 1.5
-    assert addon("bake_status").status(tree(), bpy.context.scene).is_stale
+    assert addon("bake.bake_status").status(tree(), bpy.context.scene).is_stale
     shot("7-out-of-date")
     with within("VIEW_3D"):
         bpy.ops.ed.undo()
     yield 1.5
-    assert not addon("bake_status").status(tree(), bpy.context.scene).is_stale
+    assert not addon("bake.bake_status").status(tree(), bpy.context.scene).is_stale
 
 
 def drawn_preview():
     for _ in range(200):
-        drawn = addon("preview")._drawn.get(result().name)
+        drawn = addon("preview.preview")._drawn.get(result().name)
         if drawn is not None and drawn.frame is not None:
             return
         yield 0.1
-    raise AssertionError(f"not drawn: {addon('preview').problems}")
+    raise AssertionError(f"not drawn: {addon('preview.preview').problems}")
 
 
 def reopen():
@@ -307,7 +307,7 @@ def share():
         bpy.ops.screen.animation_play()
     yield 0.5
     scenes = len(bpy.data.scenes)
-    module, whole = addon("share"), addon("share").share
+    module, whole = addon("exports.share"), addon("exports.share").share
 
     def unfinished(*arguments):
         """Stays at its first frame until it is stopped: on no machine is it done before the key comes."""
@@ -371,7 +371,7 @@ def run():
             break
         TOLD["times"][step.__name__] = round(time.monotonic() - begin, 1)
         print("sunder.ui", step.__name__, TOLD["times"][step.__name__], flush=True)
-    TOLD["handler_errors"] = addon("runtime").handler_errors
+    TOLD["handler_errors"] = addon("base.runtime").handler_errors
     with open(os.path.join(FOLDER, "told.json"), "w", encoding="utf-8") as file:
         json.dump(TOLD, file, indent=1)
     os._exit(0)  # quitting would write quit.blend, and an ESC makes its status 1

@@ -16,6 +16,7 @@ import hosts  # noqa: E402
 WORKS = """
 import bpy
 names = [name for name in bpy.context.preferences.addons.keys() if name.endswith(".sunder_addon")]
+assert bpy.context.preferences.addons[names[0]].preferences  # they are registered under the name that the extension got
 bpy.context.scene.frame_end = 2
 bpy.ops.mesh.primitive_cube_add(size=0.4, location=(0, 0, 0.5))
 bpy.ops.sunder.quick_fracture(pieces=4)

@@ -19,7 +19,7 @@ import bpy
 
 
 def _lack():
-    """What keeps the add-on from working, with the cure; empty if nothing does. Without the library it works (core.py)."""
+    """What keeps the add-on from working, with the cure; empty if nothing does. Without the library it works (base/core.py)."""
     try:
         import numpy  # noqa: F401
     except ImportError:

@@ -1,13 +1,18 @@
 """Everything that Blender has to know, in the order in which it has to learn it."""
 import bpy
 
-from . import (
-    compiler, core, export, handlers, nodes, operators, panels, player, preview, quick_fracture, runtime, share, sockets, tree,
-)
+from . import core
+from .base import runtime
+from .tree import sockets, trees
+from .bake import compiler
+from .results import player
+from .preview import preview
+from .exports import export, share
+from .interface import handlers, node_buttons, operators, panels, quick_fracture
 
 # Trees come after what is in them: Blender gives a file's trees their class as soon as it is there, and updates them.
 _CLASSES = [
-    *sockets.classes, *nodes.classes, *tree.classes, *player.classes, *operators.classes, *quick_fracture.classes,
+    *sockets.classes, *node_buttons.classes, *trees.classes, *player.classes, *operators.classes, *quick_fracture.classes,
     *export.classes, *share.classes, *panels.classes,
 ]
 

@@ -1,0 +1,1 @@
+"""What leaves Blender: files of other programs, and shots that play without the add-on."""

@@ -1,0 +1,1 @@
+"""What viewports draw in place of a result, skinned by the graphics card."""

@@ -1,0 +1,246 @@
+"""What the preview draws, as arrays: a bake's frames, skinned by whoever asks (Choi 2014, section 4.2).
+
+The library gives what rests (vertices, whom they follow) when it changes, which is when edges broke, and one affine map a
+particle at every frame. Nothing here knows of Blender's scene or of graphics.
+"""
+import numpy as np
+
+from ..base import core
+from ..bake import cache
+from ..results import tearing
+
+LIMIT = 0.1  # strain of the hottest colour of bodies that never tear
+_ELLIPSOID = 0.6  # size of drawn ellipsoids: at their full one they would hide the edges
+
+
+class Geometry:
+    """Vertices that follow particles, and what joins them.
+
+    rest (v, 3) f32; follows (v, 3) i32: first row of `influences`, number of rows, particle whose colour it has;
+    influences (k, 2) f32: particle and weight; outer, inner (t, 3) i32 triangles; lines (l, 2) i32.
+    """
+
+    def __init__(self, rest, follows, influences, outer=None, inner=None, lines=None):
+        none = np.empty((0, 3), np.int32)
+        self.rest, self.follows = np.ascontiguousarray(rest, np.float32), np.ascontiguousarray(follows, np.int32)
+        self.influences = np.ascontiguousarray(influences, np.float32)
+        self.outer, self.inner = none if outer is None else outer, none if inner is None else inner
+        self.lines = none[:, :2] if lines is None else lines
+
+
+class Frame:
+    """One body at one frame, drawn about `center` (m).
+
+    particles (n, 4, 4) f32: three rows of each particle's map from rest to world and its colour; surface, edges: Geometry;
+    ellipsoids: the same maps for a unit sphere's vertices; limit: strain at which it tears, None for never.
+    """
+
+
+def skinned(geometry, particles):
+    """Positions (v, 3) as the graphics card computes them, in double precision."""
+    first, count = geometry.follows[:, 0], geometry.follows[:, 1]
+    vertex = np.repeat(np.arange(len(first)), count)
+    row = np.repeat(first - np.concatenate([[0], np.cumsum(count)[:-1]]), count) + np.arange(count.sum())
+    particle, weight = geometry.influences[row, 0].astype(int), geometry.influences[row, 1].astype(np.float64)
+    maps = particles[particle, :3].astype(np.float64)
+    moved = np.einsum("kij,kj->ki", maps[:, :, :3], geometry.rest[vertex].astype(np.float64)) + maps[:, :, 3]
+    return np.stack([np.bincount(vertex, moved[:, k] * weight, len(first)) for k in range(3)], 1)
+
+
+class Source:
+    """The body that one deformer shows in one bake folder. `frame` raises core.Refused, Unusable or the library's Error.
+
+    Cutting the mesh again takes the library a while: `start` lets it begin (in a thread of its own, see bake_job.py),
+    `is_ready` tells when it is done.
+    """
+
+    def __init__(self, folder, graph, node, at_hand=None):
+        """`at_hand`: the library's graph that made the bake, if it is there still: what it has cut is not cut again."""
+        sunder = core.sunder()
+        self._sunder, self._node, self.graph, self.error = sunder, node, graph, ""
+        fields = graph["nodes"][node]
+        # What cannot be seen is not drawn, whatever the bake's files hold.
+        if at_hand is not None and at_hand.to_dict(defaults=True)["nodes"] == graph["nodes"]:
+            self._graph = at_hand
+            at_hand[node]["topology"] = "compact"
+        else:
+            nodes = {**graph["nodes"], node: {**fields, "topology": "compact"}}
+            self._graph = sunder.Graph.from_dict({**graph, "nodes": nodes}, base_folder=folder)
+            self._graph.set_cut_folder(cache.cuts(folder))
+        self._solver, self._output = fields["state"][1:].rsplit(".", 1)
+        self._body = fields["body"][1:].rsplit(".", 1)[0]
+        self._first = graph["frame_range"][0]
+        self._fragments = graph["nodes"][self._body]["fragments"][1:]
+        self._intact = self._surface = self._center = self._factors = None
+        self._job = None
+
+    def start(self):
+        self._job = self._graph.start_evaluate(f"{self._node}.mesh", self._first)
+
+    def wait(self):
+        while not self.is_ready:
+            self._job.wait(1.0)
+
+    @property
+    def is_ready(self):
+        if self._job is not None and not self._job.is_running:
+            job, self._job = self._job, None
+            try:
+                job.result()
+            except self._sunder.Error as error:
+                self.error = str(error)
+        return self._job is None
+
+    def frame(self, state_path, number, mode, limit=0.0):
+        """A Frame of the state file of frame `number`. `limit`: strain of the hottest colour; 0: the body's toughness."""
+        self._graph.seed_state(self._solver, number, self._sunder.read_state(state_path))
+        state = self._graph.evaluate(f"{self._solver}.{self._output}", number)
+        body, = (b for b in state.bodies if b["name"] == self._body)
+        mine, own_edges = slice(*body["particles"]), slice(*body["edges"])
+        intact = state.edge_intact[own_edges].astype(bool)
+        if self._center is None:
+            self._center = state.rest_position[mine].mean(0)
+            of_fragment = self._graph.evaluate(self._fragments, self._first).toughness_factor
+            of_edge = self._graph.evaluate(f"{self._body}.body", self._first).edge_toughness_factor
+            self._factors = of_fragment[state.fragment[mine]], of_edge
+        if self._surface is None or not np.array_equal(intact, self._intact):
+            self._bind(self._graph.evaluate(f"{self._node}.mesh", number))
+            self._intact = intact
+        made = Frame()
+        made.center, made.surface = self._center, self._surface
+        made.limit = self._limit(number, limit)
+        edges = state.edges[own_edges].astype(np.int64) - mine.start
+        factor = tearing.tearing_factors(self._factors[0], edges, intact, self._factors[1])
+        broken_now = np.zeros(len(state.edges), bool)
+        broken_now[state.broken_edge] = True
+        made.edges = _edges(state.rest_position[mine] - self._center, edges, intact, broken_now[own_edges])
+        colors = _colors(mode, state.piece[mine], state.strain[mine], made.limit, factor)
+        made.particles = _texels(_about(state.particle_transform[mine], self._center), colors)
+        made.ellipsoids = _texels(_ellipsoids(state, mine, self._center), colors)
+        return made
+
+    def _bind(self, mesh):
+        offset = mesh.influence_offset.astype(np.int64)
+        follows = np.stack([offset[:-1], np.diff(offset), mesh.vertex_fragment], 1)
+        influences = np.stack([mesh.influence_particle, mesh.influence_weight], 1)
+        is_inner = mesh.face_material >= mesh.interior_material
+        triangles = mesh.triangles.astype(np.int32)
+        self._surface = Geometry(mesh.rest_positions - self._center, follows, influences,
+                                 np.ascontiguousarray(triangles[~is_inner]), np.ascontiguousarray(triangles[is_inner]))
+
+    def _limit(self, number, wanted):
+        if wanted > 0:
+            return wanted
+        return self._graph[self._body].at("toughness", number)
+
+
+def _about(maps, center):
+    """Maps from rest to world (n, 3, 4) as maps of what lies about `center`: single precision then suffices far out."""
+    moved = maps.copy()
+    moved[:, :, 3] += maps[:, :, :3] @ center - center
+    return moved
+
+
+def _ellipsoids(state, mine, center):
+    """Maps of the unit sphere to each particle's ellipsoid (n, 3, 4)."""
+    w, x, y, z = state.orientation[mine].T
+    turned = np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                       [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                       [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]).transpose(2, 0, 1)
+    maps = np.empty((len(w), 3, 4))
+    maps[:, :, :3] = turned * (_ELLIPSOID * state.radii[mine])[:, None, :]
+    maps[:, :, 3] = state.position[mine] - center
+    return maps
+
+
+# Colours behind the particles' own: of edges that hold, that broke, that broke in this frame.
+INTACT_COLOR, BROKEN_COLOR, BREAKING_COLOR = (0.62, 0.66, 0.72), (0.85, 0.12, 0.08), (1.0, 0.85, 0.2)
+_EXTRA = np.array([INTACT_COLOR, BROKEN_COLOR, BREAKING_COLOR])
+
+
+def _texels(maps, colors):
+    """Maps and colours of the particles, then the colours of edges (under maps that are never used)."""
+    n = len(maps)
+    texels = np.zeros((n + len(_EXTRA), 4, 4), np.float32)
+    texels[:n, :3], texels[:n, 3, :3], texels[n:, 3, :3] = maps, colors, _EXTRA
+    texels[:, 3, 3] = 1
+    return texels
+
+
+def _edges(rest, edges, intact, broken_now):
+    """A line from particle to particle where an edge holds; where it broke, a stub on either side to its middle."""
+    n = len(rest)
+    whole, torn = edges[intact], edges[~intact]
+    middle = rest[torn].mean(1)
+    color = n + 1 + broken_now[~intact].astype(int)
+    ends = [(rest[whole[:, k]], whole[:, k], np.full(len(whole), n)) for k in (0, 1)]
+    for k in (0, 1):
+        ends += [(rest[torn[:, k]], torn[:, k], color), (middle, torn[:, k], color)]
+    position, particle, shade = (np.concatenate([e[i] for e in ends]) for i in range(3))
+    follows = np.stack([particle, np.ones_like(particle), shade], 1)
+    influences = np.stack([np.arange(n), np.ones(n)], 1)  # row i: particle i alone
+    w, t = len(whole), len(torn)
+    starts = [np.arange(w), 2 * w + np.arange(t), 2 * w + 2 * t + np.arange(t)]
+    steps = [w, t, t]
+    lines = np.concatenate([np.stack([s, s + step], 1) for s, step in zip(starts, steps)])
+    return Geometry(position, follows, influences, lines=lines.astype(np.int32))
+
+
+def _colors(mode, piece, strain, limit, factor):
+    """(n, 3), as shown on the screen. `factor` (n,): a particle's own on the toughness."""
+    if mode == "STRAIN":
+        return heat(np.clip(strain / (limit or LIMIT), 0, 1))
+    if mode == "TOUGHNESS":
+        return traffic_light(1 - np.clip(strain / (limit * factor), 0, 1) if limit else np.ones(len(strain)))
+    if mode == "EDGES":
+        return np.tile([0.5, 0.55, 0.62], (len(piece), 1))
+    return piece_colors(piece)
+
+
+def piece_colors(piece):
+    """A colour a piece, of the first particle in it: what comes off changes its colour, what it came off keeps it."""
+    first = np.full(int(piece.max(initial=0)) + 1, len(piece))
+    np.minimum.at(first, piece, np.arange(len(piece)))
+    key = first[piece]
+    hue = (key * 0.61803398875) % 1  # golden ratio: neighbours in number are far apart in colour
+    value = 0.75 + 0.2 * ((key * 0.75487766) % 1)
+    return _hsv(hue, np.full(len(key), 0.55), value)
+
+
+def _hsv(hue, saturation, value):
+    k = (hue[:, None] * 6 + np.array([5.0, 3.0, 1.0])) % 6
+    return value[:, None] * (1 - saturation[:, None] * np.clip(np.minimum(k, 4 - k), 0, 1))
+
+
+_HEAT = np.array([(0.16, 0.20, 0.42), (0.20, 0.50, 0.72), (0.55, 0.78, 0.55), (0.96, 0.82, 0.30), (0.93, 0.36, 0.16),
+                  (1.0, 0.95, 0.9)])
+_TRAFFIC = np.array([(0.80, 0.10, 0.10), (0.95, 0.65, 0.15), (0.30, 0.65, 0.35)])
+
+
+def _ramp(values, colors):
+    at = np.linspace(0, 1, len(colors))
+    return np.stack([np.interp(values, at, colors[:, k]) for k in range(3)], -1)
+
+
+def heat(share):
+    """Cold to hot for 0 to 1, (n, 3)."""
+    return _ramp(share, _HEAT)
+
+
+def traffic_light(left):
+    """Red for 0, green for 1, (n, 3)."""
+    return _ramp(left, _TRAFFIC)
+
+
+def spheres(n):
+    """A unit sphere for each of n particles, twelve faces around and eight up; sphere i follows particle i alone."""
+    around, up = np.linspace(0, 2 * np.pi, 13)[:-1], np.linspace(-np.pi / 2, np.pi / 2, 9)
+    ring = np.stack([np.cos(around), np.sin(around)], 1)
+    corners = np.concatenate([np.column_stack([np.cos(u) * ring, np.full(12, np.sin(u))]) for u in up])
+    k = np.arange(12)
+    below = np.concatenate([12 * level + np.stack([k, (k + 1) % 12, 12 + (k + 1) % 12, 12 + k], 1) for level in range(8)])
+    faces = np.concatenate([below[:, [0, 1, 2]], below[:, [0, 2, 3]]])
+    particle = np.repeat(np.arange(n), len(corners))
+    follows = np.stack([particle, np.ones_like(particle), particle], 1)
+    outer = (faces[None] + len(corners) * np.arange(n)[:, None, None]).reshape(-1, 3).astype(np.int32)
+    return Geometry(np.tile(corners, (n, 1)), follows, np.stack([np.arange(n), np.ones(n)], 1), outer)

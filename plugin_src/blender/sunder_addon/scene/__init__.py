@@ -1,0 +1,1 @@
+"""Blender's objects as arrays and numbers: meshes with all that they carry, places, motion."""

@@ -1,0 +1,196 @@
+"""What nodes have in Blender beyond their description: objects in place of numbers and files."""
+import bpy
+from bpy.props import BoolProperty, EnumProperty, PointerProperty
+
+from ..base import descriptions
+
+OBJECT, COLLECTION, VALUES = "OBJECT", "COLLECTION", "VALUES"
+
+
+SURFACES = ("MESH", "FONT", "CURVE", "SURFACE")  # types of objects that Blender makes a mesh of
+
+
+def has_mesh(_self, thing):
+    return thing.type in SURFACES and not thing.sunder.tree
+
+
+def has_wind(_self, thing):
+    return thing.field is not None and thing.field.type == "WIND"
+
+
+def _not_a_result(_self, thing):
+    return not thing.sunder.tree
+
+
+def _source(sentence, values, default, with_collection=True, changed=None):
+    items = [(OBJECT, "Object", f"{sentence} an object")]
+    if with_collection:
+        items.append((COLLECTION, "Collection", f"{sentence} every mesh object of a collection"))
+    items.append((VALUES, *values))
+    return EnumProperty(name="From", description="Where it comes from", items=items, default=default, options=set(),
+                        update=changed)
+
+
+def points_parameters(node_type):
+    """Names of the parameters that are lists of points: each has a picker for what they are taken from."""
+    return [p["name"] for p in descriptions.parameters(node_type) if p["type"] == "points"]
+
+
+def group_parameters(node_type):
+    """Names of the parameters that name a vertex group of the mesh."""
+    return [p["name"] for p in descriptions.parameters(node_type)
+            if p["type"] == "text" and (p["name"] == "group" or p["name"].endswith("_group"))]
+
+
+def map_parameters(node_type):
+    """Names of the parameters that name a number at every vertex of the mesh."""
+    return [p["name"] for p in descriptions.parameters(node_type) if p["type"] == "text" and p["name"].endswith("_map")]
+
+
+def has_source(node):
+    """Whether a node has a choice of objects or values. (A parameter of the library may be called `source`, too.)"""
+    return node.sunder_type in _SOURCED
+
+
+_SOURCED = ("mesh_file", "body", "rigid_body", "collider", "force", "pin", "fragment_region")
+
+
+def properties(node_type, changed):
+    """{attribute: Blender property} of one node type."""
+    return {**_own_properties(node_type, changed), **_points_properties(node_type, changed)}
+
+
+def _points_properties(node_type, changed):
+    made = {}
+    for name in points_parameters(node_type):
+        items = [(OBJECT, "Object", "The vertices of a mesh, the points of a curve, the origin of anything else"),
+                 (COLLECTION, "Collection", "The origins of its objects")]
+        made[f"{name}_source"] = EnumProperty(name="Points From", description="Where the points come from", items=items,
+                                              default=OBJECT, options=set(), update=changed)
+        made[f"{name}_object"] = PointerProperty(
+            type=bpy.types.Object, name="Points", poll=_not_a_result, update=changed,
+            description="Vertices of this mesh, points of this curve in their order, or the origin of this object, at the "
+                        "first frame")
+        made[f"{name}_collection"] = PointerProperty(type=bpy.types.Collection, name="Points", update=changed,
+                                                     description="The origins of its objects at the first frame")
+    return made
+
+
+def _own_properties(node_type, changed):
+    def thing(name, sentence, poll=_not_a_result):
+        return PointerProperty(type=bpy.types.Object, name=name, description=sentence, poll=poll, update=changed)
+
+    def things(sentence):
+        return PointerProperty(type=bpy.types.Collection, name="Collection", description=sentence, update=changed)
+
+    if node_type == "mesh_file":
+        return {
+            "source": _source("The mesh of", ("File", "A mesh file"), OBJECT, changed=changed),
+            "object": thing("Object", "The solid, as it stands at the first frame: a mesh, a text or a curve with depth", has_mesh),
+            "collection": things("All its mesh objects as one mesh, as they stand at the first frame"),
+            "use_modifiers": BoolProperty(
+                name="Apply Modifiers", description="Cut the mesh as modifiers make it", default=True, options=set(),
+                update=changed,
+            ),
+        }
+    motion = BoolProperty(
+        name="Start with Its Motion", options=set(), update=changed,
+        description="Begin with the velocity that the object had in the frame before the first",
+    )
+    if node_type == "body":
+        return {
+            "use_motion": motion,
+            "source": _source("Stands as", ("Values", "Stands as position and rotation tell"), OBJECT, False, changed),
+        }
+    if node_type in ("rigid_body", "collider"):
+        moving = {"use_motion": motion} if node_type == "rigid_body" else {}
+        default = OBJECT if node_type == "rigid_body" else VALUES
+        moves = "Place at the first frame" if node_type == "rigid_body" else "Place, with its animation,"
+        return {
+            **moving,
+            "source": _source("Place and size of", ("Values", "Place and size as numbers"), default, changed=changed),
+            "object": thing("Object", f"{moves} and bounding box of this object, scale included"),
+            "collection": things("One for each of its mesh objects"),
+        }
+    if node_type == "force":
+        return {
+            "source": _source("Wind of", ("Values", "Wind as numbers"), VALUES, False, changed),
+            "object": thing("Wind", "A wind force field: it blows along the object's z axis, its strength in m/s, "
+                            "everywhere alike", has_wind),
+        }
+    if node_type == "fragment_region":
+        return {
+            "source": _source("The bounding box of", ("Values", "Numbers, in the fragments' own coordinates"), VALUES, False,
+                              changed),
+            "object": thing("Region", "Its bounding box at the first frame, along the fragments' own axes: an empty or a "
+                            "mesh"),
+        }
+    if node_type == "pin":
+        return {
+            "source": _source("The bounding box of", ("Values", "Numbers"), VALUES, False, changed),
+            "object": thing("Region", "Its bounding box at the first frame: an empty or a mesh"),
+            "motion_object": thing("Moved By", "What is held follows this object's animation; none: it is held still, or "
+                                   "as position and rotation tell"),
+        }
+    return {}
+
+
+# Parameters that the node does not show: attribute, values of it at which they are hidden, parameters.
+HIDDEN = {
+    "mesh_file": [("source", (OBJECT, COLLECTION), ("path", "scale", "rotation"))],
+    "body": [("source", (OBJECT,), ("position", "rotation"))],
+    "rigid_body": [
+        ("source", (OBJECT, COLLECTION), ("radius", "size", "position", "rotation")),
+        ("shape", ("sphere",), ("size",)),
+        ("shape", ("box",), ("radius",)),
+    ],
+    "collider": [
+        ("source", (OBJECT, COLLECTION), ("radius", "size", "height", "position", "rotation", "path", "scale")),
+        ("shape", ("plane", "mesh"), ("radius", "size", "height")),
+        ("shape", ("plane", "sphere", "box", "capsule"), ("path", "scale", "resolution", "voxel_size", "thickness")),
+        ("shape", ("sphere",), ("size", "height")),
+        ("shape", ("box",), ("radius", "height")),
+        ("shape", ("capsule",), ("size",)),
+    ],
+    "fragment_region": [
+        ("source", (OBJECT,), ("box_min", "box_max", "center", "radius")),
+        ("region", ("all", "sphere", "group", "cluster"), ("box_min", "box_max")),
+        ("region", ("all", "box", "group", "cluster"), ("center", "radius")),
+        ("region", ("all", "box", "sphere", "cluster"), ("group",)),
+        ("region", ("all", "box", "sphere", "group"), ("cluster",)),
+    ],
+    "pin": [
+        ("source", (OBJECT,), ("box_min", "box_max", "center", "radius")),
+        ("region", ("box",), ("center", "radius", "group")),
+        ("region", ("sphere",), ("box_min", "box_max", "group")),
+        ("region", ("group",), ("box_min", "box_max", "center", "radius")),
+    ],
+    "force": [("source", (OBJECT,), ("wind",))],
+    "prefracture": [
+        ("method", ("kmeans",), ("sites", "points", "impact_shape", "impact_radius", "grid_jitter", "density_group",
+                                 "density_factor", "roughness", "least_piece")),
+        ("method", ("voronoi",), ("cells_per_piece", "sharp_angle")),
+        ("sites", ("kmeans", "uniform", "poisson", "grid", "density"), ("points",)),
+        ("sites", ("kmeans", "uniform", "poisson", "grid", "density", "points"), ("impact_shape", "impact_radius")),
+        ("sites", ("kmeans", "uniform", "poisson", "impact", "points", "density"), ("grid_jitter",)),
+        ("sites", ("kmeans", "uniform", "poisson", "impact", "grid", "points"), ("density_group", "density_factor")),
+        ("sites", ("points",), ("pieces",)),
+    ],
+    "solver": [("method", ("projective", "gauss_seidel"), ("over_relaxation",))],
+}
+
+
+def uses_motion(node):
+    """Whether a body or rigid body begins with the motion of its object."""
+    return getattr(node, "use_motion", False) and has_source(node) and node.source != VALUES
+
+
+def is_hidden(node, parameter):
+    if uses_motion(node) and parameter in ("velocity", "angular_velocity"):
+        return True
+    if node.sunder_type == "pin" and node.motion_object and parameter in ("pivot", "position", "rotation"):
+        return True
+    return any(
+        getattr(node, attribute) in values and parameter in hidden
+        for attribute, values, hidden in HIDDEN.get(node.sunder_type, ())
+    )
