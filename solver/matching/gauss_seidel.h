@@ -1,5 +1,5 @@
 // The paper's corrector: sequential projection with a stiffness k in [0, 1]. Kept for comparison: its result depends on
-// the order of the groups, the step and the number of sweeps (docs/theory.md); never the default.
+// the order of the groups, the step and the number of sweeps (docs/theory.md, "The implicit step"); never the default.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// Method jacobi: the implicit Euler equations by averaging, in any order ("PD-Jacobi", docs/theory.md).
+// Method jacobi: the implicit Euler equations by averaging, in any order (docs/theory.md, "The implicit step").
 #pragma once
 
 #include "solver/matching/sweep_store.h"

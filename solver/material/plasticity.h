@@ -1,4 +1,4 @@
-// Plastic flow of a group (Choi 2014, section 3.4, with the departures of docs/theory.md).
+// Plastic flow of a group (Choi 2014, section 3.4, with the departures of docs/theory.md, "Plastic flow").
 #pragma once
 
 #include <array>

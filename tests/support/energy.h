@@ -93,7 +93,7 @@ inline std::vector<Member> living_members(const SimulationMesh& rest, const Fram
     return members;
 }
 
-/// E_g of docs/theory.md, "The step".
+/// E_g of docs/theory.md, "Elasticity".
 inline double elastic_energy(const SimulationMesh& rest, const Material& material, const FrameState& state,
                              uint32_t g) {
     const std::vector<Member> members = living_members(rest, state, g);
