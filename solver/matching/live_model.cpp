@@ -34,7 +34,7 @@ std::vector<ParticleId> with_same_ring(std::span<const ParticleId> former, const
 
 bool is_in_line(const LiveModel& model, const FrameState& state, const WorkerPool& workers) {
     const size_t n = state.n_particles();
-    if (model.edges != state.edge_intact || model.shapes.group.size() != n) return false;
+    if (model.edges != state.edge_intact || model.live.begins().size() != n + 1) return false;
     std::atomic<bool> same{true};
     workers.for_range(n, kGroupGrain, [&](size_t first, size_t last) {
         for (size_t g = first; g < last; ++g)

@@ -176,7 +176,9 @@ TEST(bending_shape, products_are_what_a_small_motion_changes) {
             layout.update(sheet.live, sheet.workers);
             ASSERT_EQ(layout.units().size(), 1u);
             const std::vector<double> span(at.size(), 1.0);
-            const SweepInput in{sheet.rest, sheet.live, sheet.shapes, sheet.stiffness, sheet.pinned, span, {}, {},
+            std::vector<Role> role(at.size(), Role::free);
+            if (with_pin) role[0] = Role::held;
+            const SweepInput in{sheet.rest, sheet.live, sheet.shapes, sheet.stiffness, role, span, {}, {},
                                 &sheet.bending};
             BendingUnit<double> unit;
             ASSERT_TRUE(unit.open(in, layout, 0));
