@@ -46,7 +46,8 @@ Result<SimulationMesh> build_simulation_mesh(const FragmentSet& set, const Simul
         const Interface& face = set.interfaces[k];
         if (!(face.a < face.b) || face.b.index() >= n)
             return bad_input("interface " + std::to_string(k), "it joins no two fragments");
-        if (face.joins) mesh.edges.push_back(
+        if (face.joins)
+            mesh.edges.push_back(
                 {ParticleId(face.a.value), ParticleId(face.b.value), face.area, face.toughness_factor});
     }
     for (std::vector<double>* factors : {&mesh.yield_factor, &mesh.toughness_factor})

@@ -95,7 +95,7 @@ std::string read_header(std::string_view& io_bytes, Header& out) {
         } else if (word == "element") {
             Element element;
             element.name = next_word(line);
-            if (!to_number(next_word(line), element.count)) return complaint;
+            if (!to_number(next_word(line), element.count) || out.find(element.name)) return complaint;  // twice
             out.elements.push_back(element);
         } else if (word == "property") {
             Property property;

@@ -29,8 +29,7 @@ void IntactRings::update(std::span<const uint8_t> edge_intact) {
         const uint32_t begin = group_offset_[i];
         uint32_t end = begin;
         for (uint32_t s = begin; s < group_offset_[i + 1]; ++s)
-            if (member_edge_[s] == kNone || edge_intact_[member_edge_[s]])
-                ring_[end++] = group_member_[s];
+            if (member_edge_[s] == kNone || edge_intact_[member_edge_[s]]) ring_[end++] = group_member_[s];
         ring_size_[i] = end - begin;
     }
 }

@@ -39,7 +39,7 @@ inline __attribute__((always_inline)) void cofactor_of(const Blend& b, NormalMap
     for (int k = 0; k < 3; ++k) {
         const Doubles &u = b.column[(k + 1) % 3], &v = b.column[(k + 2) % 3];
         const Doubles cross = __builtin_shufflevector(u, u, 1, 2, 0, 3) * __builtin_shufflevector(v, v, 2, 0, 1, 3) -
-                            __builtin_shufflevector(u, u, 2, 0, 1, 3) * __builtin_shufflevector(v, v, 1, 2, 0, 3);
+                              __builtin_shufflevector(u, u, 2, 0, 1, 3) * __builtin_shufflevector(v, v, 1, 2, 0, 3);
         *reinterpret_cast<FloatLanes*>(out.column[k]) = __builtin_convertvector(cross, FloatLanes);
     }
 }

@@ -87,7 +87,8 @@ private:
         size_t n_in_sheets = 0;
         double sum = 0;  // of the thicknesses' inverses
         for (size_t i = 0; i < kSheetSamples; ++i)
-            if (const auto place = middle_->at(sampler_.draw(random), size_)) ++n_in_sheets, sum += 1 / place->thickness;
+            if (const auto place = middle_->at(sampler_.draw(random), size_))
+                ++n_in_sheets, sum += 1 / place->thickness;
         if (double(n_in_sheets) < kSheetShare * kSheetSamples) return middle_.reset();
         middle_area_ = sum / kSheetSamples * mesh_volume(solid_);
     }

@@ -79,10 +79,10 @@ public:
         : file_(file), version_(version), where_(where) {}
 
     Result<StateFile> decode() {
-        for (Status (Decoder::*read)() : {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles,
-                                          &Decoder::read_edges, &Decoder::read_groups, &Decoder::read_rigid_bodies,
-                                          &Decoder::read_broken, &Decoder::read_contacts, &Decoder::read_rest,
-                                          &Decoder::read_bending})
+        for (Status (Decoder::*read)() :
+             {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles, &Decoder::read_edges,
+              &Decoder::read_groups, &Decoder::read_rigid_bodies, &Decoder::read_broken, &Decoder::read_contacts,
+              &Decoder::read_rest, &Decoder::read_bending})
             if (Status s = (this->*read)(); !s) return s.error();
         return std::move(out_);
     }
@@ -333,8 +333,7 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
 Result<StateFile> decode_state(std::string bytes, const std::string& where) {
     auto file = PlyFile::parse(std::move(bytes), where);
     if (!file) return file.error();
-    for (const std::string_view version :
-         {kStateFileMagic, kBendingStateFileMagic, kStateFileMagic2, kStateFileMagic1})
+    for (const std::string_view version : {kStateFileMagic, kBendingStateFileMagic, kStateFileMagic2, kStateFileMagic1})
         if (file->has_comment(version)) return Decoder(*file, version, where).decode();
     for (const std::string& c : file->header().comments)
         if (c.starts_with(kStateFileMark))

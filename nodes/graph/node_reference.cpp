@@ -50,8 +50,7 @@ std::string parameter_row(const ParameterDescription& p) {
     for (const auto& [former, choice] : p.former_values)
         sentence += " Formerly " + code(former.text()) + " for " + code(choice.text()) + ".";
     return "| " + code(p.name) + " | " + p.label + " | " + type + " | " + cell(p.unit) + " | " +
-           code(p.default_value.get().dump()) + " | " +
-           cell(permitted(p)) + " | " + cell(sentence) + " |\n";
+           code(p.default_value.get().dump()) + " | " + cell(permitted(p)) + " | " + cell(sentence) + " |\n";
 }
 
 std::string section(const NodeDescription& node) {

@@ -53,8 +53,8 @@ struct StateValue {
     int frame = 0;
     std::shared_ptr<const Scene> scene;
     std::shared_ptr<const FrameState> state;
-    std::vector<ContentKey> body_keys;  // BodyValue::key of each of scene->bodies
-    StepReport report;                  // of the step that ended in this frame; zeros at the start
+    std::vector<ContentKey> body_keys;       // BodyValue::key of each of scene->bodies
+    StepReport report;                       // of the step that ended in this frame; zeros at the start
     std::vector<std::string> warnings = {};  // of what the method leaves out
 };
 

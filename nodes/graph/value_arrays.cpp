@@ -142,9 +142,9 @@ const std::vector<Entry<SimulationMesh>>& entries_of(const SimulationMesh*) {
         {"volume", [](const M& m) { return as_is<double>(m.volume); }},
         {"mass", [](const M& m) { return as_is<double>(m.mass); }},
         {"edges",
-         [](const M& m) { return made<uint32_t, 2>(m.edges, [](const Edge& e) {
-                              return std::array{e.a.value, e.b.value};
-                          }); }},
+         [](const M& m) {
+             return made<uint32_t, 2>(m.edges, [](const Edge& e) { return std::array{e.a.value, e.b.value}; });
+         }},
         {"edge_area",
          [](const M& m) { return made<double, 1>(m.edges, [](const Edge& e) { return std::array{e.area}; }); }},
         {"edge_toughness_factor", [](const M& m) {

@@ -149,9 +149,10 @@ std::vector<ParameterDescription> site_parameters() {
          .label = "Sheets",
          .type = ParameterType::choice,
          .default_value = "auto",
-         .sentence = "auto: where the mesh is thinner than a piece is large, sites lie in the middle between its faces, "
-                     "evenly spread: one piece through the thickness, walls along it; sites grid and points stay. off: "
-                     "anywhere within the thickness",
+         .sentence =
+             "auto: where the mesh is thinner than a piece is large, sites lie in the middle between its faces, "
+             "evenly spread: one piece through the thickness, walls along it; sites grid and points stay. off: "
+             "anywhere within the thickness",
          .choices = {"auto", "off"}},
         {.name = "roughness",
          .label = "Roughness",

@@ -48,7 +48,7 @@ thread_local const Told* refusal = nullptr;
 
 Status no_null(std::initializer_list<const void*> arguments) {
     for (const void* p : arguments)
-        if (!p) return bad_usage("an argument is NULL that must not be");
+        if (!p) return bad_usage(kNull);
     return {};
 }
 

@@ -48,6 +48,8 @@ inline sunder_status tell(Told& told, Error error) {
     return told.status;
 }
 
+inline constexpr const char* kNull = "an argument is NULL that must not be";
+
 /// Runs `work` (which returns a Status) so that nothing is thrown across the boundary.
 template <class Work>
 sunder_status guarded(Told& told, Work&& work) noexcept {

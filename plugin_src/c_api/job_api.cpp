@@ -43,6 +43,10 @@ int32_t on_progress(void* user, double fraction, const char* text) {
     return !job->cancel;
 }
 
+sunder_status refuse_null(sunder_graph* graph) noexcept {
+    return on_taken(graph, [] { return Status(sunder::bad_usage(kNull)); });
+}
+
 /// Takes the graph. `work` owns what it needs, for the caller returns at once.
 template <class Work>
 sunder_status start(sunder_graph* graph, sunder_job** out_job, Work work) noexcept {
@@ -74,7 +78,7 @@ sunder_status start(sunder_graph* graph, sunder_job** out_job, Work work) noexce
 sunder_status sunder_graph_start_evaluate(sunder_graph* graph, const char* output, int32_t frame,
                                           sunder_job** out_job) {
     if (out_job) *out_job = nullptr;
-    if (!graph || !output || !out_job) return SUNDER_BAD_USAGE;
+    if (!graph || !output || !out_job) return refuse_null(graph);
     return start(graph, out_job, [frame, output = std::string(output)](sunder_job& job, const Progress& progress) {
         sunder_value* value = nullptr;
         const Status status = evaluate(*job.graph, output.c_str(), frame, progress, &value);
@@ -86,8 +90,8 @@ sunder_status sunder_graph_start_evaluate(sunder_graph* graph, const char* outpu
 sunder_status sunder_graph_start_evaluate_all(sunder_graph* graph, const char* const* outputs, uint32_t n_outputs,
                                               int32_t frame, sunder_job** out_job) {
     if (out_job) *out_job = nullptr;
-    if (!graph || !out_job || (n_outputs > 0 && !outputs)) return SUNDER_BAD_USAGE;
-    if (std::find(outputs, outputs + n_outputs, nullptr) != outputs + n_outputs) return SUNDER_BAD_USAGE;
+    if (!graph || !out_job || (n_outputs > 0 && !outputs)) return refuse_null(graph);
+    if (std::find(outputs, outputs + n_outputs, nullptr) != outputs + n_outputs) return refuse_null(graph);
     return start(graph, out_job,
                  [frame, own = std::vector<std::string>(outputs, outputs + n_outputs)](sunder_job& job,
                                                                                        const Progress& progress) {
@@ -103,7 +107,7 @@ sunder_status sunder_graph_start_evaluate_all(sunder_graph* graph, const char* c
 sunder_status sunder_graph_start_bake(sunder_graph* graph, const sunder_bake_settings* settings, sunder_job** out_job) {
     if (out_job) *out_job = nullptr;
     if (!graph || !settings || settings->struct_size < sizeof *settings || !settings->folder || !out_job)
-        return SUNDER_BAD_USAGE;
+        return refuse_null(graph);
     return start(graph, out_job,
                  [s = *settings, folder = std::string(settings->folder)](sunder_job& job, const Progress& progress) {
                      sunder_bake_settings own = s;

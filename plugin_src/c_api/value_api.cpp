@@ -17,8 +17,6 @@ using namespace sunder::c_api;
 
 namespace {
 
-constexpr const char* kNull = "an argument is NULL that must not be";
-
 // A call on a graph that may take long: a cancel of an earlier call is forgotten, this call's is looked for.
 template <class Work>
 sunder_status long_call(sunder_graph* graph, bool arguments_there, const sunder_progress* host, Work&& work) noexcept {

@@ -1,5 +1,5 @@
-// What g++ 12's own libraries ask of a C library later than 2.28, for the portable library and program alone. Nothing here
-// is seen from outside.
+// What g++ 12's own libraries ask of a C library later than 2.28, for the portable library and program alone. Nothing
+// here is seen from outside.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -24,8 +24,8 @@ HIDDEN uint32_t arc4random(void) {
     return word;
 }
 
-// 2.30: std::condition_variable until a time of the steady clock. The wall clock's leaps make it end early or late once;
-// libstdc++ looks at the steady clock again.
+// 2.30: std::condition_variable until a time of the steady clock. The wall clock's leaps make it end early or late
+// once; libstdc++ looks at the steady clock again.
 HIDDEN int pthread_cond_clockwait(pthread_cond_t* condition, pthread_mutex_t* mutex, clockid_t clock,
                                   const struct timespec* until) {
     if (clock == CLOCK_REALTIME) return pthread_cond_timedwait(condition, mutex, until);
@@ -65,9 +65,9 @@ static int look(struct dl_phdr_info* object, size_t size, void* data) {
         if (to > end) end = to;
     }
     if (!is_inside || !tables) return is_inside;
-    *search->found = (struct dl_find_object){
-        .dlfo_map_start = (void*)begin, .dlfo_map_end = (void*)end,
-        .dlfo_eh_frame = (void*)(object->dlpi_addr + tables->p_vaddr)};
+    *search->found = (struct dl_find_object){.dlfo_map_start = (void*)begin,
+                                             .dlfo_map_end = (void*)end,
+                                             .dlfo_eh_frame = (void*)(object->dlpi_addr + tables->p_vaddr)};
     return 1;
 }
 

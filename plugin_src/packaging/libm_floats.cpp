@@ -1,6 +1,6 @@
 // Where calls of libm's functions of floats go that come with the readers of assimp, as those of doubles go to
-// solver/data/libm_names.cpp: what a file holds is read to the same bits on every processor. (In the plain build these calls are
-// within the system's libassimp, and not ours.)
+// solver/data/libm_names.cpp: what a file holds is read to the same bits on every processor. (In the plain build these
+// calls are within the system's libassimp, and not ours.)
 #include "solver/data/math_functions.h"
 
 extern "C" {

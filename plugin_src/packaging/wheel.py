@@ -28,7 +28,8 @@ Tag: {TAG}
 def contents(given):
     """{path in the wheel: bytes}; pip lays what is in data/scripts on the PATH."""
     info = f"sunder-{given.version}.dist-info"
-    files = {f"sunder/{path.name}": path.read_bytes() for path in sorted(given.package.glob("*.py"))}
+    files = {f"sunder/{path.name}": path.read_bytes() for path in sorted(given.package.glob("*.py*")) if path.is_file()}
+    files["sunder/py.typed"] = (given.package / "py.typed").read_bytes()
     files["sunder/libsunder.so"] = given.library.read_bytes()
     files[f"sunder-{given.version}.data/scripts/sunder"] = given.program.read_bytes()
     for path in sorted(given.licences.iterdir()):

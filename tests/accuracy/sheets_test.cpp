@@ -65,8 +65,7 @@ double curvature_of_cantilever(int width, double aspect, int neighbours, double 
         const double x = straight[i].x() - 2 * cell;
         if (x < 3 * cell) continue;
         const double sag = straight[i].z() - (askew.conjugate() * (state.position[i] - origin)).z();
-        const double theory =
-            load * x * x / (24 * stiffness) * (6 * length * length - 4 * length * x + x * x);
+        const double theory = load * x * x / (24 * stiffness) * (6 * length * length - 4 * length * x + x * x);
         const Vec3 row(theory, x, 1);
         normal += row * row.transpose(), right += row * sag;
     }

@@ -191,6 +191,16 @@ class Entry(unittest.TestCase):
                 self.assertEqual(lines, ["1 passed, 1 failed"])
                 self.assertNotEqual(status, 0)
 
+    def test_in_tests_on_debian_12_alone_a_warning_is_an_error(self):
+        self.write("CMakeLists.txt", CMAKE_LISTS + 'file(WRITE "${CMAKE_BINARY_DIR}/strict" "${CMAKE_COMPILE_WARNING_AS_ERROR}.")')
+        self.write("tests.cmake", "add_test(NAME a COMMAND true)")
+        release = dict(re.findall(r'^(ID|VERSION_ID)="?(\w+)"?$', Path("/etc/os-release").read_text(), re.M))
+        in_tests = "ON" if release == {"ID": "debian", "VERSION_ID": "12"} else ""
+        # What tests were configured with stays, or each command would build all anew.
+        for command, wanted in (("end", ""), ("test", in_tests), ("end", in_tests)):
+            self.run_entry(command, "0") if command == "end" else self.run_entry(command)
+            self.assertEqual((self.project / "build/strict").read_text(), f"{wanted}.", command)
+
     def test_an_interrupt_reaches_the_program_and_its_status_comes_back(self):
         for command in ("wait", "demo"):
             with self.subTest(command=command):

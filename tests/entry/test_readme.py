@@ -54,6 +54,13 @@ class Readme(unittest.TestCase):
         said = self.run_here(PROGRAM, "nodes", "--markdown")
         self.assertEqual(said, (ROOT / "docs/nodes.md").read_text(), "run: ./sunder nodes --markdown > docs/nodes.md")
 
+    def test_the_types_of_the_python_package_are_what_the_nodes_say(self):
+        python = ROOT / "plugin_src/python"
+        (self.folder / "nodes.json").write_text(self.run_here(PROGRAM, "nodes", "--json"))
+        said = self.run_here("sh", "-c", f"{sys.executable} {python / 'write_stubs.py'} < nodes.json")
+        self.assertEqual(said, (python / "sunder/_nodes.pyi").read_text(), "run: ./sunder nodes --json | "
+                         "python3 plugin_src/python/write_stubs.py > plugin_src/python/sunder/_nodes.pyi")
+
     def test_the_reader_of_states_reads_states(self):
         self.run_here(PROGRAM, "bake", "beam.json", "-o", "DIR", "--frames", "1:24")
         height = float(self.run_here(sys.executable, "-c", block("docs/files.md", "python", "def read_state")))

@@ -1,28 +1,14 @@
-// Bytes as a PLY or OFF file: read, or refused by a sentence. With clang -fsanitize=fuzzer this is a libFuzzer target;
-// else mutation_driver.cpp runs it.
-#include <cmath>
-#include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <string_view>
-
+// Bytes as a PLY or OFF file: read, or refused by a sentence.
 #include "fracture_tools/mesh/mesh_checks.h"
 #include "fracture_tools/mesh/polygon_files.h"
+#include "tests/fuzz/fuzz_target.h"
 
 namespace {
 
-void require(bool condition, const char* what) {
-    if (condition) return;
-    std::fprintf(stderr, "mesh_reader_fuzz: %s\n", what);
-    std::abort();
-}
+using sunder::testing::require;
 
 void check(const sunder::Result<sunder::TriMesh>& mesh) {
-    if (!mesh) {
-        require(mesh.error().code == sunder::ErrorCode::bad_input, "an error that is not about the input");
-        require(!mesh.error().what.empty() && mesh.error().where == "file", "an error without a sentence or place");
-        return;
-    }
+    if (!mesh) return sunder::testing::require_refusal(mesh.error(), "file");
     const size_t n = mesh->triangles.size();
     require(n > 0, "success without a triangle");
     require(mesh->corner_uvs.empty() || mesh->corner_uvs.size() == 3 * n, "UVs do not fit");
@@ -35,7 +21,7 @@ void check(const sunder::Result<sunder::TriMesh>& mesh) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-    const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+    const std::string_view bytes = sunder::testing::text_of(data, size);
     check(sunder::read_ply(bytes, "file", 1.0));
     check(sunder::read_off(bytes, "file", 0.01));
     return 0;

@@ -17,6 +17,7 @@ import time
 import xml.etree.ElementTree as xml
 from pathlib import Path
 
+import gate
 import hosts
 import source_builds
 
@@ -129,9 +130,46 @@ def _from_source(host):
     return Result(sum(r.passed for r in results), sum((r.failed for r in results), []), build.versions())
 
 
+def _sanitized(build, tests):
+    """Tests in a build under sanitizers."""
+    try:
+        build.make()
+    except hosts.Unavailable as error:
+        return Result(not_run=str(error))
+    except gate.Failed as error:
+        return Result(failed=[str(error)])
+    results = [_ctest([*arguments, "-E", "_NOT_BUILT"], gate.ENVIRONMENT, f"{build.folder.name}_{folder}", build.folder / "tests" / folder)
+               for folder, arguments in tests.items()]
+    return Result(sum(r.passed for r in results), sum((r.failed for r in results), []), build.sanitizers)
+
+
+def _fuzz():
+    try:
+        found = gate.fuzz()
+    except hosts.Unavailable as error:
+        return Result(not_run=str(error))
+    except gate.Failed as error:
+        return Result(failed=[str(error)])
+    return Result(sum(is_well for _, is_well in found), [target for target, is_well in found if not is_well], "clang 16")
+
+
+def _tidy():
+    try:
+        sources, findings = gate.tidy()
+    except hosts.Unavailable as error:
+        return Result(not_run=str(error))
+    return Result(len(sources), findings, "clang-tidy 16")
+
+
 def parts():
     made = [Part("suite", "all that `./sunder test` runs on this system",
                  lambda: _ctest([], {}, "suite")),
+            Part("sanitized", "tests of solver, nodes and C interface under the address and undefined-behaviour sanitizers",
+                 lambda: _sanitized(gate.MEMORY, gate.MEMORY_TESTS)),
+            Part("threads", "thread pool, frame writer, a small bake and a job under the thread sanitizer",
+                 lambda: _sanitized(gate.THREADS, gate.THREADS_TESTS)),
+            Part("fuzz", "libFuzzer, a minute for each reader of foreign bytes", _fuzz),
+            Part("tidy", "clang-tidy: mistakes that tests do not see (.clang-tidy)", _tidy),
             Part("package", "the portable package (`./sunder package`): here, and in roots of Debian 11, 13 and sid", _package)]
     for host in hosts.SOURCE_ROOTS.values():
         made.append(Part(host.name, f"built from source and tested in its parts: {host.sentence}", lambda host=host: _from_source(host)))

@@ -70,6 +70,11 @@ class Installed(Folder):
         told = run(sys.executable, "-B", "-c", script, PYTHONPATH=str(package), SUNDER_LIBRARY="")
         self.assertEqual(told, f"{VERSION} {package}/sunder/__init__.py\n")
 
+    def test_the_python_package_brings_its_types(self):
+        package = self.prefix / "lib/python3/dist-packages/sunder"
+        for name in ("py.typed", "_nodes.pyi"):
+            self.assertEqual((package / name).read_bytes(), (ROOT / "plugin_src/python/sunder" / name).read_bytes())
+
     def test_no_file_remembers_a_folder(self):
         for path in self.prefix.rglob("*"):
             if path.is_symlink():

@@ -98,6 +98,11 @@ def test_it_shows_the_c_interface_alone():
     assert all(kind == "T" and name.startswith("sunder_") for kind, name in shown)
 
 
+def test_the_wheel_brings_the_types():
+    with zipfile.ZipFile(WHEEL) as opened:
+        assert {"sunder/py.typed", "sunder/_nodes.pyi"} <= set(opened.namelist())
+
+
 def test_it_calls_no_inexact_function_of_libm():
     output(PYTHON, ROOT / "tests/plugin_src/check_libm.py", "readelf", LIBRARY, PROGRAM)
 

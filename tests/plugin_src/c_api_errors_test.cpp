@@ -24,9 +24,19 @@ TEST(c_api_errors, a_failing_assertion_is_an_error_with_a_text_whatever_thread_m
         EXPECT_NE(told.error_text.find("(tests/plugin_src/c_api_errors_test.cpp:"), std::string::npos);
     }
     c_api::Told told;
-    EXPECT_EQ(c_api::guarded(told, [&]() -> Status { SUNDER_ASSERT(n == 0); return {}; }), SUNDER_INTERNAL);
+    EXPECT_EQ(c_api::guarded(told,
+                             [&]() -> Status {
+                                 SUNDER_ASSERT(n == 0);
+                                 return {};
+                             }),
+              SUNDER_INTERNAL);
     EXPECT_NE(told.error_text.find("n == 0"), std::string::npos) << told.error_text;
-    EXPECT_EQ(c_api::guarded(told, [&]() -> Status { SUNDER_ASSERT(n > 0); return {}; }), SUNDER_OK);
+    EXPECT_EQ(c_api::guarded(told,
+                             [&]() -> Status {
+                                 SUNDER_ASSERT(n > 0);
+                                 return {};
+                             }),
+              SUNDER_OK);
 }
 
 }  // namespace

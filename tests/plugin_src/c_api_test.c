@@ -235,7 +235,9 @@ static void jobs(sunder_graph* graph, const char* folder) {
     CHECK(sunder_graph_start_bake(graph, &settings, &job) == SUNDER_OK);
     sunder_job_free(job); /* while it is at work */
     CHECK(sunder_graph_start_bake(graph, NULL, &job) == SUNDER_BAD_USAGE && job == NULL);
+    CHECK(error_of(graph).status == SUNDER_BAD_USAGE && strstr(error_of(graph).what, "NULL") != NULL);
     CHECK(sunder_graph_start_evaluate(graph, "sim.state", 1, NULL) == SUNDER_BAD_USAGE);
+    CHECK(error_of(graph).status == SUNDER_BAD_USAGE);
     sunder_job_look(NULL, &state), sunder_job_cancel(NULL), sunder_job_free(NULL);
     CHECK(sunder_job_wait(NULL, 1) == 1 && sunder_job_finish(NULL, NULL) == SUNDER_BAD_USAGE);
 }

@@ -144,8 +144,8 @@ TEST_P(ClusteredMesh, dropped_and_torn_it_comes_to_rest) {
     const double median = speeds[speeds.size() / 2];
     std::printf("%s: %zu pieces, fastest %.2f m/s, at the end %.1e (median %.1e) m/s\n", GetParam().name,
                 test::count_pieces(solver->scene().rest, state), highest, fastest(state), median);
-    // The fall from the top, once again as recoil; crumbs of a 10,000th of what pinches them slip out faster: of 40 such
-    // bodies six throw one at more than that, 13.5 m/s at most.
+    // The fall from the top, once again as recoil; crumbs of a 10,000th of what pinches them slip out faster: of 40
+    // such bodies six throw one at more than that, 13.5 m/s at most.
     const double pinched = GetParam().smallest_volume < 1 ? 2 : 1;
     EXPECT_LE(highest, pinched * 2 * std::sqrt(2 * 9.81 * 0.9));
     EXPECT_LE(median, 0.024);  // a millimetre a frame

@@ -1,4 +1,5 @@
 """Sunder's one exception."""
+from __future__ import annotations
 
 CODES = ("ok", "bad_usage", "bad_input", "io", "numerical", "cancelled", "internal")
 
@@ -14,7 +15,8 @@ class Error(Exception):
     parameter  its parameter or socket concerned, or ""
     """
 
-    def __init__(self, code, text, what="", where="", mend="", node="", parameter=""):
+    def __init__(self, code: str, text: str, what: str = "", where: str = "", mend: str = "", node: str = "",
+                 parameter: str = "") -> None:
         super().__init__(text)
         self.code, self.what, self.where, self.mend = code, what or text, where, mend
         self.node, self.parameter = node, parameter

@@ -1,4 +1,6 @@
 """libsunder.so: found, checked, and its functions as Python sees them (plugin_src/c_api/sunder.h)."""
+from __future__ import annotations
+
 import ctypes
 import glob
 import json
@@ -7,10 +9,26 @@ import platform
 import re
 import sys
 from ctypes import POINTER, c_char_p, c_double, c_int32, c_uint32, c_uint64, c_void_p
+from typing import Any, Callable, Optional, TypedDict, Union
 
 from .errors import CODES, Error
 
 ABI_VERSION = 1
+
+Path = Union[str, "os.PathLike[str]"]
+FrameRange = tuple[int, int]  # first and last
+ProgressCallback = Callable[[float, str], object]  # (fraction from 0 to 1, what it is at): False cancels
+
+
+class Bake(TypedDict):
+    """What was baked: the frames of the bake, the first that was not there before, and what was written."""
+
+    frames: FrameRange
+    first_new_frame: int
+    n_frames: int
+    n_files: int
+    bytes: int
+
 
 ProgressFunction = ctypes.CFUNCTYPE(c_int32, c_void_p, c_double, c_char_p)
 
@@ -18,7 +36,7 @@ ProgressFunction = ctypes.CFUNCTYPE(c_int32, c_void_p, c_double, c_char_p)
 class _Sized(ctypes.Structure):
     """A struct that begins with its size."""
 
-    def __init__(self, *args, **kwargs):
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(ctypes.sizeof(type(self)), *args, **kwargs)
 
 
@@ -71,9 +89,9 @@ class BakeReport(_Sized):
         ("bytes", c_uint64),
     ]
 
-    def as_dict(self):
-        counts = {name: getattr(self, name) for name in ("first_new_frame", "n_frames", "n_files", "bytes")}
-        return {"frames": (self.first_frame, self.last_frame), **counts}
+    def as_dict(self) -> Bake:
+        return {"frames": (self.first_frame, self.last_frame), "first_new_frame": self.first_new_frame,
+                "n_frames": self.n_frames, "n_files": self.n_files, "bytes": self.bytes}
 
 
 class JobState(_Sized):
@@ -150,7 +168,7 @@ _FUNCTIONS = {  # name: (result, arguments)
 }
 
 
-def _candidates():
+def _candidates() -> list[str]:
     """Where the library may lie, best first: as SUNDER_LIBRARY names it, beside the package, in a build folder."""
     named = os.environ.get("SUNDER_LIBRARY")
     if named:
@@ -166,7 +184,7 @@ _PROCESSORS = {3: "x86", 40: "ARM", 62: "x86-64", 183: "ARM64"}  # ELF's numbers
 _MACHINES = {"x86_64": 62, "amd64": 62, "aarch64": 183, "arm64": 183}
 
 
-def _foreign(path):
+def _foreign(path: str) -> Optional[Error]:
     """The error of a library that is for another processor than this Python, None for one that is not: the system's linker
     would say that it is no library, or not there."""
     try:
@@ -185,7 +203,7 @@ def _foreign(path):
     return Error("bad_input", f"{path}: {what} ({mend})", what, path, mend)
 
 
-def _libc():
+def _libc() -> Optional[str]:
     """This system's C library with its version; None if it is not glibc."""
     try:
         return os.confstr("CS_GNU_LIBC_VERSION")
@@ -193,7 +211,7 @@ def _libc():
         return None
 
 
-def _unusable(path, told):
+def _unusable(path: str, told: str) -> Error:
     """What the system's linker says of a library, as an error that names what is missing and how to get it."""
     missing = re.match(r"(?P<name>[^\s/:]+): cannot open shared object file: No such file", told)
     if missing:
@@ -212,7 +230,7 @@ def _unusable(path, told):
     return Error("bad_input", f"{path}: {what} ({mend})", what, path, mend)
 
 
-def _load():
+def _load() -> ctypes.CDLL:
     candidates = _candidates()
     path = next((p for p in candidates if os.path.exists(p)), None)
     if path is None:
@@ -246,10 +264,10 @@ def _load():
     return library
 
 
-_library = None
+_library: Optional[ctypes.CDLL] = None
 
 
-def lib():
+def lib() -> ctypes.CDLL:
     """The library, loaded when it is first needed."""
     global _library
     if _library is None:
@@ -257,11 +275,11 @@ def lib():
     return _library
 
 
-def version():
-    return lib().sunder_version().decode()
+def version() -> str:
+    return decode(lib().sunder_version())
 
 
-def encode(text):
+def encode(text: object) -> bytes:
     """Text or a path as the library takes it."""
     try:
         data = os.fsencode(text) if isinstance(text, os.PathLike) else str(text).encode("utf-8", "surrogateescape")
@@ -272,26 +290,26 @@ def encode(text):
     return data
 
 
-def decode(data):
+def decode(data: Optional[bytes]) -> str:
     return (data or b"").decode("utf-8", "replace")
 
 
-def _refusal(code, where, what, mend="", **concerned):
+def _refusal(code: str, where: str, what: str, mend: str = "", **concerned: str) -> Error:
     text = (f"{where}: " if where else "") + what + (f" ({mend})" if mend else "")
     return Error(code, text, what, where, mend, **concerned)
 
 
-def dump(value, node="", parameter=""):
+def dump(value: object, node: str = "", parameter: str = "") -> bytes:
     """A Python value as JSON text; numpy numbers and arrays are welcome. Errors name the parameter that it is for."""
 
-    def plain(other):
+    def plain(other: Any) -> object:
         if hasattr(other, "tolist"):
             return other.tolist()
         if isinstance(other, os.PathLike):
             return os.fspath(other)
         raise TypeError(f"a {type(other).__name__} is no parameter value")
 
-    def refusal(code, what):
+    def refusal(code: str, what: str) -> Error:
         where = f"node '{node}', parameter '{parameter}'" if node else ""
         return _refusal(code, where, what, node=str(node), parameter=str(parameter))
 
@@ -308,7 +326,7 @@ THREADS = (0, 1024)
 BYTES = (0, 2**64 - 1)
 
 
-def integer(name, value, permitted=None):
+def integer(name: str, value: Any, permitted: Optional[tuple[int, int]] = None) -> int:
     """A whole number of any type as an int; `permitted` (lowest, highest)."""
     try:
         whole = int(value)
@@ -322,7 +340,7 @@ def integer(name, value, permitted=None):
     return whole
 
 
-def frame_pair(name, first_last):
+def frame_pair(name: str, first_last: Any) -> FrameRange:
     """(first, last) frame as ints."""
     try:
         first, last = first_last
@@ -331,7 +349,7 @@ def frame_pair(name, first_last):
     return integer(name, first, FRAMES), integer(name, last, FRAMES)
 
 
-def number(name, value):
+def number(name: str, value: Any) -> float:
     """A float, of what Python itself takes for one: text is none."""
     try:
         return c_double(value).value
@@ -339,7 +357,7 @@ def number(name, value):
         raise _refusal("bad_usage", name, f"{value!r} is no number") from error
 
 
-def check(status, tell, handle):
+def check(status: int, tell: Callable[..., None], handle: Any) -> None:
     """Raises what `tell` (graph_error or value_error) says of the handle, unless the status is 0."""
     if status == 0:
         return
@@ -352,10 +370,10 @@ def check(status, tell, handle):
 class Progress:
     """A Python callable as a progress function. What it raises (Ctrl-C too) cancels the job and is raised again."""
 
-    def __init__(self, callable_):
-        self.raised = None
+    def __init__(self, callable_: Optional[ProgressCallback]) -> None:
+        self.raised: Optional[BaseException] = None
 
-        def report(_user, fraction, text):
+        def report(_user: Optional[int], fraction: float, text: bytes) -> int:
             try:
                 return 1 if callable_ is None or callable_(fraction, decode(text)) is not False else 0
             except BaseException as error:  # nothing may be thrown into C
@@ -365,7 +383,7 @@ class Progress:
         self._function = ProgressFunction(report)
         self.struct = ProgressStruct(self._function, None)
 
-    def check(self, status, tell, handle):
+    def check(self, status: int, tell: Callable[..., None], handle: Any) -> None:
         if self.raised is not None:
             raise self.raised
         check(status, tell, handle)

@@ -1,11 +1,19 @@
 """Results of evaluation: numpy views into the library's memory, by name."""
+from __future__ import annotations
+
 import ctypes
 import json
 import re
+from typing import TYPE_CHECKING, Any, Iterable, Optional, SupportsInt
 
 import numpy as np
 
-from .library import ArrayStruct, Progress, check, decode, encode, integer, lib
+from .library import ArrayStruct, Path, Progress, ProgressCallback, check, decode, encode, integer, lib
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    Array = npt.NDArray[Any]
 
 _DTYPES = (np.uint8, np.int32, np.uint32, np.float32, np.float64)
 
@@ -13,11 +21,11 @@ _DTYPES = (np.uint8, np.int32, np.uint32, np.float32, np.float64)
 class _Handle:
     """Owns a value of the library; every array that looks into it holds it."""
 
-    def __init__(self, pointer):
+    def __init__(self, pointer: ctypes.c_void_p) -> None:
         self.pointer = pointer
         self._free = lib().sunder_value_free
 
-    def __del__(self):
+    def __del__(self) -> None:
         self._free(self.pointer)
 
 
@@ -27,9 +35,9 @@ class Value:
     Arrays are read-only views, made when first asked for; copy what you want to change.
     """
 
-    def __init__(self, pointer):
+    def __init__(self, pointer: ctypes.c_void_p) -> None:
         self._handle = _Handle(pointer)
-        self._cache = {}
+        self._cache: dict[str, Array] = {}
         library = lib()
         self.type = decode(library.sunder_value_type(pointer))
         self._arrays = [
@@ -38,12 +46,12 @@ class Value:
         ]
         text = ctypes.c_char_p()
         self._check(library.sunder_value_info(pointer, ctypes.byref(text)))
-        self.info = json.loads(text.value)
+        self.info: dict[str, Any] = json.loads(decode(text.value))
 
-    def _check(self, status):
+    def _check(self, status: int) -> None:
         check(status, lib().sunder_value_error, self._handle.pointer)
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Any:
         if name.startswith("_") or name not in self._arrays:
             info = self.__dict__.get("info", {})
             if name in info:
@@ -55,16 +63,16 @@ class Value:
             self._cache[name] = self._array(name)
         return self._cache[name]
 
-    def _names(self):
+    def _names(self) -> list[str]:
         return sorted({*self.__dict__.get("_arrays", []), *self.__dict__.get("info", {})})
 
-    def __dir__(self):
+    def __dir__(self) -> Iterable[str]:
         return [*super().__dir__(), *self._names()]
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"<sunder {self.type}: {', '.join(self._names())}>"
 
-    def _array(self, name):
+    def _array(self, name: str) -> Array:
         a = ArrayStruct()
         self._check(lib().sunder_value_array(self._handle.pointer, encode(name), ctypes.byref(a)))
         dtype, shape = np.dtype(_DTYPES[a.type]), tuple(a.shape[: a.rank])
@@ -73,8 +81,8 @@ class Value:
             array = np.empty(shape, dtype)
         else:
             memory = (ctypes.c_char * n_bytes).from_address(a.data)
-            memory.owner = self._handle  # the array holds `memory`, which holds the value
-            array = np.frombuffer(memory, dtype).reshape(shape)
+            memory.owner = self._handle  # type: ignore[attr-defined]  # the array holds `memory`, which holds the value
+            array = np.frombuffer(memoryview(memory), dtype).reshape(shape)
         array.flags.writeable = False
         return array
 
@@ -90,10 +98,45 @@ class State(Value):
     skins blend; frame, time, bodies, rigid_bodies, report.
     """
 
+    position: Array
+    orientation: Array
+    velocity: Array
+    angular_velocity: Array
+    plastic_deformation: Array
+    plastic_curvature: Array
+    strain: Array
+    group_rotation: Array
+    body: Array
+    fragment: Array
+    piece: Array
+    asleep: Array
+    edges: Array
+    edge_intact: Array
+    broken_edge: Array
+    broken_time: Array
+    broken_strain: Array
+    rigid_position: Array
+    rigid_orientation: Array
+    rigid_velocity: Array
+    rigid_angular_velocity: Array
+    rest_position: Array
+    rest_orientation: Array
+    radii: Array
+    volume: Array
+    mass: Array
+    particle_transform: Array
+    frame: int
+    time: float
+    bodies: list[dict[str, Any]]
+    rigid_bodies: list[str]
+    report: dict[str, Any]
+    warnings: list[str]
+
     @property
-    def yield_(self):
+    def yield_(self) -> Array:
         """(n,) present yield strain; infinite where plastic flow never starts. (`yield` is a word of Python.)"""
-        return self.__getattr__("yield")
+        array: Array = self.__getattr__("yield")
+        return array
 
 
 class Mesh(Value):
@@ -108,25 +151,35 @@ class Mesh(Value):
     What else the artist's mesh carries is in attributes and vertex_weights, as far as its file has it (docs/files.md).
     """
 
+    positions: Array
+    triangles: Array
+    normals: Array
+    uvs: Array
+    colors: Array
+    face_material: Array
+    materials: list[str]
+
     _KINDS = re.compile("(point|corner|face)_(float|uv|color|int|bool|weight):(.*)", re.DOTALL)
 
-    def _layers(self):
-        return [(*self._KINDS.fullmatch(name).groups(), name) for name in self._arrays if ":" in name]
+    def _layers(self) -> list[tuple[str, str, str, str]]:
+        """(domain, kind, name, array)"""
+        found = [self._KINDS.fullmatch(array) for array in self._arrays if ":" in array]
+        return [(m[1], m[2], m[3], m[0]) for m in found if m]
 
     @property
-    def attributes(self):
+    def attributes(self) -> dict[str, Array]:
         """{name: (n,) or (n, width) array} by vertex, corner (3t) or face: float32, int32 or bool; further UV maps and
         colours among them."""
         return {name: getattr(self, array).astype(bool) if kind == "bool" else getattr(self, array)
                 for _, kind, name, array in self._layers() if kind != "weight"}
 
     @property
-    def attribute_domains(self):
+    def attribute_domains(self) -> dict[str, str]:
         """{name: "point", "corner" or "face"} of attributes."""
         return {name: domain for domain, kind, name, _ in self._layers() if kind != "weight"}
 
     @property
-    def vertex_weights(self):
+    def vertex_weights(self) -> dict[str, Array]:
         """{name of a vertex group: (v,) weights, 0 of what is not in it}."""
         return {name: getattr(self, array) for _, kind, name, array in self._layers() if kind == "weight"}
 
@@ -134,11 +187,11 @@ class Mesh(Value):
 class Interfaces:
     """Where fragments touch: pair (m, 2), area (m,) m2, normal (m, 3) from first to second, centroid (m, 3) m."""
 
-    def __init__(self, fragments):
+    def __init__(self, fragments: Fragments) -> None:
         self.pair, self.area = fragments.edges, fragments.interface_area
         self.normal, self.centroid = fragments.interface_normal, fragments.interface_centroid
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.pair)
 
 
@@ -148,14 +201,32 @@ class Fragments(Value):
     Also interfaces, and warnings, materials, source_volume, ... of the cut.
     """
 
+    rest_position: Array
+    rest_orientation: Array
+    radii: Array
+    volume: Array
+    cluster: Array
+    toughness_factor: Array
+    yield_factor: Array
+    density_factor: Array
+    edges: Array
+    interface_area: Array
+    interface_normal: Array
+    interface_centroid: Array
+    interface_toughness_factor: Array
+    materials: list[str]
+    source_volume: float
+    source_area: float
+    warnings: list[str]
+
     @property
-    def interfaces(self):
+    def interfaces(self) -> Interfaces:
         return Interfaces(self)
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.volume)
 
-    def fragment_mesh(self, index):
+    def fragment_mesh(self, index: SupportsInt) -> Mesh:
         """Fragment `index` as a closed Mesh."""
         index = integer("fragment", index)
         if not 0 <= index < len(self):
@@ -164,7 +235,7 @@ class Fragments(Value):
         self._check(lib().sunder_value_part(self._handle.pointer, b"fragment_mesh", index, ctypes.byref(out)))
         return Mesh(out)
 
-    def save(self, folder, progress=None):
+    def save(self, folder: Path, progress: Optional[ProgressCallback] = None) -> None:
         """Writes fragments.json and pieces/ as `sunder fracture` does."""
         p = Progress(progress)
         status = lib().sunder_value_write_fragments(self._handle.pointer, encode(folder), ctypes.byref(p.struct))
@@ -174,6 +245,6 @@ class Fragments(Value):
 _CLASSES = {b"state": State, b"mesh": Mesh, b"visual_mesh": Mesh, b"fragments": Fragments}
 
 
-def wrap(pointer):
+def wrap(pointer: ctypes.c_void_p) -> Value:
     """The Python object for a value of the library, which it owns from now on."""
     return _CLASSES.get(lib().sunder_value_type(pointer), Value)(pointer)

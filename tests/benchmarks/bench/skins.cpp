@@ -16,9 +16,8 @@ SimulationMesh body_mesh(const SimulationMesh& rest, const Body& body) {
     slice(rest.fragment, one.fragment);
     one.body.assign(one.rest_position.size(), 0);
     for (uint32_t e = body.edge_begin; e < body.edge_end; ++e)
-        one.edges.push_back(
-            {ParticleId(rest.edges[e].a - body.particle_begin), ParticleId(rest.edges[e].b - body.particle_begin),
-             rest.edges[e].area});
+        one.edges.push_back({ParticleId(rest.edges[e].a - body.particle_begin),
+                             ParticleId(rest.edges[e].b - body.particle_begin), rest.edges[e].area});
     build_one_rings(one);
     return one;
 }

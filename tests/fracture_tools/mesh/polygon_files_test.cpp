@@ -180,5 +180,16 @@ TEST_F(PolygonFiles, lines_and_points_beside_faces_are_passed_over) {
     expect_prism(mesh, 3, 1e-12);
 }
 
+// The second one's rows would be read by the first one's columns, of which one may not be there.
+TEST_F(PolygonFiles, vertices_that_come_twice_are_refused) {
+    const std::string place = "property float x\nproperty float y\nproperty float z\n";
+    const Result<TriMesh> mesh = read_mesh(write(
+        "twice.ply", "ply\nformat ascii 1.0\nelement vertex 1\n" + place + "property float heat\nelement vertex 2\n" +
+                         place + "element face 1\nproperty list uchar int vertex_indices\nend_header\n" +
+                         "0 0 0 1\n1 0 0\n0 1 0\n3 0 1 2\n"));
+    ASSERT_FALSE(mesh);
+    EXPECT_EQ(mesh.error().what, "the PLY header has the line 'element vertex 2'");
+}
+
 }  // namespace
 }  // namespace sunder

@@ -83,7 +83,8 @@ TEST(MiddleSurface, lies_between_faces_that_look_away_from_each_other) {
 TEST(Sheets, sites_lie_in_the_middle_of_whatever_kind) {
     TriMesh plate = make_box(Vec3(1, 1, 0.02));
     plate.vertex_groups["some"] = {0, 1};
-    for (SiteKind kind : {SiteKind::uniform, SiteKind::poisson, SiteKind::impact, SiteKind::density, SiteKind::kmeans}) {
+    for (SiteKind kind :
+         {SiteKind::uniform, SiteKind::poisson, SiteKind::impact, SiteKind::density, SiteKind::kmeans}) {
         int off = 0;
         for (const Vec3& p : sites(plate, kind, 150)) off += std::abs(p.z() - 0.01) > 1e-5;
         EXPECT_LE(off, 6) << int(kind);  // by the rim: 0.04 of the area

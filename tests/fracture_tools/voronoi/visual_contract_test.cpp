@@ -185,8 +185,7 @@ TEST(VisualContract, an_interface_without_an_edge_parts_with_what_is_around_it) 
             if (a != weak.a.value && b != weak.a.value) continue;
             const uint32_t third = a == weak.a.value ? b : a;
             for (const Edge& f : body.rest.edges)
-                if (f.a == std::min(third, weak.b.value) && f.b == std::max(third, weak.b.value))
-                    around.push_back(e);
+                if (f.a == std::min(third, weak.b.value) && f.b == std::max(third, weak.b.value)) around.push_back(e);
         }
         if (around.size() < 2 || ++n_seen > 8) continue;
         auto visible = [&] {

@@ -1,7 +1,8 @@
 // Simulates a bar of clay for three frames and counts its particles.
+#include <sunder.h>
+
 #include <cstdio>
 #include <memory>
-#include <sunder.h>
 
 int main() {
     const char* const scene = R"({"sunder": 2, "nodes": {

@@ -1,12 +1,12 @@
 // A number that is described once is found wherever numbers of its kind are: a field that one of these lists forgot
 // would be accepted unchecked, kept out of keys, or shown to nobody.
-#include "nodes/graph/field_json.h"
 #include "nodes/graph/field_parameters.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
 
+#include "nodes/graph/field_json.h"
 #include "nodes/graph/graph.h"
 #include "nodes/graph/registry.h"
 #include "solver/data/frame_state.h"

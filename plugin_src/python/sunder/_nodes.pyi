@@ -1,0 +1,523 @@
+"""Node types and their parameters. Written by write_stubs.py from the nodes' descriptions."""
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from typing import Any, Literal, Optional, SupportsFloat, SupportsIndex, Union, overload
+
+import numpy.typing as npt
+
+from .graph import Node
+
+_Wire = str  # "@node.socket"
+_Wires = Union[str, Sequence[str]]
+_Animation = Mapping[str, Any]  # {"keys": [[frame, value], ...], "interpolation": "linear" or "step"}
+_Number = Union[SupportsFloat, SupportsIndex]
+_Integer = SupportsIndex
+_Vector3 = Union[Sequence[float], npt.NDArray[Any]]
+_Integer3 = Union[Sequence[int], npt.NDArray[Any]]
+_Points = Union[Sequence[_Vector3], npt.NDArray[Any]]
+_VertexGroups = Mapping[str, Union[Sequence[int], npt.NDArray[Any]]]
+_Path = Union[str, PathLike[str]]
+
+NodeType = Literal[
+    "mesh_file",
+    "lattice",
+    "prefracture",
+    "fragment_region",
+    "body",
+    "rigid_body",
+    "collider",
+    "pin",
+    "force",
+    "solver",
+    "deformer",
+    "bake_mesh",
+    "bake_state",
+]
+
+class AddsNodes:
+    @overload
+    def add(
+        self,
+        type: Literal["mesh_file"],
+        name: str,
+        *,
+        path: _Path = ...,
+        scale: _Number = ...,
+        rotation: _Vector3 = ...,
+        groups: _VertexGroups = ...,
+    ) -> Node:
+        """Reads a triangle mesh from a file: OBJ, PLY, STL, glTF, GLB, FBX or OFF. Colours of vertices are kept, and
+        further numbers that a PLY file has for each vertex.
+
+        path: The file, relative to the graph file's folder.
+        scale: Length of the file's unit in metres; for FBX, which tells its unit, a factor on that [m per file unit].
+        rotation: Turns the mesh about its origin, for files whose up axis is not z; Euler angles XYZ: about x first,
+            then y, then z [degrees].
+        groups: Named lists of vertices (numbered as read, equal positions being one vertex), for pins.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["lattice"],
+        name: str,
+        *,
+        size: _Vector3 = ...,
+        cells: _Integer3 = ...,
+        center: _Vector3 = ...,
+        neighbours: Literal[6, 18, 26] = ...,
+    ) -> Node:
+        """A box of equal cells, one fragment each: the body of accuracy cases and lessons.
+
+        size: Lengths of the box's sides [m].
+        cells: Number of cells along each side; 4 million together at most.
+        center: Middle of the box [m].
+        neighbours: Cells that a cell is joined to: 6 across faces, 18 also across edges, 26 also across corners.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["prefracture"],
+        name: str,
+        *,
+        mesh: _Wire = ...,
+        method: Literal["voronoi", "kmeans"] = ...,
+        pieces: _Integer = ...,
+        seed: _Integer = ...,
+        sites: Literal["kmeans", "uniform", "poisson", "impact", "grid", "points", "density"] = ...,
+        points: _Points = ...,
+        impact_shape: Literal["points", "curve"] = ...,
+        impact_radius: _Number = ...,
+        grid_jitter: _Number = ...,
+        density_group: str = ...,
+        density_factor: _Number = ...,
+        sheets: Literal["auto", "off"] = ...,
+        roughness: _Integer = ...,
+        least_piece: _Number = ...,
+        source: Literal["tets", "voronoi"] = ...,
+        cells_per_piece: _Number = ...,
+        sharp_angle: _Number = ...,
+        repair: Literal["auto", "keep", "wrap", "refuse"] = ...,
+        thickness: _Number = ...,
+        weld_distance: Union[_Number, Literal["auto"]] = ...,
+        wrap_detail: _Number = ...,
+        noise: _Number = ...,
+        noise_scale: _Number = ...,
+        interior_detail: _Number = ...,
+        interior_smooth_angle: _Number = ...,
+        rim_width: _Number = ...,
+        toughness_map: str = ...,
+        yield_map: str = ...,
+        density_map: str = ...,
+        clusters: _Integer = ...,
+        cluster_toughness: _Number = ...,
+        weak_interface_share: _Number = ...,
+    ) -> Node:
+        """Cuts a closed mesh into fragments that share their break surfaces exactly.
+
+        mesh: A closed surface that bounds a solid.
+        method: voronoi: along the Voronoi cells of `sites`, with flat break surfaces; the mesh's own triangles, UVs and
+            normals stay. kmeans: small cells of `source` gathered into pieces of like size, with rough break surfaces.
+        pieces: Number of fragments wanted; sites grid and points have about or exactly their own.
+        seed: Chooses among cuts of the same kind; the same seed gives the same cut.
+        sites: Where method voronoi has its pieces. kmeans: pieces of like size; uniform: anywhere, large and small
+            ones; poisson: spread, but irregular; impact: the smaller the nearer to `points`; grid: cubes; points: one
+            piece around each of `points`; density: more of them near `density_group`.
+        points: In the mesh's coordinates: where it is hit (sites impact), or the sites themselves (sites points) [m].
+        impact_shape: What `points` are with sites impact. points: each is hit; curve: the line through them is.
+        impact_radius: Within it pieces of an impact are alike; beyond it their size grows with the distance [m].
+        grid_jitter: How far sites of a grid leave their places; 0: cubes, 1: anywhere in their grid cells.
+        density_group: Vertex group of the mesh, or vertex attribute from 0 to 1, that sites density gather at.
+        density_factor: How many times more pieces a volume has at the density group than away from it.
+        sheets: auto: where the mesh is thinner than a piece is large, sites lie in the middle between its faces, evenly
+            spread: one piece through the thickness, walls along it; sites grid and points stay. off: anywhere within
+            the thickness.
+        roughness: Voronoi cells that a piece is made of: 1 has flat break surfaces, 8 rough ones, with several times as
+            many triangles.
+        least_piece: Pieces of method voronoi below this share of their neighbours' volume join the neighbour that they
+            share most area with.
+        source: Cells that method kmeans gathers. tets: tetrahedra, the paper's way, the surface is meshed anew;
+            voronoi: small Voronoi cells, the mesh's own surface stays.
+        cells_per_piece: Cells that method kmeans aims at for each fragment: more tetrahedra follow the surface closer
+            and cost more.
+        sharp_angle: Edges sharper than this stay edges with method kmeans; 0 decides by the mesh [degrees].
+        repair: What is done about a mesh that is no solid; what was done is told as a warning. keep: the mesh's own
+            triangles stay, welded, oriented, holes closed; wrap: a new surface around them; auto: keep, or where that
+            cannot be cut, wrap; refuse: nothing, it is an error.
+        thickness: Open sheets become walls as thick as this, their surface the outer side; 0: they are refused [m].
+        weld_distance: How far apart the sides of a seam may lie to be welded, where the mesh is open; auto: found from
+            the gap between boundary edges that run side by side; 0: equal positions alone [m].
+        wrap_detail: Share of the mesh's diagonal: gaps and details narrower than this are lost in a wrap; smaller ones
+            cost triangles.
+        noise: How far break surfaces leave their planes, as a share of a piece's size (cube root of the mean volume).
+            Both sides stay the same, the outer surface stays where it is, and what would intersect moves less; 0: not
+            at all.
+        noise_scale: Distance between bumps of the noise, as a share of a piece's size; break surfaces get four edges a
+            bump.
+        interior_detail: Longest edge of break surfaces, as a share of a piece's size; 0: as they are cut, or as the
+            noise needs.
+        interior_smooth_angle: Break surfaces are shaded smooth across edges flatter than this; 0: every triangle is
+            flat [degrees].
+        rim_width: The attribute `rim` of break surfaces is 1 where they meet the outer surface and falls to 0 within
+            this; it follows the surface's triangles, which `interior_detail` makes finer [m].
+        toughness_map: Vertex attribute of the mesh, or red, green, blue or alpha of its colours, that is the factor on
+            the body's toughness from place to place; empty: none.
+        yield_map: Vertex attribute of the mesh, or red, green, blue or alpha of its colours, that is the factor on the
+            body's yield from place to place; empty: none.
+        density_map: Vertex attribute of the mesh, or red, green, blue or alpha of its colours, that is the factor on
+            the body's density from place to place; empty: none.
+        clusters: Number of large pieces that the body breaks into first, each then into its fragments; 0: fragments are
+            not gathered.
+        cluster_toughness: Factor on the toughness of interfaces within a cluster.
+        weak_interface_share: Interfaces of a smaller area, as a share of its fragments' cross-section, do not hold by
+            themselves: they part with what is around them.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["fragment_region"],
+        name: str,
+        *,
+        fragments: _Wire = ...,
+        region: Literal["all", "box", "sphere", "group", "cluster"] = ...,
+        box_min: _Vector3 = ...,
+        box_max: _Vector3 = ...,
+        center: _Vector3 = ...,
+        radius: _Number = ...,
+        group: str = ...,
+        cluster: _Integer = ...,
+        toughness: _Number = ...,
+        density: _Number = ...,
+        interface_toughness: Optional[_Number] = ...,
+    ) -> Node:
+        """Makes a part of the fragments tougher, weaker, softer or heavier than their body, or glues it. Several can
+        follow one another: their factors multiply.
+
+        fragments: Of a cut or a lattice.
+        region: Fragments whose centre lies in it, in the fragments' own coordinates. all: every one; box takes
+            `box_min` and `box_max`; sphere takes `center` and `radius`; group takes `group`; cluster takes `cluster`.
+        box_min: Lowest corner of the box [m].
+        box_max: Highest corner of the box [m].
+        center: Of the sphere [m].
+        radius: Of the sphere [m].
+        group: Vertex group of the mesh: fragments that own one of its vertices.
+        cluster: Number of a cluster, as pre-fracture gathered them.
+        toughness: Factor on the body's toughness around the region's fragments.
+        yield: Factor on the body's yield around the region's fragments.
+        density: Factor on the body's density in the region's fragments.
+        interface_toughness: Factor on the toughness of interfaces between two of the region's fragments, below 1 weak;
+            null: glued, they never break.
+
+        yield, a word of Python, is set in the node: node["yield"] = ...
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["body"],
+        name: str,
+        *,
+        fragments: _Wire = ...,
+        position: _Vector3 = ...,
+        rotation: _Vector3 = ...,
+        velocity: _Vector3 = ...,
+        angular_velocity: _Vector3 = ...,
+        density: _Number = ...,
+        youngs_modulus: Union[_Number, _Animation] = ...,
+        poisson_ratio: Union[_Number, _Animation] = ...,
+        damping_time: Union[_Number, Literal["auto"], _Animation] = ...,
+        flow_rate: Union[_Number, _Animation] = ...,
+        hardening: Union[_Number, _Animation] = ...,
+        toughness: Optional[Union[_Number, _Animation]] = ...,
+        compressive_toughness: Optional[Union[_Number, _Animation]] = ...,
+        stiffness: Union[_Number, _Animation] = ...,
+        friction: Union[_Number, _Animation] = ...,
+        restitution: Union[_Number, _Animation] = ...,
+        curvature: bool = ...,
+    ) -> Node:
+        """Gives fragments a material, a place and a start; one set of fragments may serve many bodies.
+
+        fragments: What the body is made of.
+        position: Where the origin of the fragments is put at the first frame [m].
+        rotation: How the fragments are turned about their origin at the first frame; Euler angles XYZ: about x first,
+            then y, then z [degrees].
+        velocity: Velocity at the first frame [m/s].
+        angular_velocity: Rate of turning at the first frame, about the centre of mass: its axis times degrees per
+            second [degrees/s].
+        density: Mass per volume [kg/m3].
+        youngs_modulus: Stiffness: stress per stretch (rubber 1e6, wood 1e10, steel 2e11) [Pa].
+        poisson_ratio: Thinning across per stretch along; solids keep their volume better as it nears 0.5.
+        damping_time: Damping inside the material, stress by strain rate over stiffness: a free vibration of period T
+            falls by exp(-2 pi^2 x this / T) each time. Where something touches, substeps longer than this damp more by
+            themselves; none in gauss_seidel. "auto": 0.3 of the time that a wave takes through a fragment of the body's
+            mean size, so that what a hit sets ringing dies away as soon in stiff bodies as in soft ones, and not before
+            they bounce [s].
+        yield: Change of shape (logarithmic strain without its change of volume) from which it stays dented; null:
+            never.
+        flow_rate: How fast strain beyond the yield becomes permanent: its share per second [1/s].
+        hardening: Growth of the yield per permanent strain.
+        toughness: Stretch (principal logarithmic strain) at which it tears; null: never.
+        compressive_toughness: Squeeze (principal logarithmic strain) at which it is crushed; null: never.
+        stiffness: Of the solver's method gauss_seidel alone: share of the way to the goal shape per iteration.
+        friction: Coulomb friction: tangential force per normal force that a contact can bear before it slides.
+        restitution: Share of the approach speed with which a contact bounces.
+        curvature: Sheets and rods that are one fragment thick resist bending, yield and tear as plates and beams of
+            their thickness do; off: as stiff as blocks, and they spring back. Methods other than projective leave it
+            out.
+
+        yield, a word of Python, is set in the node: node["yield"] = ...
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["rigid_body"],
+        name: str,
+        *,
+        shape: Literal["sphere", "box"] = ...,
+        radius: _Number = ...,
+        size: _Vector3 = ...,
+        mass: _Number = ...,
+        position: _Vector3 = ...,
+        rotation: _Vector3 = ...,
+        velocity: _Vector3 = ...,
+        angular_velocity: _Vector3 = ...,
+        friction: _Number = ...,
+        restitution: _Number = ...,
+    ) -> Node:
+        """A sphere or box that keeps its shape, pushes with its mass and is pushed.
+
+        shape: sphere takes `radius`, box takes `size`.
+        radius: Of the sphere [m].
+        size: Lengths of the box's sides [m].
+        mass: Spread evenly over the shape [kg].
+        position: Of the centre at the first frame [m].
+        rotation: About the centre at the first frame; Euler angles XYZ: about x first, then y, then z [degrees].
+        velocity: Velocity at the first frame [m/s].
+        angular_velocity: Rate of turning at the first frame, about the centre of mass: its axis times degrees per
+            second [degrees/s].
+        friction: Coulomb friction: tangential force per normal force that a contact can bear before it slides.
+        restitution: Share of the approach speed with which a contact bounces.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["collider"],
+        name: str,
+        *,
+        mesh: _Wire = ...,
+        shape: Literal["plane", "sphere", "box", "capsule", "mesh"] = ...,
+        position: Union[_Vector3, _Animation] = ...,
+        rotation: Union[_Vector3, _Animation] = ...,
+        radius: _Number = ...,
+        size: _Vector3 = ...,
+        height: _Number = ...,
+        friction: _Number = ...,
+        restitution: _Number = ...,
+        path: _Path = ...,
+        scale: _Number = ...,
+        resolution: _Integer = ...,
+        voxel_size: Optional[_Number] = ...,
+        thickness: _Number = ...,
+    ) -> Node:
+        """A solid that moves as its keys tell it and is pushed by nothing: floor, wall, tool.
+
+        mesh: Of shape mesh: a closed surface that bounds a solid.
+        shape: plane: all below z = 0 of its own frame; sphere takes `radius`; box takes `size`; capsule takes `radius`
+            and `height` along its z axis; mesh takes any solid from `mesh` or `path`, as distances on a grid of voxels.
+        position: Of its centre, of a point of the plane, or of the mesh's origin [m].
+        rotation: About its position; Euler angles XYZ: about x first, then y, then z [degrees].
+        radius: Of sphere and capsule [m].
+        size: Lengths of the box's sides [m].
+        height: Of the capsule between the centres of its two caps [m].
+        friction: Coulomb friction: tangential force per normal force that a contact can bear before it slides.
+        restitution: Share of the approach speed with which a contact bounces.
+        path: Of the file with the mesh of shape mesh, where none is wired; relative to the graph file's folder.
+        scale: Lengths of the mesh are multiplied by this, about its origin.
+        resolution: Voxels along the mesh's longest side. What is thinner than two voxels is lost, edges are rounded by
+            a third of one; memory grows with the cube: 100 takes 5 MiB at most, 256 MiB are permitted.
+        voxel_size: Sets the size of voxels itself; null goes by the resolution [m].
+        thickness: Above 0 the mesh need not be closed: what collides is all within half of this of its surface. At
+            least two voxels [m].
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["pin"],
+        name: str,
+        *,
+        body: _Wire = ...,
+        region: Literal["box", "sphere", "group"] = ...,
+        box_min: _Vector3 = ...,
+        box_max: _Vector3 = ...,
+        center: _Vector3 = ...,
+        radius: _Number = ...,
+        group: str = ...,
+        pivot: _Vector3 = ...,
+        position: Union[_Vector3, _Animation] = ...,
+        rotation: Union[_Vector3, _Animation] = ...,
+        hold: Literal["pose", "position"] = ...,
+        release_frame: Optional[_Integer] = ...,
+        release_frames: _Integer = ...,
+    ) -> Node:
+        """Holds the particles whose rest centre lies in its region, and moves them rigidly about its pivot. Region, pivot
+        and motion are given in the scene, with the body as placed at the first frame.
+
+        body: The body that is held.
+        region: box takes `box_min` and `box_max`; sphere takes `center` and `radius`; group takes `group`.
+        box_min: Lowest corner of the box [m].
+        box_max: Highest corner of the box [m].
+        center: Of the sphere [m].
+        radius: Of the sphere [m].
+        group: Vertex group of the mesh: fragments that own one of its vertices are held.
+        pivot: Point about which the rotation turns [m].
+        position: How far the held particles are moved from where they rest [m].
+        rotation: How far the held particles are turned about the pivot; Euler angles XYZ: about x first, then y, then z
+            [degrees].
+        hold: pose holds places and turns, as a clamp; position holds places alone, as a hinge: what is held turns with
+            what it is part of (methods other than projective hold the pose).
+        release_frame: Last frame at which it holds; null: it never lets go.
+        release_frames: How long it takes to let go: what was held by force eases out, and does not spring; 0: at once
+            [frames].
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["force"],
+        name: str,
+        *,
+        acceleration: Union[_Vector3, _Animation] = ...,
+        wind: Union[_Vector3, _Animation] = ...,
+        drag: Union[_Number, _Animation] = ...,
+    ) -> Node:
+        """An acceleration that all particles feel, and a wind that drags them along.
+
+        acceleration: Added to the solver's gravity [m/s2].
+        wind: Velocity of the air [m/s].
+        drag: How fast the wind takes particles along: acceleration = drag x (wind - velocity); 0: no wind [1/s].
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["solver"],
+        name: str,
+        *,
+        bodies: _Wires = ...,
+        rigid_bodies: _Wires = ...,
+        colliders: _Wires = ...,
+        pins: _Wires = ...,
+        forces: _Wires = ...,
+        method: Literal["projective", "jacobi", "gauss_seidel"] = ...,
+        preset: Literal["preview", "default", "final"] = ...,
+        substeps: Optional[_Integer] = ...,
+        iterations: Optional[_Integer] = ...,
+        hit_substeps: Optional[_Integer] = ...,
+        crack_passes: _Integer = ...,
+        error_budget: _Number = ...,
+        over_relaxation: _Number = ...,
+        gravity: Union[_Vector3, _Animation] = ...,
+        damping: _Number = ...,
+        depenetration_speed: _Number = ...,
+        self_collision: bool = ...,
+        sleeping: bool = ...,
+    ) -> Node:
+        """Moves all bodies together, dents and tears them. Frames that were simulated are kept, and a frame is reached
+        from the last one before it that still holds.
+
+        bodies: What may dent and tear.
+        rigid_bodies: What pushes and is pushed.
+        colliders: What all else collides with.
+        pins: What holds and moves parts of the bodies.
+        forces: Acceleration fields and winds, added up.
+        method: projective: stiffness in Pa, however stiff; jacobi: the same by cheap sweeps that leave stiff bodies too
+            soft; gauss_seidel: the paper's, for comparison, with the bodies' `stiffness` as a share per sweep.
+        preset: Speed against accuracy, as docs/images/chart.svg shows it: preview: 4 substeps of 1, hits in up to 16
+            parts, default: 8 substeps of 2, hits in up to 16 parts, final: 32 substeps of 1, hits in up to 64 parts;
+            what substeps, iterations or hit_substeps say goes before.
+        substeps: Steps per frame: more for stiff materials and fast impacts, even numbers are more accurate; null: the
+            preset's.
+        iterations: Sweeps per substep: more carry a push further through a body; soft things that lie on one another
+            take two at least; null: the preset's.
+        hit_substeps: Of method projective: parts, at most, of a substep in which something is hit so fast that it may
+            break: as many as let the hit's waves run from fragment to fragment, so that it breaks as much with few
+            substeps as with many; stiff things need more. 1: never divided; null: the preset's.
+        crack_passes: How often in a substep a hit may break things. With 1, as in the paper, its cracks run one ring of
+            fragments a substep; with more it breaks nearly as much with few substeps as with many, but what hangs
+            together with the cracks takes the substep again each time.
+        error_budget: Above 0, the solver chooses substeps (1 to 64) and iterations frame by frame, so that oscillations
+            and the time of breaking are wrong by about this share at most (0.02: 2 %) and quiet frames cost little; 0:
+            as preset, substeps and iterations say.
+        over_relaxation: Of method jacobi: how far each sweep goes beyond its own answer, to arrive sooner; 1: not at
+            all. Odd numbers of iterations take only as much as ends near the goal (three: 1.58).
+        gravity: Acceleration of all that may move [m/s2].
+        damping: Velocities die away as exp(-damping x time) [1/s].
+        depenetration_speed: Fastest at which parts that overlap already are pushed apart [m/s].
+        self_collision: Particles of one body collide with one another where no edge joins them.
+        sleeping: What has not moved for half a second (looked at four times a second) is left out, and costs nothing,
+            until something touches it or what acts on it changes; off: everything is simulated at all times.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["deformer"],
+        name: str,
+        *,
+        body: _Wire = ...,
+        state: _Wire = ...,
+        topology: Literal["compact", "constant"] = ...,
+    ) -> Node:
+        """Makes the visual mesh of one body at a frame: it follows the particles and splits where edges broke.
+
+        body: The body whose mesh is made.
+        state: Of a solver that moves the body.
+        topology: compact: no break surface is in the mesh before its edge breaks, so the mesh grows as it tears;
+            constant: all fragments are there from the first frame, break surfaces marked as hidden until they open, so
+            that vertices and faces stay the same for point caches and motion blur.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["bake_mesh"],
+        name: str,
+        *,
+        mesh: _Wire = ...,
+        path: _Path = ...,
+        export: Literal["none", "usda", "glb", "pc2"] = ...,
+        compression: Literal["none", "zstd"] = ...,
+    ) -> Node:
+        """Writes a visual mesh to a file each frame when the graph is baked.
+
+        mesh: A deformer's mesh.
+        path: File below the output folder, #### being the frame; its ending tells the format.
+        export: Also one file of all frames beside them (PLY), made when all are baked: of this mesh alone, in usda and
+            glb with rigid bodies and colliders. usda: USD with every frame; glb: glTF, fragments as rigid nodes
+            (constant topology); pc2: point cache (constant topology).
+        compression: zstd: files are compressed and their names end in .zst; everything of Sunder reads them as they
+            are, other programs once `zstd -d` has unpacked them.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["bake_state"],
+        name: str,
+        *,
+        state: _Wire = ...,
+        path: _Path = ...,
+        compression: Literal["none", "zstd"] = ...,
+    ) -> Node:
+        """Writes the simulation's whole state to a file each frame when the graph is baked; a bake resumes from it.
+
+        state: A solver's state.
+        path: PLY file below the output folder, #### being the frame.
+        compression: zstd: files are compressed and their names end in .zst; everything of Sunder reads them as they
+            are, other programs once `zstd -d` has unpacked them.
+        """
