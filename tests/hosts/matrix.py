@@ -130,7 +130,7 @@ def _from_source(host):
 
 
 def parts():
-    made = [Part("suite", "all that `./sunder test` runs on this system",
+    made = [Part("suite", "all that `./sunder test` runs on this system, and what takes minutes: sheets against finite elements",
                  lambda: _ctest([], {}, "suite")),
             Part("package", "the portable package (`./sunder package`): here, and in roots of Debian 11, 13 and sid", _package)]
     for host in hosts.SOURCE_ROOTS.values():
