@@ -175,6 +175,12 @@ class Entry(unittest.TestCase):
         self.assertRegex(done.stderr, "not run: .*stability.*Blender")
         self.assertNotEqual(self.run_entry("test", "--fast").returncode, 0)
 
+    def test_what_only_all_runs_is_left_out_unless_it_is_asked_for(self):
+        tests = "add_test(NAME a COMMAND true)\nadd_test(NAME b COMMAND false)\nset_tests_properties(b PROPERTIES LABELS all)"
+        self.assertEqual(self.result_of(tests), (0, ["1 passed, 0 failed"]))
+        self.assertEqual(self.result_of(tests, "--fast")[1], ["1 passed, 0 failed"])
+        self.assertEqual(self.result_of(tests, "-L", "^all$")[1], ["0 passed, 1 failed"])
+
     def test_no_tests_is_a_failure(self):
         for options in ((), ("-R", "nothing is called so")):
             status, lines = self.result_of("", *options)

@@ -162,7 +162,7 @@ def _tidy():
 
 
 def parts():
-    made = [Part("suite", "all that `./sunder test` runs on this system",
+    made = [Part("suite", "all that `./sunder test` runs on this system, and what takes minutes: sheets against finite elements",
                  lambda: _ctest([], {}, "suite")),
             Part("sanitized", "tests of solver, nodes and C interface under the address and undefined-behaviour sanitizers",
                  lambda: _sanitized(gate.MEMORY, gate.MEMORY_TESTS)),

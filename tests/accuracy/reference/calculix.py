@@ -124,16 +124,24 @@ def version():
     return subprocess.run(['ccx', '-v'], capture_output=True, text=True).stdout.split()[-1]
 
 
-def run(mesh, material, motions, threads=1):
-    """Runs ccx and returns one Step for each motion. Raises RuntimeError with the end of its output when it fails."""
+def run_deck(write, read, threads=1):
+    """What `read(path)` makes of the results of the deck that `write(path)` writes. Raises RuntimeError with the end of ccx's output
+    when it fails."""
     with tempfile.TemporaryDirectory() as folder:
-        deck = pathlib.Path(folder, 'bar.inp')
-        write_deck(deck, mesh, material, motions)
-        done = subprocess.run(['nice', '-n', '10', 'ccx', '-i', 'bar'], cwd=folder, capture_output=True, text=True,
+        deck = pathlib.Path(folder, 'deck.inp')
+        write(deck)
+        done = subprocess.run(['nice', '-n', '10', 'ccx', '-i', 'deck'], cwd=folder, capture_output=True, text=True,
                               env={**os.environ, 'OMP_NUM_THREADS': str(threads)})
-        results = read_results(deck.with_suffix('.dat')) if deck.with_suffix('.dat').exists() else {}
+        if 'Job finished' not in done.stdout:
+            raise RuntimeError('ccx did not finish:\n' + '\n'.join(done.stdout.splitlines()[-20:]))
+        return read(deck.with_suffix('.dat'))
+
+
+def run(mesh, material, motions, threads=1):
+    """Runs ccx and returns one Step for each motion. Raises RuntimeError when it fails."""
+    results = run_deck(lambda path: write_deck(path, mesh, material, motions), read_results, threads)
     if ('forces', len(motions)) not in results:
-        raise RuntimeError('ccx did not finish:\n' + '\n'.join(done.stdout.splitlines()[-20:]))
+        raise RuntimeError('ccx did not finish')
     steps = []
     for k in range(1, len(motions) + 1):
         u, f = results['displacements', k], results['forces', k]

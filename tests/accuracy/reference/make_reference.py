@@ -3,7 +3,8 @@
 
     make_reference.py [--mesh N] [--output FOLDER] [NAME ...]
 
-Needs numpy and ccx (Debian: calculix-ccx). N is the number of elements across the bar (4: seconds to a minute a case).
+Needs numpy and ccx (Debian: calculix-ccx). N is the number of elements across the bar (4: seconds to a minute a case);
+discs take some minutes each, whatever N is.
 NAME picks cases by the beginning of their file names.
 """
 import argparse
@@ -13,6 +14,7 @@ import time
 import numpy as np
 
 import calculix
+import pressed_disc
 from calculix import BarMesh, LENGTH, Z_END
 
 HEAD = np.array((0, 0, Z_END))  # centre of the upper end face
@@ -118,6 +120,31 @@ PLASTIC = {'twist90_j2_yield0.02': (twisted, 90, 60, 2, .02),
            'bend60_j2_yield0.03': (bent, 60, 20, 0, .03)}
 
 
+# Of a disc: radius of the sphere (m), yield strain, travel of the sphere (m)
+DISCS = (pressed_disc.Case(0.2, 0.0015, 0.05), pressed_disc.Case(0.4, 0.0015, 0.06))
+
+
+def write_disc(file, case, mesh, force, moved):
+    """Force against depth, and the middle surface at the deepest and when let go. Returns the depth that stays, m."""
+    free = int(np.argmax((np.arange(len(force)) > np.argmax(force)) & (force < 1e-6 * force.max())))
+    assert free > 0, 'the sphere is not let go: further back'
+    deepest = int(np.argmax(force))
+    depth = -moved[:, 0, 1]
+    with open(file, 'w') as out:
+        out.write(f'# a clamped disc, radius {pressed_disc.RADIUS} m, thickness {pressed_disc.THICKNESS} m, pressed by a sphere of '
+                  f'{case.ball} m and let go; E 200 GPa, nu 0.3, von Mises {case.yield_stress / 1e6:.2f} MPa (yield {case.strain}), '
+                  f'no hardening; mesh {mesh.n}x{mesh.through} CAX8R, CalculiX {calculix.version()}\n'
+                  f'# deepest: force {force[deepest]:.0f} N, middle {1e3 * depth[deepest]:.3f} mm; stays: {1e3 * depth[free]:.3f} mm\n'
+                  '# part curve: travel of the sphere (m), depth of the middle (m), force (N); parts deepest and left: radius (m), '
+                  'depth (m), outwards (m) of the middle surface\npart,a,b,c\n')
+        for travel, d, f in zip(pressed_disc.travels(case)[:free + 1], depth, force):
+            out.write(f'curve,{travel:.5f},{d:.6f},{max(f, 0):.0f}\n')
+        for name, k in (('deepest', deepest), ('left', free)):
+            for i in range(0, mesh.n + 1, 2):
+                out.write(f'{name},{i * pressed_disc.RADIUS / mesh.n:.3f},{-moved[k, i, 1] + 0:.6f},{moved[k, i, 0] + 0:.6f}\n')
+    return depth[free]
+
+
 def main():
     here = pathlib.Path(__file__).resolve()
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -151,6 +178,14 @@ def main():
         text = f'upper end as in {name.split("_")[0]} and back; J2, nu 0, mu 1 MPa, yield strain {yield_strain} in pure shear'
         residual = write_moments(args.output / f'{name}.csv', text, mesh, amounts, steps, axis)
         print(f'{name}: residual {residual:.2f} deg, {time.time() - begin:.0f} s', flush=True)
+    for case in DISCS:
+        if not wanted(case.name):
+            continue
+        begin = time.time()
+        disc = pressed_disc.DiscMesh(case)
+        force, moved = calculix.run_deck(lambda path: pressed_disc.write_deck(path, disc, case), pressed_disc.read_results)
+        stays = write_disc(args.output / f'{case.name}.csv', case, disc, force, moved)
+        print(f'{case.name}: {stays * 1e3:.2f} mm stay, {time.time() - begin:.0f} s', flush=True)
 
 
 if __name__ == '__main__':
