@@ -25,6 +25,12 @@ Vec3 mean_direction(const Vec3& at_start, const Vec3& halfway, const Vec3& at_en
     return (at_start + 4 * halfway + at_end) / 6;
 }
 
+Mat3 spun(const Vec3& angular_velocity, const Mat3& a) {
+    Mat3 rate;
+    for (int c = 0; c < 3; ++c) rate.col(c) = angular_velocity.cross(a.col(c));
+    return rate;
+}
+
 }  // namespace
 
 Affine ParticleMaps::whole(size_t i) const {
@@ -79,26 +85,27 @@ void ParticleTransforms::evaluate(std::span<const Vec3> position, std::span<cons
                                   std::span<const Mat3> plastic_deformation, std::span<const uint8_t> edge_intact,
                                   ParticleMaps& out, const RangeRunner& run) {
     const size_t n = rest_position_.size();
-    turn_.resize(n), plain_.resize(n), qq_.resize(n), elastic_.resize(n), linear_.resize(n);
+    turn_.resize(n), plain_.resize(n), spanned_.resize(n), qq_.resize(n), elastic_.resize(n), linear_.resize(n);
     out.carried.resize(n), out.turned.resize(share_.size()), out.turn.resize(share_.size());
     run(n, kTransformGrain, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
             turn_[i] = orientation[i].normalized() * rest_orientation_[i].conjugate();
             plain_[i] = turn_[i].toRotationMatrix() * plastic_deformation[i];
+            spanned_[i] = plain_[i];
+            if (bends(i)) spanned_[i] = 2 * plain_[i] * (Mat3::Identity() - share_[i]);  // 1 - N
         }
     });
     run(n, kTransformGrain, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
             const Mat3& plain = plain_[i];
-            const bool bends = !share_.empty() && !share_[i].isZero(0);
             Mat3 qq = Mat3::Zero(), dq = Mat3::Zero();
             for (uint32_t k = ring_offset_[i]; k < ring_offset_[i + 1]; ++k) {
                 const uint32_t e = ring_edge_[k];
                 if (!edge_intact[e]) continue;
                 const uint32_t a = edges_[e].a, b = edges_[e].b;  // from whichever end: signs of q and y cancel
                 const Vec3 y = position[b] - position[a];
-                const Vec3 q = plain * (rest_position_[b] - rest_position_[a]), wq = edge_weight_[e] * q;
-                const Vec3 unstretched = bends ? arc(i, edges_[e]) : q;
+                const Vec3 q = spanned_[i] * (rest_position_[b] - rest_position_[a]), wq = edge_weight_[e] * q;
+                const Vec3 unstretched = bends(i) ? arc(i, edges_[e]) : q;
                 qq += wq * q.transpose();
                 dq += (y - unstretched) * wq.transpose();
             }
@@ -109,7 +116,7 @@ void ParticleTransforms::evaluate(std::span<const Vec3> position, std::span<cons
                 Mat3 E = elastic_[i];
                 const double size = E.norm();
                 if (size > kMostElastic) E *= kMostElastic / size;
-                const Mat3 elastic = E * plain;
+                const Mat3 elastic = E * spanned_[i];
                 linear_[i] += elastic;
             }
             qq_[i] = qq;
@@ -132,24 +139,22 @@ void ParticleTransforms::rates(std::span<const Vec3> position, std::span<const V
     out.carried.resize(n), out.turned.resize(share_.size()), out.turn.resize(share_.size());
     run(n, kTransformGrain, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
-            const Mat3& plain = plain_[i];
-            const bool bends = !share_.empty() && !share_[i].isZero(0);
             Mat3 qq_rate = Mat3::Zero(), dq_rate = Mat3::Zero();
             for (uint32_t k = ring_offset_[i]; k < ring_offset_[i + 1]; ++k) {
                 const uint32_t e = ring_edge_[k];
                 if (!edge_intact[e]) continue;
                 const uint32_t a = edges_[e].a, b = edges_[e].b;
                 const Vec3 y = position[b] - position[a], y_rate = velocity[b] - velocity[a];
-                const Vec3 q = plain * (rest_position_[b] - rest_position_[a]);
+                const Vec3 q = spanned_[i] * (rest_position_[b] - rest_position_[a]);
                 const Vec3 q_rate = angular_velocity[i].cross(q);
                 const Vec3 wq = edge_weight_[e] * q, wq_rate = edge_weight_[e] * q_rate;
-                const Vec3 unstretched = bends ? arc(i, edges_[e]) : q;
-                const Vec3 unstretched_rate = bends ? arc_rate(i, edges_[e], angular_velocity) : q_rate;
+                const Vec3 unstretched = bends(i) ? arc(i, edges_[e]) : q;
+                const Vec3 unstretched_rate = bends(i) ? arc_rate(i, edges_[e], angular_velocity) : q_rate;
                 qq_rate += wq_rate * q.transpose() + wq * q_rate.transpose();
                 dq_rate += (y_rate - unstretched_rate) * wq.transpose() + (y - unstretched) * wq_rate.transpose();
             }
-            Mat3 plain_rate;
-            for (int c = 0; c < 3; ++c) plain_rate.col(c) = angular_velocity[i].cross(plain.col(c));
+            const Mat3 plain_rate = spun(angular_velocity[i], plain_[i]);
+            const Mat3 spanned_rate = spun(angular_velocity[i], spanned_[i]);
             Mat3 linear = plain_rate;
             if (qq_[i].trace() > 0) {
                 // E Q = D, hence E' Q = D' - E Q', with Q the regular matrix and D the differences.
@@ -162,18 +167,17 @@ void ParticleTransforms::rates(std::span<const Vec3> position, std::span<const V
                         Mat3((E_rate - E * (E.cwiseProduct(E_rate).sum() / (size * size))) * (kMostElastic / size));
                     E *= kMostElastic / size;
                 }
-                linear += E_rate * plain + E * plain_rate;
+                linear += E_rate * spanned_[i] + E * spanned_rate;
             }
             if (share_.empty()) {
                 out.carried[i] = about_particle(i, linear, velocity[i]);
                 continue;
             }
             const Mat3 turned = linear_[i] * share_[i], turned_rate = linear * share_[i];
-            Mat3 spun;
-            for (int c = 0; c < 3; ++c) spun.col(c) = angular_velocity[i].cross(turned.col(c));
             out.carried[i] = about_particle(i, linear - turned_rate, velocity[i]);
-            out.turned[i] =
-                about_particle(i, turn_[i].toRotationMatrix().transpose() * (turned_rate - spun), Vec3::Zero());
+            out.turned[i] = about_particle(
+                i, turn_[i].toRotationMatrix().transpose() * (turned_rate - spun(angular_velocity[i], turned)),
+                Vec3::Zero());
             out.turn[i] = quaternion_rate(angular_velocity[i], turn_[i]);
         }
     });

@@ -66,7 +66,8 @@ public:
     /// stress-free or alone, E = 0: nothing pops when edges break there, and a lone fragment moves by itself.
     ///
     /// Of what lies one fragment thick, y - q is y less where an even turn from R_i to R_j leads: bending is no
-    /// stretch, and leaves no E that a break would let go of.
+    /// stretch, and leaves no E that a break would let go of. Across the thickness a ring tells nothing: there q is
+    /// left out and L = R_i F_P, or where a sheet is curved at rest, E would take what bends it for what thickens it.
     void evaluate(std::span<const Vec3> position, std::span<const Quat> orientation,
                   std::span<const Mat3> plastic_deformation, std::span<const uint8_t> edge_intact, ParticleMaps& out,
                   const RangeRunner& run = run_serially);
@@ -79,6 +80,7 @@ public:
                std::span<const uint8_t> edge_intact, ParticleMapRates& out, const RangeRunner& run = run_serially);
 
 private:
+    bool bends(size_t i) const { return !share_.empty() && !share_[i].isZero(0); }
     Affine about_particle(size_t i, const Mat3& linear, const Vec3& position) const;
     Vec3 arc(size_t i, const Edge& e) const;
     Vec3 arc_rate(size_t i, const Edge& e, std::span<const Vec3> angular_velocity) const;
@@ -91,6 +93,7 @@ private:
     std::vector<Mat3> share_;                        // C, zero of blocks                  (n_particles), or empty
     std::vector<Quat> turn_;                         // R_i                                (n_particles)
     std::vector<Mat3> plain_;                        // R_i F_P                            (n_particles)
+    std::vector<Mat3> spanned_;                      // the same of what the ring tells    (n_particles)
     std::vector<Mat3> elastic_;                      // E before it is limited             (n_particles)
     std::vector<Mat3> linear_;                       // L                                  (n_particles)
     std::vector<Mat3> qq_;                           // sum of a particle's ring           (n_particles)
