@@ -191,7 +191,7 @@ def _texels(carried, turned, turn, colors):
     texels = np.zeros((n + len(_EXTRA), 8, 4), np.float32)
     texels[:n, :3], texels[:n, 4:7], texels[:n, 7] = carried, turned, turn
     texels[:n, 3, :3], texels[n:, 3, :3] = colors, _EXTRA
-    texels[:, 3, 3] = 1
+    texels[:, 3, 3] = texels[n:, 7, 3] = 1
     return texels
 
 
