@@ -1,6 +1,9 @@
 #include "fracture_tools/skin/skin_candidates.h"
 
 #include <algorithm>
+#include <map>
+
+#include "solver/data/thin_fragments.h"
 
 namespace sunder {
 namespace {
@@ -17,19 +20,60 @@ uint32_t* unite(std::span<const uint32_t> a, std::span<const uint32_t> b, uint32
     return std::copy(b.begin() + j, b.end(), out);
 }
 
+// Members of a particle's ring at rest, each with the edges that it needs: its own, or all ways by a third particle.
+std::map<uint32_t, std::vector<uint32_t>> gates_of(const SimulationMesh& rest, uint32_t particle, bool is_thin) {
+    std::map<uint32_t, std::vector<uint32_t>> gates;
+    const auto visit = [&](uint32_t i, const auto& neighbour) {
+        for (uint32_t s = rest.group_offset[i]; s < rest.group_offset[i + 1]; ++s)
+            if (rest.member_edge[s] != kNone) neighbour(rest.group_member[s].value, rest.member_edge[s].value);
+    };
+    gates[particle];
+    visit(particle, [&](uint32_t j, uint32_t edge) { gates[j] = {edge}; });
+    if (!is_thin) return gates;
+    std::map<uint32_t, std::vector<uint32_t>> second;
+    visit(particle, [&](uint32_t j, uint32_t edge) {
+        visit(j, [&](uint32_t k, uint32_t next_edge) {
+            if (!gates.contains(k)) second[k].insert(second[k].end(), {edge, next_edge});
+        });
+    });
+    gates.merge(second);
+    return gates;
+}
+
 }  // namespace
 
+IntactRings::IntactRings(const SimulationMesh& rest)
+    : edges_(rest.edges), member_offset_{0}, ring_size_(rest.n_particles(), 0) {
+    const std::vector<uint8_t> thin = thin_groups(rest);
+    for (uint32_t i = 0; i < rest.n_particles(); ++i) {
+        for (const auto& [member, gates] : gates_of(rest, i, thin[i])) {
+            member_.push_back(member);
+            gate_.insert(gate_.end(), gates.begin(), gates.end());
+            gate_offset_.push_back(static_cast<uint32_t>(gate_.size()));
+        }
+        member_offset_.push_back(static_cast<uint32_t>(member_.size()));
+    }
+    ring_.resize(member_.size());
+}
+
+bool IntactRings::is_joined(uint32_t member) const {
+    for (uint32_t g = gate_offset_[member]; g < gate_offset_[member + 1]; ++g)
+        if (!edge_intact_[gate_[g]]) return false;
+    return true;
+}
+
 void IntactRings::update(std::span<const uint8_t> edge_intact) {
-    changed_.assign(n_particles(), edge_intact_.empty());
-    for (size_t e = 0; e < edge_intact_.size(); ++e)
-        if (bool(edge_intact[e]) != bool(edge_intact_[e])) changed_[edges_[e].a] = changed_[edges_[e].b] = 1;
+    std::vector<uint8_t> edge_changed(edge_intact.size(), edge_intact_.empty());
+    for (size_t e = 0; e < edge_intact_.size(); ++e) edge_changed[e] = bool(edge_intact[e]) != bool(edge_intact_[e]);
     edge_intact_.assign(edge_intact.begin(), edge_intact.end());
+    changed_.assign(n_particles(), 0);
     for (size_t i = 0; i < n_particles(); ++i) {
+        const uint32_t begin = member_offset_[i], last = member_offset_[i + 1];
+        for (uint32_t g = gate_offset_[begin]; g < gate_offset_[last]; ++g) changed_[i] |= edge_changed[gate_[g]];
         if (!changed_[i]) continue;
-        const uint32_t begin = group_offset_[i];
         uint32_t end = begin;
-        for (uint32_t s = begin; s < group_offset_[i + 1]; ++s)
-            if (member_edge_[s] == kNone || edge_intact_[member_edge_[s]]) ring_[end++] = group_member_[s];
+        for (uint32_t m = begin; m < last; ++m)
+            if (is_joined(m)) ring_[end++] = member_[m];
         ring_size_[i] = end - begin;
     }
 }

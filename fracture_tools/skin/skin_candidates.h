@@ -9,37 +9,36 @@
 
 namespace sunder {
 
-/// One-rings through the edges that are intact.
+/// Who may have a say at the vertices of each fragment: its one-ring through the edges that are intact. In what lies
+/// one fragment thick a skin bends sharply, and whoever has a say on one side of a border between fragments has to have
+/// it on the other: there neighbours of neighbours, too, joined at rest by way of a third, as long as all such ways are
+/// intact. So none reaches across a crack.
 class IntactRings {
 public:
     /// `rest`: the body's slice. Rings are there after the first update.
-    explicit IntactRings(const SimulationMesh& rest)
-        : edges_(rest.edges),
-          group_offset_(rest.group_offset),
-          group_member_(rest.group_member),
-          member_edge_(rest.member_edge),
-          ring_(rest.group_member.size()),
-          ring_size_(rest.n_particles(), 0) {}
+    explicit IntactRings(const SimulationMesh& rest);
 
     /// Takes the state of the edges (n_edges).
     void update(std::span<const uint8_t> edge_intact);
 
     size_t n_particles() const { return ring_size_.size(); }
-    /// The particle itself and its neighbours, ascending.
+    /// The particle itself and the others, ascending.
     std::span<const uint32_t> operator[](uint32_t particle) const {
-        return {ring_.data() + group_offset_[particle], ring_size_[particle]};
+        return {ring_.data() + member_offset_[particle], ring_size_[particle]};
     }
-    /// Whether the last update took or gave an edge; all have at the first one. (n_particles)
+    /// Whether the last update may have changed the ring; all have at the first one. (n_particles)
     std::span<const uint8_t> changed() const { return changed_; }
 
 private:
+    bool is_joined(uint32_t member) const;
+
     std::vector<Edge> edges_;
-    std::vector<uint32_t> group_offset_;
-    std::vector<ParticleId> group_member_;
-    std::vector<EdgeId> member_edge_;
-    std::vector<uint8_t> edge_intact_;  // of the last update
+    std::vector<uint32_t> member_offset_;             // CSR                            (n_particles + 1)
+    std::vector<uint32_t> member_;                    // at rest, ascending in a ring   (member_offset_.back())
+    std::vector<uint32_t> gate_offset_ = {0}, gate_;  // edges that a member needs, CSR (as member_, + 1)
+    std::vector<uint8_t> edge_intact_;                // of the last update
     std::vector<uint8_t> changed_;
-    std::vector<uint32_t> ring_, ring_size_;  // ring of i: the first ring_size_[i] entries from group_offset_[i] on
+    std::vector<uint32_t> ring_, ring_size_;  // ring of i: the first ring_size_[i] entries from member_offset_[i] on
 };
 
 /// Candidates of one set of connected fragments after the other: all that is in the ring of one of them. Neighbouring

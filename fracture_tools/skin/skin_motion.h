@@ -19,6 +19,19 @@ struct alignas(32) AffineColumns {
     static AffineColumns of(const Affine& a);
 };
 
+/// The same of what turns as the vertex does.
+struct alignas(32) TurningColumns {
+    AffineColumns turned;
+    double turn[4];  // x, y, z, w
+};
+
+/// Maps or their rates; the others are empty where nothing is thin.
+struct ParticleColumns {
+    std::vector<AffineColumns> carried;
+    std::vector<TurningColumns> turning;
+    std::vector<uint8_t> turns;  // 1: `turning` is not zero
+};
+
 /// cof(L), which carries normals, in columns padded to four.
 struct alignas(16) NormalMap {
     float column[3][4];
@@ -27,9 +40,9 @@ struct alignas(16) NormalMap {
 /// What the frame asks for besides positions.
 enum class SkinExtras { none, normal_maps };
 
-/// The linear blend of Choi 2014, section 4, and its derivative:
+/// The linear blend of Choi 2014, section 4, with what turns as the vertex does (ParticleMaps), and its derivative:
 ///
-///     x_v = (sum w_j L_j) rest_v + sum w_j b_j,   v_v the same with the rates of L_j and b_j
+///     x_v = (sum w_j carried_j)(rest_v) + Q_v (sum w_j turned_j)(rest_v)
 ///
 /// summed in the order of the influences. A vertex keeps its bits as long as the maps of its particles keep theirs.
 class SkinMotion {
@@ -39,7 +52,7 @@ public:
 
     /// `particle`: maps from rest (n_particles); `rate`: d/dt of them, or empty. `is_rebound`: vertices are not those
     /// of the last call. Returns whether anything differs from the last call, so that vertices are to be moved.
-    bool take(bool is_rebound, std::span<const Affine> particle, std::span<const Affine> rate);
+    bool take(bool is_rebound, const ParticleMaps& particle, const ParticleMapRates& rate);
 
     /// Told of each chunk, moved or not, as soon as its vertices are in place, by the thread that put them there. The
     /// maps are those of its vertices that moved, for as long as the call lasts; none unless asked for.
@@ -67,8 +80,9 @@ private:
 
     const SkinExtras extras_;
     const size_t most_vertices_;
-    std::vector<Affine> particle_, rate_;  // of the last call
-    std::vector<AffineColumns> map_, map_rate_;
+    ParticleMaps particle_;  // of the last call
+    ParticleMapRates rate_;
+    ParticleColumns map_, map_rate_;
     std::vector<uint8_t> particle_moved_;
     bool all_moved_ = false;
     uint64_t frame_ = 0;

@@ -280,7 +280,7 @@ struct VisualMeshBuilder::Impl {
     void follow_particles(const BodyFrame& frame, bool is_rebound, const RangeRunner& run) {
         transforms->evaluate(frame.position, frame.orientation, frame.plastic_deformation, frame.edge_intact, particle,
                              run);
-        rate.clear();
+        rate.carried.clear(), rate.turned.clear(), rate.turn.clear();
         if (!frame.velocity.empty())
             transforms->rates(frame.position, frame.velocity, frame.angular_velocity, frame.edge_intact, rate, run);
         const SkinBinding& binding = *skin->binding();
@@ -288,7 +288,7 @@ struct VisualMeshBuilder::Impl {
         mesh.positions = {}, mesh.velocities = {}, mesh.corner_normals = {};  // free for the next lines to write over
         const size_t n = mesh.skin->n_vertices(), most = topology->n_fans();
         auto& position = positions.take(n, most);
-        auto* velocity = rate.empty() ? nullptr : &velocities.take(n, most);
+        auto* velocity = rate.carried.empty() ? nullptr : &velocities.take(n, most);
         motion->move(binding, run, [&](size_t chunk, std::span<const NormalMap> normal_map) {
             normals->place_chunk(*topology, *motion, chunk, normal_map);
             list_chunk(chunk, motion->positions(), position);
@@ -320,7 +320,8 @@ struct VisualMeshBuilder::Impl {
     ArrayRecycler<uint8_t> hidden;
     ArrayRecycler<uint32_t> nearest;
     std::optional<SkinMotion> motion;
-    std::vector<Affine> particle, rate;
+    ParticleMaps particle;
+    ParticleMapRates rate;
     ArrayRecycler<Vec3f> positions, velocities;
     VisualMesh mesh;
 };

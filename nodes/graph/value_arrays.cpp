@@ -111,13 +111,16 @@ ArrayView corners(const SharedArray<T>& values) {
     return corners<N, Width>(values.vector());
 }
 
-// Maps from rest to world as rows of linear part and offset.
-ArrayView transforms(const StateValue& s) {
-    std::vector<Affine> particle;
+ParticleMaps particle_maps(const StateValue& s) {
+    ParticleMaps maps;
     ParticleTransforms(s.scene->rest)
-        .evaluate(s.state->position, s.state->orientation, s.state->plastic_deformation, s.state->edge_intact,
-                  particle);
-    return made<double, 12>(particle,
+        .evaluate(s.state->position, s.state->orientation, s.state->plastic_deformation, s.state->edge_intact, maps);
+    return maps;
+}
+
+// As rows of linear part and offset.
+ArrayView affine_maps(const std::vector<Affine>& maps) {
+    return made<double, 12>(maps,
                             [](const Affine& a) {
                                 std::array<double, 12> rows;
                                 for (int i = 0; i < 3; ++i)
@@ -125,6 +128,28 @@ ArrayView transforms(const StateValue& s) {
                                 return rows;
                             },
                             {3, 4});
+}
+
+// From rest to world.
+ArrayView transforms(const StateValue& s) {
+    const ParticleMaps maps = particle_maps(s);
+    std::vector<Affine> whole;
+    for (size_t i = 0; i < maps.carried.size(); ++i) whole.push_back(maps.whole(i));
+    return affine_maps(whole);
+}
+
+// What turns as a vertex does, at rest where nothing does.
+ArrayView turned_arms(const StateValue& s) {
+    ParticleMaps maps = particle_maps(s);
+    maps.turned.resize(maps.carried.size(), {Mat3::Zero(), Vec3::Zero()});
+    return affine_maps(maps.turned);
+}
+
+ArrayView turns(const StateValue& s) {
+    std::vector<Quat> turn;
+    for (size_t i = 0; i < s.state->orientation.size(); ++i)
+        turn.push_back(s.state->orientation[i].normalized() * s.scene->rest.rest_orientation[i].conjugate());
+    return quaternions(turn);
 }
 
 template <class T>
@@ -165,6 +190,8 @@ const std::vector<Entry<StateValue>>& entries_of(const StateValue*) {
         {"yield", [](const S& s) { return as_is<double>(s.state->yield); }},
         {"strain", [](const S& s) { return as_is<double>(s.state->strain); }},
         {"particle_transform", transforms},
+        {"particle_turned", turned_arms},
+        {"particle_turn", turns},
         {"group_rotation", [](const S& s) { return quaternions(s.state->group_rotation); }},
         {"body", [](const S& s) { return as_is<uint32_t>(s.scene->rest.body); }},
         {"fragment", [](const S& s) { return as_is<uint32_t>(s.scene->rest.fragment); }},

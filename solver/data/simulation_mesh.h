@@ -49,7 +49,7 @@ struct SimulationMesh {
     std::vector<Vec3f> hull_point;      // m                                 (hull_offset.back() x 3)
 
     std::vector<double> group_trace;  // of the whole rest one-ring (rest_traces), kg m2 (n_particles); or empty
-    std::vector<uint8_t> thin;        // 1: one fragment thick (solver/matching/thin_groups.h) (n_particles); or empty
+    std::vector<uint8_t> thin;        // 1: one fragment thick (solver/data/thin_fragments.h) (n_particles); or empty
 
     size_t n_particles() const { return rest_position.size(); }
     size_t n_edges() const { return edges.size(); }

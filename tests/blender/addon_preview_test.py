@@ -32,13 +32,15 @@ class PreviewCase(AddonCase):
     def setUp(self):
         super().setUp()
         addon("preview.preview").forget()
-        cube = self.cube(location=(30, -20, 0.5))  # far out: rounding shows there
-        self.shot, self.nodes = self.tree(cube, pieces=20, material={"toughness": 0.009})  # some edges hold
+        self.shot, self.nodes = self.tree(self.thing(), pieces=20, material={"toughness": 0.009})  # some edges hold
         self.result, = self.results(self.shot)
         self.bake(self.shot)
         self.scene.camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
         self.scene.collection.objects.link(self.scene.camera)
         self.scene.render.resolution_x = self.scene.render.resolution_y = 16
+
+    def thing(self):
+        return self.cube(location=(30, -20, 0.5))  # far out: rounding shows there
 
     def on_card(self, work):
         OnCard.work = staticmethod(work)
@@ -125,6 +127,30 @@ class Skinning(PreviewCase):
         state = addon("base.core").sunder().read_state(str(self.cached(self.shot) / "state/solver.0004.ply"))
         k = len(state.position)
         np.testing.assert_allclose(corners[:k].mean(1) + f.center, state.position, atol=1e-5)
+
+
+class SkinningOfSheets(PreviewCase):
+    def thing(self):
+        plate = self.cube(location=(30, -20, 0.5))
+        plate.scale = (2, 1, 0.05)
+        bpy.ops.object.transform_apply(location=False)
+        return plate
+
+    def test_the_card_turns_what_bends_as_the_library_does(self):
+        source, shader, data = self.source(), addon("preview.preview_shader"), addon("preview.preview_source")
+        frames = {n: self.frame(source, n) for n in (1, 3, 6)}
+
+        def work():
+            listing = shader.listing_shader()
+            return {n: shader.listed_positions(listing, shader.Skin(f.surface), len(f.surface.rest),
+                                               shader.texture(f.particles, "RGBA32F")) for n, f in frames.items()}
+
+        for n, found in self.on_card(work).items():
+            self.assertGreater(np.abs(frames[n].particles[:, 4:7]).max(), 0)
+            np.testing.assert_allclose(found + frames[n].center, self.baked(n).positions, rtol=0, atol=1e-5)
+            np.testing.assert_allclose(found, data.skinned(frames[n].surface, frames[n].particles), rtol=0, atol=1e-6)
+        turns = frames[6].particles[:-3, 7]  # the last three are colours of edges
+        self.assertLess(np.abs(turns @ turns[0]).min(), 0.999)  # it bent, or this guards little
 
 
 class Colors(PreviewCase):

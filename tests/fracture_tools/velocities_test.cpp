@@ -5,6 +5,7 @@
 
 #include "fracture_tools/skin/particle_transforms.h"
 #include "fracture_tools/skin/visual_mesh.h"
+#include "tests/fracture_tools/bent_strip.h"
 #include "tests/fracture_tools/moving_body.h"
 
 namespace sunder {
@@ -12,34 +13,58 @@ namespace {
 
 using testing::MovingBody;
 
-std::vector<Affine> maps(const MovingBody& body) {
+ParticleMaps maps(const MovingBody& body) {
     ParticleTransforms transforms(body.rest);
-    std::vector<Affine> out;
+    ParticleMaps out;
     transforms.evaluate(body.position, body.orientation, body.plastic, body.intact, out);
     return out;
 }
 
-void expect_rates_of_maps(MovingBody body) {
+void expect_rates_of_maps(MovingBody body, double least = 0.5) {
     constexpr double kTime = 0.3, kStep = 1e-5;  // s
     body.move_to(kTime - kStep);
-    const std::vector<Affine> before = maps(body);
+    const ParticleMaps before = maps(body);
     body.move_to(kTime + kStep);
-    const std::vector<Affine> after = maps(body);
+    const ParticleMaps after = maps(body);
     body.move_to(kTime);
     ParticleTransforms transforms(body.rest);
-    std::vector<Affine> now, rates;
+    ParticleMaps now;
+    ParticleMapRates rates;
     transforms.evaluate(body.position, body.orientation, body.plastic, body.intact, now);
     transforms.rates(body.position, body.velocity, body.angular_velocity, body.intact, rates);
     double largest = 0;
-    for (size_t i = 0; i < rates.size(); ++i) {
-        const Mat3 linear = (after[i].linear - before[i].linear) / (2 * kStep);
-        const Vec3 offset = (after[i].offset - before[i].offset) / (2 * kStep);
+    for (size_t i = 0; i < rates.carried.size(); ++i) {
+        const Mat3 linear = (after.carried[i].linear - before.carried[i].linear) / (2 * kStep);
+        const Vec3 offset = (after.carried[i].offset - before.carried[i].offset) / (2 * kStep);
         // kStep^2 times third derivatives of some 100 / s3, and rounding of 1e-16 / kStep
-        EXPECT_LT((rates[i].linear - linear).norm(), 1e-7) << i;
-        EXPECT_LT((rates[i].offset - offset).norm(), 1e-7) << i;
-        largest = std::max(largest, rates[i].linear.norm());
+        EXPECT_LT((rates.carried[i].linear - linear).norm(), 1e-7) << i;
+        EXPECT_LT((rates.carried[i].offset - offset).norm(), 1e-7) << i;
+        if (now.bend()) {
+            const Mat3 turned = (after.turned[i].linear - before.turned[i].linear) / (2 * kStep);
+            const Vec3 arm = (after.turned[i].offset - before.turned[i].offset) / (2 * kStep);
+            const Eigen::Vector4d turn = (after.turn[i].coeffs() - before.turn[i].coeffs()) / (2 * kStep);
+            EXPECT_LT((rates.turned[i].linear - turned).norm(), 1e-7) << i;
+            EXPECT_LT((rates.turned[i].offset - arm).norm(), 1e-7) << i;
+            EXPECT_LT((rates.turn[i].coeffs() - turn).norm(), 1e-7) << i;
+        }
+        largest = std::max(largest, rates.carried[i].linear.norm());
     }
-    EXPECT_GT(largest, 0.5);
+    EXPECT_GT(largest, least);
+}
+
+MovingBody moving_sheet() {
+    const testing::VoronoiBody strip = testing::strip_body(2, 0.3, false);
+    MovingBody body{{std::make_shared<FragmentSet>(*strip.set), strip.rest, strip.position, strip.orientation,
+                     strip.plastic, strip.intact},
+                    {},
+                    {}};
+    for (Vec3& x : body.rest.rest_position) x *= 0.2;  // as in the other body, 0.2 m apart
+    for (Vec3& x : body.fragments->vertices) x *= 0.2;
+    for (Vec3& r : body.rest.radii) r *= 0.2;
+    for (double& v : body.rest.volume) v *= 0.008;
+    for (Edge& e : body.rest.edges) e.area *= 0.04;
+    body.move_to(0.3);
+    return body;
 }
 
 TEST(Velocities, particle_maps_change_at_the_rate_that_is_told) {
@@ -50,6 +75,15 @@ TEST(Velocities, particle_maps_change_at_the_rate_that_is_told) {
     }
 }
 
+TEST(Velocities, also_of_sheets) {
+    MovingBody body = moving_sheet();
+    for (const double share : {0.0, 0.3}) {
+        body.break_share(share, 1);
+        expect_rates_of_maps(body, 0.1);  // half of each arm is elsewhere
+    }
+    ASSERT_TRUE(maps(body).bend());
+}
+
 TEST(Velocities, also_where_the_elastic_part_is_limited) {
     MovingBody body = testing::moving_body();
     for (Vec3& x : body.rest.rest_position) x *= 0.4;  // as if stretched by 150 %
@@ -58,10 +92,11 @@ TEST(Velocities, also_where_the_elastic_part_is_limited) {
 
 TEST(Velocities, vertices_move_as_finite_differences_of_frames_tell) {
     constexpr double kTime = 0.3, kStep = 1e-3;  // s
+    const MovingBody bodies[] = {testing::moving_body(), moving_sheet()};
     for (const VisualTopology topology : {VisualTopology::compact, VisualTopology::constant})
-        for (const double share : {0.0, 0.3}) {
-            MovingBody body = testing::moving_body();
-            body.break_share(share, 2);
+        for (const double share : {0.0, 0.3, 1.3}) {
+            MovingBody body = bodies[share > 1 ? 1 : 0];
+            body.break_share(share > 1 ? share - 1 : share, 2);
             VisualMeshBuilder builder(body.fragments, body.rest, {}, topology);
             body.move_to(kTime - kStep);
             const VisualMesh before = builder.build(body.frame()).take();

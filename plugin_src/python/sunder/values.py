@@ -94,8 +94,8 @@ class State(Value):
     plastic_curvature (n, 3, 3) or, where no body bends by its curvature, (0, 3, 3), rad/m, yield_ (n,), strain (n,),
     body (n,), fragment (n,), piece (n,), edges (m, 2), edge_intact (m,); rigid_position, rigid_orientation,
     rigid_velocity, rigid_angular_velocity of rigid bodies; broken_edge, broken_time, broken_strain of this frame;
-    rest_position, rest_orientation, radii, mass, volume at rest; particle_transform (n, 3, 4), from rest to world, what
-    skins blend; frame, time, bodies, rigid_bodies, report.
+    rest_position, rest_orientation, radii, mass, volume at rest; particle_transform (n, 3, 4), from rest to world,
+    particle_turned (n, 3, 4) and particle_turn (n, 4), of which skins are made (Mesh); frame, time, bodies, rigid_bodies, report.
     """
 
     position: Array
@@ -145,8 +145,10 @@ class Mesh(Value):
     A visual mesh also has face_fragment (t,), vertex_fragment (v,) and velocities (v, 3) in m/s; with constant topology
     face_hidden (t,), 1 until the interface breaks (otherwise it is empty). And it has what moves it: rest_positions (v, 3)
     and the particles that each vertex follows, those of vertex i being influence_particle[o[i]:o[i + 1]] with weights
-    influence_weight[o[i]:o[i + 1]], o = influence_offset (v + 1,). A vertex is the weighted sum of its rest position taken
-    through a State's particle_transform; all of this stays the same until an edge breaks.
+    influence_weight[o[i]:o[i + 1]], o = influence_offset (v + 1,). All of this stays the same until an edge breaks.
+    A vertex at rest position x is  sum w_i (T_i x - R_i t_i x) + Q sum w_i t_i x  with a State's particle_transform T,
+    particle_turned t, which is zero of what is more than one fragment thick, and particle_turn R; Q is the rotation of the
+    quaternion sum w_i R_i, each with the sign by which it is nearer to that of the largest weight.
 
     What else the artist's mesh carries is in attributes and vertex_weights, as far as its file has it (docs/files.md).
     """

@@ -53,13 +53,13 @@ TEST(ArtistNormals, each_corner_has_its_own_while_vertices_bend_and_split) {
         }
         const auto mesh = builder.build({body.position, body.orientation, body.plastic, body.intact});
         ASSERT_TRUE(mesh);
-        std::vector<Affine> particle;
+        ParticleMaps particle;
         transforms.evaluate(body.position, body.orientation, body.plastic, body.intact, particle);
         for (size_t t = 0; t < body.fragments->outer_triangles.size(); ++t)
             for (size_t c = 0; c < 3; ++c) {
                 Mat3 linear = Mat3::Zero();
                 for (const auto& [p, w] : mesh->skin->influences(mesh->triangles[t][c]))
-                    linear += double{w} * particle[p].linear;
+                    linear += double{w} * particle.carried[p].linear;
                 const Vec3 truth = turned(linear, body.fragments->outer_corner_normals[3 * t + c].cast<double>());
                 ASSERT_LT((mesh->corner_normals[3 * t + c].cast<double>() - truth).norm(), 1e-5) << t << ' ' << c;
             }

@@ -194,7 +194,7 @@ TEST(SkinMotion, vector_registers_of_any_width_give_the_bits_of_the_plain_sum) {
     }
     SkinMotion motion(SkinExtras::normal_maps, 0);
     const SkinBinding& binding = *skin.binding();
-    ASSERT_TRUE(motion.take(true, maps, maps));
+    ASSERT_TRUE(motion.take(true, {maps, {}, {}}, {maps, {}, {}}));
     std::vector<NormalMap> normal_maps;
     motion.move(binding, run_serially, [&](size_t, std::span<const NormalMap> of_chunk) {
         normal_maps.insert(normal_maps.end(), of_chunk.begin(), of_chunk.end());
@@ -216,6 +216,52 @@ TEST(SkinMotion, vector_registers_of_any_width_give_the_bits_of_the_plain_sum) {
                           static_cast<float>(sum[a][c] * sum[b][d] - sum[b][c] * sum[a][d]));
             }
     }
+}
+
+TEST(SkinMotion, what_turns_follows_the_weighted_rotation_whatever_the_signs_of_quaternions) {
+    const Body body = small_box();
+    SplitTopology topology = SplitTopology::make(make_fragment_faces(*body.fragments).take()).take();
+    topology.update(body.intact);
+    Skin skin(body.fragments->vertices, body.rest);
+    skin.bind(topology, body.intact);
+    std::mt19937 random(10);
+    std::normal_distribution<double> normal;
+    const size_t n = body.position.size();
+    ParticleMaps maps{std::vector<Affine>(n), std::vector<Affine>(n), std::vector<Quat>(n)};
+    for (size_t p = 0; p < n; ++p) {
+        for (double& x : maps.carried[p].linear.reshaped()) x = normal(random);
+        for (double& x : maps.turned[p].linear.reshaped()) x = normal(random);
+        const Vec3 axis = Vec3(normal(random), normal(random), normal(random)).normalized();
+        const Quat turn(Eigen::AngleAxisd(0.3 * normal(random), axis));
+        maps.turn[p] = random() % 2 ? turn : Quat(-turn.coeffs());
+    }
+    SkinMotion motion(SkinExtras::none, 0);
+    const SkinBinding& binding = *skin.binding();
+    ASSERT_TRUE(motion.take(true, maps, {}));
+    motion.move(binding, run_serially);
+    for (size_t v = 0; v < binding.n_vertices(); ++v) {
+        const Vec3& x = binding.rest_position(v);
+        Vec3 carried = Vec3::Zero(), arm = Vec3::Zero();
+        Mat3 linear = Mat3::Zero(), of_arm = Mat3::Zero();
+        Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+        for (const auto& [p, w] : binding.influences(v)) {
+            carried += w * maps.carried[p].apply(x), linear += w * maps.carried[p].linear;
+            arm += w * maps.turned[p].apply(x), of_arm += w * maps.turned[p].linear;
+            sum += w * (maps.turn[p].w() < 0 ? -1 : 1) * maps.turn[p].coeffs();  // none turns by half a turn
+        }
+        const Mat3 Q = Quat(sum).normalized().toRotationMatrix();
+        EXPECT_LT((motion.positions()[v] - (carried + Q * arm)).norm(), 1e-13);
+        EXPECT_LT((motion.linear_at(binding, v) - (linear + Q * of_arm)).norm(), 1e-13);
+    }
+    for (Affine& a : maps.turned) a = {Mat3::Zero(), Vec3::Zero()};
+    const std::vector<Vec3> before(motion.positions().begin(), motion.positions().end());
+    ASSERT_TRUE(motion.take(false, maps, {}));
+    motion.move(binding, run_serially);
+    SkinMotion plain(SkinExtras::none, 0);
+    plain.take(true, {maps.carried, {}, {}}, {});
+    plain.move(binding, run_serially);
+    EXPECT_TRUE(std::ranges::equal(motion.positions(), plain.positions()));  // to the bit: blocks beside sheets
+    EXPECT_FALSE(std::ranges::equal(motion.positions(), before));
 }
 
 TEST(CornerWeights, angles_and_normals_of_triangles_of_all_shapes_and_sizes) {

@@ -62,7 +62,7 @@ struct Skinned {
     void show(const Body& body) {
         topology.update(body.intact);
         skin.bind(topology, body.intact);
-        std::vector<Affine> particle;
+        ParticleMaps particle;
         ParticleTransforms(body.rest).evaluate(body.position, body.orientation, body.plastic, body.intact, particle);
         SkinMotion motion(SkinExtras::none, 0);
         motion.take(true, particle, {});
@@ -294,9 +294,9 @@ TEST(skinning, elastic_strain_pops_by_no_more_than_the_fragment_was_stretched) {
 TEST(particle_transforms, stay_upright_when_crushed_particles_have_passed_one_another) {
     Body body = kmeans_box();
     for (Vec3& x : body.position) x.z() *= -3;  // mirrored, orientations left as they were
-    std::vector<Affine> out;
+    ParticleMaps out;
     ParticleTransforms(body.rest).evaluate(body.position, body.orientation, body.plastic, body.intact, out);
-    for (const Affine& a : out) {
+    for (const Affine& a : out.carried) {
         ASSERT_TRUE(a.linear.allFinite() && a.offset.allFinite());
         EXPECT_GT(a.linear.determinant(), 0);
     }
@@ -304,10 +304,10 @@ TEST(particle_transforms, stay_upright_when_crushed_particles_have_passed_one_an
 
 TEST(particle_transforms, map_the_particle_to_where_it_is) {
     const Body body = moved(kmeans_box(), [](const Vec3& x) { return Vec3(x.x() + 0.1 * x.z(), x.y(), 1.3 * x.z()); });
-    std::vector<Affine> out;
+    ParticleMaps out;
     ParticleTransforms(body.rest).evaluate(body.position, body.orientation, body.plastic, body.intact, out);
-    for (size_t i = 0; i < out.size(); ++i)
-        EXPECT_LT((out[i].apply(body.rest.rest_position[i]) - body.position[i]).norm(), 1e-14);
+    for (size_t i = 0; i < out.carried.size(); ++i)
+        EXPECT_LT((out.carried[i].apply(body.rest.rest_position[i]) - body.position[i]).norm(), 1e-14);
 }
 
 }  // namespace

@@ -1,32 +1,57 @@
-"""The preview's shader: linear blend skinning in the vertex stage, from a float texture of particle maps.
+"""The preview's shader: skinning in the vertex stage, from a float texture of particle maps.
 
-Four RGBA texels a particle: the rows of its affine map from rest to world, and its colour. A second texture lists particles
-and weights; each vertex names its first row in it, the number of rows, and the particle whose colour it takes.
+Eight RGBA texels a particle: the rows of the map from rest to world that is blended, its colour, the rows of the one that is
+blended and then turned as the vertex is, and its own turn (x, y, z, w). A second texture lists particles and weights; each
+vertex names its first row in it, the number of rows, and the particle whose colour it takes.
 """
 import gpu
 import numpy as np
 
-WIDTH = 4096  # texels in a row of either texture; a multiple of four, so that a particle lies in one row
+WIDTH = 4096  # texels in a row of either texture; a multiple of eight, so that a particle lies in one row
 
 _SKIN = """
 vec4 particle_texel(int particle, int part)
 {
-  int at = particle * 4 + part;
+  int at = particle * 8 + part;
   return texelFetch(particles, ivec2(at % WIDTH, at / WIDTH), 0);
+}
+
+vec3 particle_map(int particle, int first)
+{
+  vec4 at_rest = vec4(rest, 1.0);
+  return vec3(dot(particle_texel(particle, first), at_rest),
+              dot(particle_texel(particle, first + 1), at_rest),
+              dot(particle_texel(particle, first + 2), at_rest));
+}
+
+vec2 influence_at(int row)
+{
+  return texelFetch(influences, ivec2(row % WIDTH, row / WIDTH), 0).xy;
 }
 
 vec3 skinned()
 {
-  vec3 sum = vec3(0.0);
-  vec4 at_rest = vec4(rest, 1.0);
-  for (int row = follows.x; row < follows.x + follows.y; ++row) {
-    vec2 influence = texelFetch(influences, ivec2(row % WIDTH, row / WIDTH), 0).xy;
-    int particle = int(influence.x + 0.5);
-    sum += influence.y * vec3(dot(particle_texel(particle, 0), at_rest),
-                              dot(particle_texel(particle, 1), at_rest),
-                              dot(particle_texel(particle, 2), at_rest));
+  vec2 heaviest = influence_at(follows.x);
+  for (int row = follows.x + 1; row < follows.x + follows.y; ++row) {
+    vec2 influence = influence_at(row);
+    heaviest = influence.y > heaviest.y ? influence : heaviest;
   }
-  return sum;
+  vec4 near = particle_texel(int(heaviest.x + 0.5), 7);
+  vec3 sum = vec3(0.0);
+  vec3 arm = vec3(0.0);
+  vec4 turn = vec4(0.0);
+  for (int row = follows.x; row < follows.x + follows.y; ++row) {
+    vec2 influence = influence_at(row);
+    int particle = int(influence.x + 0.5);
+    vec4 own = particle_texel(particle, 7);
+    sum += influence.y * particle_map(particle, 0);
+    arm += influence.y * particle_map(particle, 4);
+    turn += (dot(own, near) < 0.0 ? -influence.y : influence.y) * own;
+  }
+  vec3 v = turn.xyz;
+  float w = turn.w;
+  vec3 turned = (w * w - dot(v, v)) * arm + 2.0 * dot(v, arm) * v + 2.0 * w * cross(v, arm);
+  return sum + turned / dot(turn, turn);
 }
 """
 

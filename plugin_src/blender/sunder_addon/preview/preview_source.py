@@ -1,7 +1,7 @@
 """What the preview draws, as arrays: a bake's frames, skinned by whoever asks (Choi 2014, section 4.2).
 
-The library gives what rests (vertices, whom they follow) when it changes, which is when edges broke, and one affine map a
-particle at every frame. Nothing here knows of Blender's scene or of graphics.
+The library gives what rests (vertices, whom they follow) when it changes, which is when edges broke, and the particles'
+maps at every frame. Nothing here knows of Blender's scene or of graphics.
 """
 import numpy as np
 
@@ -31,8 +31,9 @@ class Geometry:
 class Frame:
     """One body at one frame, drawn about `center` (m).
 
-    particles (n, 4, 4) f32: three rows of each particle's map from rest to world and its colour; surface, edges: Geometry;
-    ellipsoids: the same maps for a unit sphere's vertices; limit: strain at which it tears, None for never.
+    particles (n, 8, 4) f32: three rows of each particle's map from rest to world, its colour, three rows of what turns as
+    a vertex does and its own turn, a quaternion (x, y, z, w); surface, edges: Geometry; ellipsoids: the same for a unit
+    sphere's vertices; limit: strain at which it tears, None for never.
     """
 
 
@@ -42,9 +43,24 @@ def skinned(geometry, particles):
     vertex = np.repeat(np.arange(len(first)), count)
     row = np.repeat(first - np.concatenate([[0], np.cumsum(count)[:-1]]), count) + np.arange(count.sum())
     particle, weight = geometry.influences[row, 0].astype(int), geometry.influences[row, 1].astype(np.float64)
-    maps = particles[particle, :3].astype(np.float64)
-    moved = np.einsum("kij,kj->ki", maps[:, :, :3], geometry.rest[vertex].astype(np.float64)) + maps[:, :, 3]
-    return np.stack([np.bincount(vertex, moved[:, k] * weight, len(first)) for k in range(3)], 1)
+    at, maps = geometry.rest[vertex].astype(np.float64), particles[particle].astype(np.float64)
+
+    def blended(of_influence):
+        return np.stack([np.bincount(vertex, column * weight, len(first)) for column in of_influence.T], 1)
+
+    carried, arm = (blended(np.einsum("kij,kj->ki", maps[:, r:r + 3, :3], at) + maps[:, r:r + 3, 3]) for r in (0, 4))
+    heaviest = particle[np.lexsort((np.arange(len(weight)), -weight, vertex))[np.cumsum(count) - count]]
+    own, near = maps[:, 7], particles[heaviest, 7].astype(np.float64)
+    turn = blended(own * np.where((own * near[vertex]).sum(1) < 0, -1.0, 1.0)[:, None])
+    return carried + np.einsum("vij,vj->vi", _rotations(turn / np.linalg.norm(turn, axis=1, keepdims=True)), arm)
+
+
+def _rotations(quaternions):
+    """Matrices of unit quaternions (n, 4), ordered (x, y, z, w)."""
+    x, y, z, w = quaternions.T
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                     [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                     [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]).transpose(2, 0, 1)
 
 
 class Source:
@@ -115,8 +131,8 @@ class Source:
         broken_now[state.broken_edge] = True
         made.edges = _edges(state.rest_position[mine] - self._center, edges, intact, broken_now[own_edges])
         colors = _colors(mode, state.piece[mine], state.strain[mine], made.limit, factor)
-        made.particles = _texels(_about(state.particle_transform[mine], self._center), colors)
-        made.ellipsoids = _texels(_ellipsoids(state, mine, self._center), colors)
+        made.particles = _texels(*_about(state, mine, self._center), colors)
+        made.ellipsoids = _texels(_ellipsoids(state, mine, self._center), *_unturned(len(colors)), colors)
         return made
 
     def _bind(self, mesh):
@@ -134,20 +150,25 @@ class Source:
         return self._graph[self._body].at("toughness", number)
 
 
-def _about(maps, center):
-    """Maps from rest to world (n, 3, 4) as maps of what lies about `center`: single precision then suffices far out."""
-    moved = maps.copy()
-    moved[:, :, 3] += maps[:, :, :3] @ center - center
-    return moved
+def _about(state, mine, center):
+    """What carries (n, 3, 4), what turns (n, 3, 4) and turns (n, 4) as maps of what lies about `center`: single precision
+    then suffices far out."""
+    turn = state.particle_turn[mine][:, [1, 2, 3, 0]]
+    turned = state.particle_turned[mine].copy()
+    carried = state.particle_transform[mine] - _rotations(turn) @ turned
+    carried[:, :, 3] += carried[:, :, :3] @ center - center
+    turned[:, :, 3] += turned[:, :, :3] @ center
+    return carried, turned, turn
+
+
+def _unturned(n):
+    return np.zeros((n, 3, 4)), np.tile([0.0, 0.0, 0.0, 1.0], (n, 1))
 
 
 def _ellipsoids(state, mine, center):
     """Maps of the unit sphere to each particle's ellipsoid (n, 3, 4)."""
-    w, x, y, z = state.orientation[mine].T
-    turned = np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                       [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                       [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]).transpose(2, 0, 1)
-    maps = np.empty((len(w), 3, 4))
+    turned = _rotations(state.orientation[mine][:, [1, 2, 3, 0]])
+    maps = np.empty((len(turned), 3, 4))
     maps[:, :, :3] = turned * (_ELLIPSOID * state.radii[mine])[:, None, :]
     maps[:, :, 3] = state.position[mine] - center
     return maps
@@ -158,12 +179,13 @@ INTACT_COLOR, BROKEN_COLOR, BREAKING_COLOR = (0.62, 0.66, 0.72), (0.85, 0.12, 0.
 _EXTRA = np.array([INTACT_COLOR, BROKEN_COLOR, BREAKING_COLOR])
 
 
-def _texels(maps, colors):
+def _texels(carried, turned, turn, colors):
     """Maps and colours of the particles, then the colours of edges (under maps that are never used)."""
-    n = len(maps)
-    texels = np.zeros((n + len(_EXTRA), 4, 4), np.float32)
-    texels[:n, :3], texels[:n, 3, :3], texels[n:, 3, :3] = maps, colors, _EXTRA
-    texels[:, 3, 3] = 1
+    n = len(carried)
+    texels = np.zeros((n + len(_EXTRA), 8, 4), np.float32)
+    texels[:n, :3], texels[:n, 4:7], texels[:n, 7] = carried, turned, turn
+    texels[:n, 3, :3], texels[n:, 3, :3] = colors, _EXTRA
+    texels[:, 3, 3] = texels[n:, 7, 3] = 1
     return texels
 
 

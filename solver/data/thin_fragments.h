@@ -1,0 +1,44 @@
+// Which fragments lie alone through the thickness of their body, as in sheets and rods, and which way that is.
+#pragma once
+
+#include <vector>
+
+#include "solver/data/simulation_mesh.h"
+
+namespace sunder {
+
+/// How far a fragment's interfaces span its own axes: t_k sum_e A_e (n_e . e_k)^2 / V, t_k = sqrt(12 rho_k^2) its
+/// extent along e_k; 2 where a neighbour of its own section lies on either side, 0 where none does.
+class Cover {
+public:
+    explicit Cover(const SimulationMesh& rest, ParticleIndex g);
+    void add(const SimulationMesh& rest, ParticleIndex g, ParticleIndex neighbour, double area);
+    bool spans(int k) const { return cover_[k] > kSpanned; }
+    /// No neighbour to speak of reaches beyond the fragment along e_k.
+    bool is_free(int k) const { return cover_[k] < kFree; }
+    /// 0 .. 3
+    int directions() const { return spans(0) + spans(1) + spans(2); }
+    int least() const;
+    int most() const;
+
+private:
+    static constexpr double kSpanned = 0.5;  // half a neighbour of the fragment's own section
+    static constexpr double kFree = 0.1;
+    Mat3 to_axes_;
+    Vec3 extent_per_volume_, cover_ = Vec3::Zero();
+};
+
+/// Second moments of a fragment along its own axes, over its volume, m2: those of a box of its radii.
+inline Vec3 section_moments(const SimulationMesh& rest, ParticleIndex g) {
+    return rest.radii[g].cwiseProduct(rest.radii[g]) / 3;
+}
+
+/// 1 where interfaces leave a direction of the whole one-ring at rest unspanned, and of at least half of its
+/// neighbours' rings (n_particles): a slim fragment among others is no sheet. A lone particle is not thin.
+std::vector<uint8_t> thin_groups(const SimulationMesh& rest);
+
+/// The directions through the thickness, that interfaces leave unspanned, as a projection in rest axes: across a sheet,
+/// the section of a rod; zero where it is not thin (n_particles).
+std::vector<Mat3> across_thickness(const SimulationMesh& rest);
+
+}  // namespace sunder
