@@ -19,7 +19,7 @@ RADIUS, THICKNESS, MASS = 0.5, 0.01, 2000  # m, m, kg
 RATE, DAMPING = 120, 20  # frames a second; 1/s
 BAR = 0.15  # asked for
 # sphere's radius (m), yield strain, fragments: those under the sphere are to be smaller than what it touches (60 to 90 mm)
-CASES = [(0.2, 0.0015, 600), (0.4, 0.0015, 300)]
+CASES = [(0.2, 0.0015, 600), (0.4, 0.0015, 300), (0.4, 0.003, 300)]
 
 
 class FiniteElements:

@@ -121,7 +121,7 @@ PLASTIC = {'twist90_j2_yield0.02': (twisted, 90, 60, 2, .02),
 
 
 # Of a disc: radius of the sphere (m), yield strain, travel of the sphere (m)
-DISCS = (pressed_disc.Case(0.2, 0.0015, 0.05), pressed_disc.Case(0.4, 0.0015, 0.06))
+DISCS = (pressed_disc.Case(0.2, 0.0015, 0.05), pressed_disc.Case(0.4, 0.0015, 0.06), pressed_disc.Case(0.4, 0.003, 0.06))
 
 
 def write_disc(file, case, mesh, force, moved):
