@@ -1,10 +1,10 @@
-#include "solver/collision/movable_size.h"
 #include "solver/sleep/sleeping.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
+#include "solver/collision/movable_size.h"
 #include "solver/scene/motion.h"
 #include "solver/scene/scales.h"
 #include "solver/step/step.h"

@@ -114,7 +114,8 @@ TEST(detection, resting_crowds_lose_no_contact) {
         for (uint32_t r = 0; r < 6; ++r)
             expected += ellipsoid_shape_distance(particles[i], c.rigid_bodies[r]).gap <= c.margin;
         for (const MovingShape& m : c.colliders)
-            expected += c.role[i] == Role::free && ellipsoid_shape_distance(particles[i], {m.shape, m.begin}).gap <= c.margin;
+            expected +=
+                c.role[i] == Role::free && ellipsoid_shape_distance(particles[i], {m.shape, m.begin}).gap <= c.margin;
     }
     for (const Contact& f : found) on_movables += f.a < 300;
     EXPECT_GT(expected, 300u);
