@@ -63,10 +63,10 @@ bool IntactRings::is_joined(uint32_t member) const {
 }
 
 void IntactRings::update(std::span<const uint8_t> edge_intact) {
-    std::vector<uint8_t> edge_changed(edge_intact.size(), edge_intact_.empty());
+    changed_.assign(n_particles(), edge_intact_.empty());
+    std::vector<uint8_t> edge_changed(edge_intact.size(), 0);
     for (size_t e = 0; e < edge_intact_.size(); ++e) edge_changed[e] = bool(edge_intact[e]) != bool(edge_intact_[e]);
     edge_intact_.assign(edge_intact.begin(), edge_intact.end());
-    changed_.assign(n_particles(), 0);
     for (size_t i = 0; i < n_particles(); ++i) {
         const uint32_t begin = member_offset_[i], last = member_offset_[i + 1];
         for (uint32_t g = gate_offset_[begin]; g < gate_offset_[last]; ++g) changed_[i] |= edge_changed[gate_[g]];

@@ -66,5 +66,14 @@ TEST(IntactRings, of_blocks_hold_neighbours_alone) {
     }
 }
 
+TEST(IntactRings, of_a_fragment_that_is_alone_hold_itself) {
+    const testing::VoronoiBody block(testing::make_box(), 1);
+    IntactRings rings(block.rest);
+    rings.update(block.intact);
+    ASSERT_EQ(rings[0].size(), 1u);
+    EXPECT_EQ(rings[0][0], 0u);
+    EXPECT_TRUE(rings.changed()[0]);
+}
+
 }  // namespace
 }  // namespace sunder
