@@ -8,6 +8,7 @@
 #include "solver/frame/scene_check.h"
 #include "solver/matching/group_shape.h"
 #include "solver/matching/thin_groups.h"
+#include "solver/material/fading.h"
 #include "solver/material/plasticity.h"
 #include "solver/threads/thread_trial.h"
 
@@ -72,6 +73,7 @@ FrameState Solver::initial_state(const std::vector<Material>& materials) const {
         }
     }
     add_bending(rest, materials, s);
+    add_fading(rest, materials, s);
     s.still_time.assign(n + scene.rigid_bodies.size(), 0.0);
     s.asleep.assign(s.still_time.size(), 0);
     s.rest_load.assign(s.still_time.size(), 0.0);
@@ -93,6 +95,7 @@ Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings
     o_after = before;
     o_after.broken.clear();
     add_bending(impl_->scene.rest, input.materials, o_after);
+    add_fading(impl_->scene.rest, input.materials, o_after);
     using Clock = std::chrono::steady_clock;
     std::optional<ThreadTrial>& trial = impl_->trial;
     const WorkerPool& threads = trial && trial->alone() ? impl_->alone : *impl_->workers;

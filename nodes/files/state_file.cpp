@@ -22,7 +22,10 @@ std::vector<PlyProperty> operator+(std::vector<PlyProperty> a, const std::vector
 constexpr size_t kBendingDoubles = 9 + std::tuple_size_v<LayerStrain>;
 constexpr size_t kElementsOfVersion1 = 7;  // without what sleeps
 
-bool knows_rest(std::string_view version) { return version == kStateFileMagic || version == kBendingStateFileMagic; }
+bool knows_bending(std::string_view version) {
+    return version == kBendingStateFileMagic || version == kDamageStateFileMagic;
+}
+bool knows_rest(std::string_view version) { return version == kStateFileMagic || knows_bending(version); }
 
 // The elements in file order; counts are filled in by the writer and taken over from a file by the reader.
 std::vector<PlyElement> layout(std::string_view version = kStateFileMagic) {
@@ -41,10 +44,14 @@ std::vector<PlyElement> layout(std::string_view version = kStateFileMagic) {
         {"rest", 0, doubles(is_latest ? "still_time load" : "still_time") + ply_scalars("asleep", PlyType::uint8)},
         {"rest_condition", 0, ints("low high")}};
     if (version == kStateFileMagic1) elements.resize(kElementsOfVersion1);
-    if (version == kBendingStateFileMagic) {
+    if (knows_bending(version)) {
         std::string names = "kp00 kp01 kp02 kp10 kp11 kp12 kp20 kp21 kp22";
         for (size_t i = 0; i < std::tuple_size_v<LayerStrain>; ++i) names += " layer" + std::to_string(i);
         elements.push_back({"bending", 0, doubles(names)});
+    }
+    if (version == kDamageStateFileMagic) {
+        elements.push_back({"damage", 0, doubles("damage hold")});
+        elements.push_back({"stiffness", 0, doubles("factor")});
     }
     return elements;
 }
@@ -82,7 +89,7 @@ public:
         for (Status (Decoder::*read)() :
              {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles, &Decoder::read_edges,
               &Decoder::read_groups, &Decoder::read_rigid_bodies, &Decoder::read_broken, &Decoder::read_contacts,
-              &Decoder::read_rest, &Decoder::read_bending})
+              &Decoder::read_rest, &Decoder::read_bending, &Decoder::read_damage})
             if (Status s = (this->*read)(); !s) return s.error();
         return std::move(out_);
     }
@@ -244,10 +251,10 @@ private:
     }
 
     Status read_bending() {
-        if (version_ != kBendingStateFileMagic) return {};
-        const PlyElement& e = elements_->back();
+        if (!knows_bending(version_)) return {};
+        const PlyElement& e = (*elements_)[9];
         FrameState& s = out_.state;
-        if (e.count != s.n_particles())
+        if (e.count != s.n_particles() && !(e.count == 0 && version_ == kDamageStateFileMagic))
             return fault("tells how " + std::to_string(e.count) + " particles are bent, of " +
                          std::to_string(s.n_particles()));
         s.plastic_curvature.resize(e.count), s.layer_strain.resize(e.count);
@@ -257,6 +264,26 @@ private:
             for (int k = 0; k < 9; ++k) s.plastic_curvature[i](k / 3, k % 3) = v[k];
             std::copy(v + 9, v + kBendingDoubles, s.layer_strain[i].begin());
         }
+        return {};
+    }
+
+    Status read_damage() {
+        if (version_ != kDamageStateFileMagic) return {};
+        const PlyElement &damage = (*elements_)[10], &stiffness = (*elements_)[11];
+        FrameState& s = out_.state;
+        if (damage.count != out_.edges.size() || stiffness.count != s.n_particles())
+            return fault("tells the damage of " + std::to_string(damage.count) + " edges and the stiffness of " +
+                         std::to_string(stiffness.count) + " particles, of " + std::to_string(out_.edges.size()) +
+                         " and " + std::to_string(s.n_particles()));
+        s.edge_damage.resize(damage.count), s.edge_hold.resize(damage.count);
+        s.stiffness_factor.resize(stiffness.count);
+        double v[2];
+        for (size_t i = 0; i < damage.count; ++i) {
+            if (const int bad = load(row(damage, i), v, 2); bad >= 0) return not_finite(damage, i, bad);
+            s.edge_damage[i] = v[0], s.edge_hold[i] = v[1];
+        }
+        for (size_t i = 0; i < stiffness.count; ++i)
+            if (load(row(stiffness, i), &s.stiffness_factor[i], 1) >= 0) return not_finite(stiffness, i, 0);
         return {};
     }
 
@@ -272,7 +299,9 @@ private:
 ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& rest) {
     const size_t n = s.n_particles();
     SUNDER_ASSERT(rest.n_particles() == n && rest.n_edges() == s.edge_intact.size());
-    const std::string_view version = s.plastic_curvature.empty() ? kStateFileMagic : kBendingStateFileMagic;
+    const std::string_view version = !s.edge_damage.empty()        ? kDamageStateFileMagic
+                                     : s.plastic_curvature.empty() ? kStateFileMagic
+                                                                   : kBendingStateFileMagic;
     std::vector<PlyElement> elements = layout(version);
     const size_t counts[] = {n,
                              s.edge_intact.size(),
@@ -283,7 +312,9 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
                              1,
                              s.asleep.size(),
                              s.rest_conditions.size(),
-                             s.plastic_curvature.size()};
+                             s.plastic_curvature.size(),
+                             s.edge_damage.size(),
+                             s.stiffness_factor.size()};
     size_t total = 4096;
     for (size_t e = 0; e < elements.size(); ++e) {
         elements[e].count = counts[e];
@@ -327,13 +358,16 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
         std::ranges::copy(s.layer_strain[i], v + 9);
         bytes.append(v, sizeof v);
     }
+    for (size_t e = 0; e < s.edge_damage.size(); ++e) bytes.number(s.edge_damage[e]), bytes.number(s.edge_hold[e]);
+    for (const double factor : s.stiffness_factor) bytes.number(factor);
     return bytes;
 }
 
 Result<StateFile> decode_state(std::string bytes, const std::string& where) {
     auto file = PlyFile::parse(std::move(bytes), where);
     if (!file) return file.error();
-    for (const std::string_view version : {kStateFileMagic, kBendingStateFileMagic, kStateFileMagic2, kStateFileMagic1})
+    for (const std::string_view version :
+         {kStateFileMagic, kBendingStateFileMagic, kDamageStateFileMagic, kStateFileMagic2, kStateFileMagic1})
         if (file->has_comment(version)) return Decoder(*file, version, where).decode();
     for (const std::string& c : file->header().comments)
         if (c.starts_with(kStateFileMark))

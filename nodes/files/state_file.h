@@ -30,6 +30,8 @@ inline constexpr std::string_view kStateFileMark = "sunder state frame ";
 inline constexpr std::string_view kStateFileMagic = "sunder state frame 3";
 /// The same where a body bends by its curvature, with what is bent for good.
 inline constexpr std::string_view kBendingStateFileMagic = "sunder state frame 4";
+/// Of a state with damaged edges, whether something bends or not.
+inline constexpr std::string_view kDamageStateFileMagic = "sunder state frame 5";
 /// Before anything slept, and before sleepers knew what lay on them and contacts their torques; both are read as if all
 /// were awake.
 inline constexpr std::string_view kStateFileMagic1 = "sunder state frame 1", kStateFileMagic2 = "sunder state frame 2";

@@ -187,6 +187,7 @@ const std::vector<Entry<StateValue>>& entries_of(const StateValue*) {
         {"angular_velocity", [](const S& s) { return as_is<double>(s.state->angular_velocity); }},
         {"plastic_deformation", [](const S& s) { return matrices(s.state->plastic_deformation); }},
         {"plastic_curvature", [](const S& s) { return matrices(s.state->plastic_curvature); }},
+        {"edge_damage", [](const S& s) { return as_is<double>(s.state->edge_damage); }},
         {"yield", [](const S& s) { return as_is<double>(s.state->yield); }},
         {"strain", [](const S& s) { return as_is<double>(s.state->strain); }},
         {"particle_transform", transforms},

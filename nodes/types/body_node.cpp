@@ -48,6 +48,8 @@ ContentKey placed_key(CookContext& context, const Parameters& p) {
 Material material_of(const Parameters& p, const SimulationMesh& rest) {
     Material m;
     read_fields(p, material_fields(), m);
+    if (p.is_automatic("fracture_energy"))
+        m.fracture_energy = automatic_fracture_energy(rest, m.youngs_modulus, m.toughness);
     if (p.is_automatic("damping_time")) m.damping_time = automatic_damping_time(rest, m.youngs_modulus);
     return m;
 }
@@ -77,6 +79,10 @@ std::vector<ParameterDescription> material_parameters() {
     damping_time.sentence +=
         ". \"auto\": 0.3 of the time that a wave takes through a fragment of the body's mean size, so that what a hit "
         "sets ringing dies away as soon in stiff bodies as in soft ones, and not before they bounce";
+    ParameterDescription& fracture_energy =
+        *std::ranges::find(parameters, std::string("fracture_energy"), &ParameterDescription::name);
+    fracture_energy.automatic = true;
+    fracture_energy.sentence += ". \"auto\": E toughness^2 L / 2, L a quarter of the body's longest side";
     return parameters;
 }
 

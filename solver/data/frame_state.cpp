@@ -51,6 +51,7 @@ uint64_t state_hash(const FrameState& s) {
     h.add(s.edge_intact), h.add(s.rigid_bodies), h.add(s.contacts), h.add(s.broken);
     if (!s.asleep.empty()) h.add(s.still_time), h.add(s.asleep), h.add(s.rest_load), h.add(s.rest_conditions);
     if (!s.plastic_curvature.empty()) h.add(s.plastic_curvature), h.add(s.layer_strain);
+    if (!s.edge_damage.empty()) h.add(s.edge_damage), h.add(s.edge_hold), h.add(s.stiffness_factor);
     return h.digest();
 }
 
@@ -68,6 +69,7 @@ bool FrameState::operator==(const FrameState& o) const {
            plastic_deformation == o.plastic_deformation && plastic_curvature == o.plastic_curvature &&
            layer_strain == o.layer_strain && yield == o.yield && strain == o.strain &&
            same_rotations(group_rotation, o.group_rotation) && edge_intact == o.edge_intact &&
+           edge_damage == o.edge_damage && edge_hold == o.edge_hold && stiffness_factor == o.stiffness_factor &&
            rigid_bodies == o.rigid_bodies && contacts == o.contacts && broken == o.broken &&
            still_time == o.still_time && asleep == o.asleep && rest_load == o.rest_load &&
            rest_conditions == o.rest_conditions;

@@ -46,19 +46,23 @@ struct RigidBodyState {
 using LayerStrain = std::array<double, 29>;
 
 struct FrameState {
-    double time = 0;                           // since the first frame, s
-    std::vector<Vec3> position;                // (n_particles x 3), m
-    std::vector<Quat> orientation;             // (n_particles x 4)
-    std::vector<Vec3> velocity;                // (n_particles x 3), m/s
-    std::vector<Vec3> angular_velocity;        // (n_particles x 3), rad/s, world
-    std::vector<Mat3> plastic_deformation;     // F_P of the particle's group, symmetric, det 1  (n_particles x 3 x 3)
+    double time = 0;                        // since the first frame, s
+    std::vector<Vec3> position;             // (n_particles x 3), m
+    std::vector<Quat> orientation;          // (n_particles x 4)
+    std::vector<Vec3> velocity;             // (n_particles x 3), m/s
+    std::vector<Vec3> angular_velocity;     // (n_particles x 3), rad/s, world
+    std::vector<Mat3> plastic_deformation;  // F_P of the particle's group, symmetric, det 1  (n_particles x 3 x 3)
     // Of thin groups; empty where no body bends by its curvature:
     std::vector<Mat3> plastic_curvature;    // K_P in the fragment's axes    (n_particles x 3 x 3), rad/m
     std::vector<LayerStrain> layer_strain;  // (n_particles)
-    std::vector<double> yield;                 // present yield strain of the group (hardens)    (n_particles), -
-    std::vector<double> strain;                // largest |principal elastic log strain|         (n_particles), -
-    std::vector<Quat> group_rotation;          // optimal rotation, warm start of the next one   (n_particles x 4)
-    std::vector<uint8_t> edge_intact;          // 1 until fracture removes the edge              (n_edges)
+    std::vector<double> yield;              // present yield strain of the group (hardens)    (n_particles), -
+    std::vector<double> strain;             // largest |principal elastic log strain|         (n_particles), -
+    std::vector<Quat> group_rotation;       // optimal rotation, warm start of the next one   (n_particles x 4)
+    std::vector<uint8_t> edge_intact;       // 1 until fracture removes the edge              (n_edges)
+    // Of bodies with a fracture energy; empty where none has one:
+    std::vector<double> edge_damage;           // 0 sound .. 1 parted, never falls                    (n_edges), -
+    std::vector<double> edge_hold;             // of an edge's weight in its groups, what it still has  (n_edges), -
+    std::vector<double> stiffness_factor;      // of a group's stiffness, for what its edges lost    (n_particles), -
     std::vector<RigidBodyState> rigid_bodies;  // (n_rigid_bodies)
     std::vector<ContactMemory> contacts;       // of the last substep, ascending by (a, b)
     std::vector<BrokenEdge> broken;            // edges broken in the frame that ended in this state

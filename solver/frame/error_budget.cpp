@@ -206,11 +206,9 @@ double oscillation(const StepContext& context, const LiveModel& model, bool touc
 // Substeps that the time of breaking asks for in one piece.
 double breaking(const StepContext& context, const LiveTopology& live, const FrameState& state,
                 std::span<const ParticleId> particles, const std::vector<GroupChange>& changes) {
-    const SimulationMesh& rest = context.scene.rest;
     double most = 1;
     for (const ParticleId g : particles) {
-        const Material own = material_of(rest, g, context.input.materials[rest.body[g]]);
-        const double toughness = breaking_strain(rest, live, own, g);
+        const double toughness = breaking_strain(context, state, live, g);
         if (toughness < kNever && state.strain[g] + kFramesToBreaking * changes[g].strain > toughness)
             most = std::max(most, kBreakingMargin * changes[g].strain / (context.settings.error_budget * toughness));
     }

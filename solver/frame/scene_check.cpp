@@ -148,6 +148,16 @@ Status check_state(const Scene& scene, const FrameState& s, const WorkerPool& wo
         (!s.plastic_curvature.empty() && s.plastic_curvature.size() != n))
         return bad_input("state", "has plastic curvatures of " + std::to_string(s.plastic_curvature.size()) +
                                       " particles, the scene has " + std::to_string(n));
+    if (s.edge_damage.size() != s.edge_hold.size() ||
+        (!s.edge_damage.empty() && s.edge_damage.size() != s.edge_intact.size()) ||
+        s.stiffness_factor.size() != (s.edge_damage.empty() ? 0 : n))
+        return bad_input("state", "has damage of " + std::to_string(s.edge_damage.size()) + " edges and stiffness of " +
+                                      std::to_string(s.stiffness_factor.size()) + " groups, the scene has " +
+                                      std::to_string(s.edge_intact.size()) + " and " + std::to_string(n));
+    const auto is_share = [](double d) { return d >= 0 && d <= 1; };
+    if (!std::ranges::all_of(s.edge_damage, is_share) || !std::ranges::all_of(s.edge_hold, is_share) ||
+        !std::ranges::all_of(s.stiffness_factor, [](double k) { return k > 0 && std::isfinite(k); }))
+        return bad_input("state", "has damage of an edge or stiffness of a group that is not possible");
     if (Status ok = all_finite("position", s.position, workers); !ok) return ok;
     if (Status ok = all_finite("velocity", s.velocity, workers); !ok) return ok;
     if (Status ok = all_finite("angular velocity", s.angular_velocity, workers); !ok) return ok;

@@ -48,8 +48,8 @@ void GroupShapes::find_moment(const SimulationMesh& rest, size_t i) {
 }
 
 void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
-                           std::span<const Mat3> plastic_deformation, const FormerNumbers& former,
-                           const WorkerPool& workers) {
+                           std::span<const Mat3> plastic_deformation, std::span<const double> edge_hold,
+                           const FormerNumbers& former, const WorkerPool& workers) {
     constexpr size_t kGrain = 256;  // fewest groups a thread is worth waking for
     const uint32_t n = static_cast<uint32_t>(rest.n_particles());
     SUNDER_ASSERT(former.of.size() == n && plastic_deformation.size() == n && live.ends().size() == n);
@@ -70,13 +70,16 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
             find_moment(rest, g);
         for (uint32_t s = live.begin(g), k = 0; s < live.end(g); ++s, ++k)
             if (live.member(s) > g)
-                edge_weight[live.edge(s)] = is_known ? member_before_[former.live.begin(before) + k].weight
-                                                     : edge_weight_of(rest, rest.edges[live.edge(s)]);
+                edge_weight[live.edge(s)] =
+                    !edge_hold.empty() ? edge_hold[live.edge(s)] * edge_weight_of(rest, rest.edges[live.edge(s)])
+                    : is_known         ? member_before_[former.live.begin(before) + k].weight
+                                       : edge_weight_of(rest, rest.edges[live.edge(s)]);
     };
     const auto take_over = [&](ParticleIndex g) {  // whether the shape is as it was
         const ParticleId before = former.of[g];
-        if (before.is_none() || group_before_[before].plastic_key != plastic_key(plastic_deformation[g]))
-            return false;
+        if (before.is_none() || group_before_[before].plastic_key != plastic_key(plastic_deformation[g])) return false;
+        for (uint32_t s = live.begin(g), k = former.live.begin(before); !edge_hold.empty() && s < live.end(g); ++s, ++k)
+            if (live.member(s) != g && member_before_[k].weight != edge_weight[live.edge(s)]) return false;
         std::copy_n(member_before_.begin() + former.live.begin(before), live.count(g), member.begin() + live.begin(g));
         group[g] = group_before_[before];
         return true;
@@ -89,8 +92,8 @@ void GroupShapes::renumber(const SimulationMesh& rest, const LiveTopology& live,
     });
 }
 
-void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,
-                        std::span<const Mat3> plastic_deformation) {
+void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation,
+                        std::span<const double> edge_hold) {
     const size_t n = rest.n_particles();
     SUNDER_ASSERT(plastic_deformation.size() == n && live.ends().size() == n && rest.mass.size() == n);
     particle_mass = rest.mass;
@@ -98,11 +101,16 @@ void GroupShapes::reset(const SimulationMesh& rest, const LiveTopology& live,
     for (size_t i = 0; i < n; ++i) find_moment(rest, i);
     edge_weight.resize(rest.n_edges());
     for (size_t e = 0; e < edge_weight.size(); ++e) edge_weight[e] = edge_weight_of(rest, rest.edges[e]);
+    for (size_t e = 0; e < edge_hold.size(); ++e) edge_weight[e] *= edge_hold[e];
     rest_trace = rest.group_trace.empty() ? rest_traces(rest) : rest.group_trace;
     group.assign(n, GroupShape());
     revision.assign(n, uint64_t{++resets_} << 32);
     member.assign(live.n_slots(), MemberShape{Vec3::Zero(), 0});
     rebuild(rest, live, plastic_deformation, 0, n, [](uint32_t) { return true; });
+}
+
+void GroupShapes::set_hold(const SimulationMesh& rest, EdgeId edge, double hold) {
+    edge_weight[edge] = hold * edge_weight_of(rest, rest.edges[edge]);
 }
 
 void GroupShapes::rebuild_four(const SimulationMesh& rest, const LiveTopology& live,

@@ -76,11 +76,15 @@ struct GroupShapes {
         return moment;
     }
 
-    void reset(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation);
+    /// `edge_hold`: FrameState's; empty: all is sound.
+    void reset(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation,
+               std::span<const double> edge_hold = {});
     /// The same for particles that were numbered anew, those with a former number having kept their rings; shapes whose
     /// F_P stayed are taken over.
     void renumber(const SimulationMesh& rest, const LiveTopology& live, std::span<const Mat3> plastic_deformation,
-                  const FormerNumbers& former, const WorkerPool& workers);
+                  std::span<const double> edge_hold, const FormerNumbers& former, const WorkerPool& workers);
+    /// Of an edge whose hold changed; then its two groups are to be made anew.
+    void set_hold(const SimulationMesh& rest, EdgeId edge, double hold);
     /// Anew those of the groups [first, last) of which `has_changed(group)` says so. No bit of a shape depends on which
     /// others are built with it.
     template <class HasChanged>

@@ -34,7 +34,8 @@ std::vector<ParticleId> with_same_ring(std::span<const ParticleId> former, const
 
 bool is_in_line(const LiveModel& model, const FrameState& state, const WorkerPool& workers) {
     const size_t n = state.n_particles();
-    if (model.edges != state.edge_intact || model.live.begins().size() != n + 1) return false;
+    if (model.edges != state.edge_intact || model.hold != state.edge_hold || model.live.begins().size() != n + 1)
+        return false;
     std::atomic<bool> same{true};
     workers.for_range(n, kGroupGrain, [&](size_t first, size_t last) {
         for (size_t g = first; g < last; ++g)
@@ -49,8 +50,8 @@ bool LiveModel::synchronise(const SimulationMesh& rest, const FrameState& state,
     SUNDER_ASSERT(state.n_particles() == rest.n_particles() && state.edge_intact.size() == rest.n_edges());
     if (is_in_line(*this, state, workers)) return false;
     live.reset(rest, state.edge_intact, workers);
-    shapes.reset(rest, live, state.plastic_deformation);
-    edges = state.edge_intact;
+    shapes.reset(rest, live, state.plastic_deformation, state.edge_hold);
+    edges = state.edge_intact, hold = state.edge_hold;
     return true;
 }
 
@@ -61,19 +62,25 @@ std::vector<ParticleId> LiveModel::renumber(const SimulationMesh& rest, const Fr
     const LiveTopology before = live;
     live.reset(rest, state.edge_intact, workers);
     std::vector<ParticleId> known = with_same_ring(former, before, live, workers);
-    shapes.renumber(rest, live, state.plastic_deformation, {known, before}, workers);
-    edges = state.edge_intact;
+    shapes.renumber(rest, live, state.plastic_deformation, state.edge_hold, {known, before}, workers);
+    edges = state.edge_intact, hold = state.edge_hold;
     return known;
 }
 
-void LiveModel::take_up_materials(const SimulationMesh& rest, std::span<const Material> materials, bool may_bend,
-                                  const WorkerPool& workers) {
+void LiveModel::take_up_stiffness(const SimulationMesh& rest, const Material& material, double factor,
+                                  ParticleIndex g) {
+    stiffness[g] = group_stiffness(shapes.group[g], shapes.rest_trace[g], rest.volume[g], material);
+    stiffness[g].k *= factor;
+}
+
+void LiveModel::take_up_materials(const SimulationMesh& rest, std::span<const Material> materials,
+                                  const FrameState& state, bool may_bend, const WorkerPool& workers) {
     const size_t n = rest.n_particles();
     stiffness.resize(n);
     workers.for_range(n, kParticleGrain, [&](size_t first, size_t last) {
         for (size_t g = first; g < last; ++g)
-            stiffness[g] =
-                group_stiffness(shapes.group[g], shapes.rest_trace[g], rest.volume[g], materials[rest.body[g]]);
+            take_up_stiffness(rest, materials[rest.body[g]],
+                              state.stiffness_factor.empty() ? 1 : state.stiffness_factor[g], g);
     });
     thin.assign(may_bend && sunder::bends(rest, materials) ? n : 0, 0);
     for (size_t g = 0; g < thin.size(); ++g) thin[g] = sunder::bends(rest, materials, g);

@@ -17,6 +17,7 @@ struct LiveModel {
     std::vector<uint8_t> pinned;            // wholly held by a pin; where something is thin (n_particles)
     BendingShapes bending;                  // of `thin`
     std::vector<uint8_t> edges;             // intact ones, that it was made of
+    std::vector<double> hold;               // FrameState::edge_hold, likewise
 
     bool is_thin(ParticleIndex group) const { return !thin.empty() && thin[group]; }
     /// Thin, and something bends in it.
@@ -30,8 +31,10 @@ struct LiveModel {
     std::vector<ParticleId> renumber(const SimulationMesh& rest, const FrameState& state,
                                      std::span<const ParticleId> former, const WorkerPool& workers);
     /// What may be another in any frame: materials are animated, too. `may_bend`: the method knows of bending.
-    void take_up_materials(const SimulationMesh& rest, std::span<const Material> materials, bool may_bend,
-                           const WorkerPool& workers);
+    void take_up_materials(const SimulationMesh& rest, std::span<const Material> materials, const FrameState& state,
+                           bool may_bend, const WorkerPool& workers);
+    /// The same of one group whose rest shape or stiffness changed. `factor`: FrameState::stiffness_factor.
+    void take_up_stiffness(const SimulationMesh& rest, const Material& material, double factor, ParticleIndex group);
     /// The rest shapes of thin groups as they stand.
     void take_up_bending(const SimulationMesh& rest, const FrameState& state, const WorkerPool& workers);
 };

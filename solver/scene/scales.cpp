@@ -34,4 +34,14 @@ double automatic_damping_time(const SimulationMesh& body, double youngs_modulus)
     return std::min(kDampedWave * size / wave_speed(youngs_modulus, volume, mass), kLongestDampingTime);
 }
 
+double automatic_fracture_energy(const SimulationMesh& body, double youngs_modulus, double toughness) {
+    Vec3 least = Vec3::Constant(kNever), most = -least;
+    for (size_t i = 0; i < body.n_particles(); ++i) {
+        least = least.cwiseMin(body.rest_position[i] - body.radii[i]);
+        most = most.cwiseMax(body.rest_position[i] + body.radii[i]);
+    }
+    const double length = (most - least).maxCoeff() / 4;
+    return youngs_modulus * toughness * toughness * length / 2;
+}
+
 }  // namespace sunder

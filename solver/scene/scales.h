@@ -55,6 +55,10 @@ constexpr double kLongestDampingTime = 1;  // s
 /// away as soon in stiff bodies as in soft ones. `body`: its particles alone.
 double automatic_damping_time(const SimulationMesh& body, double youngs_modulus);
 
+/// The fracture energy of "auto", J/m2: E tau^2 L / 2 with L half of the body's half size, that is a quarter of the
+/// longest side of its fragments' bounding box. `body`: its particles alone.
+double automatic_fracture_energy(const SimulationMesh& body, double youngs_modulus, double toughness);
+
 /// c h / d: how far waves run in a step, in distances between particles, where the groups of a particle pull at it by
 /// `pulls` = sum_g b_g, b = h^2 k. A lattice has 7 groups of b = (c h / d)^2 / 2 at a particle.
 inline double waves_in_step(double pulls) {

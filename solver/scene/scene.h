@@ -25,6 +25,7 @@ struct Material {
     double hardening = 0;                   // growth of yield per plastic strain, >= 0
     double toughness = kNever;              // tensile strain at which a group breaks, > 0
     double compressive_toughness = kNever;  // the same for compression; never by default
+    double fracture_energy = kNever;        // J/m2, >= 0: edges fade by it; never: groups break at once, as the paper's
     double stiffness = 1.0;                 // k of method gauss_seidel, 0 .. 1 (the paper's)
     double friction = 0.5;                  // Coulomb, >= 0
     double restitution = 0.0;               // 0 .. 1
@@ -157,6 +158,7 @@ struct StepReport {
     int substeps = 0, iterations = 0;  // that the frame took
     size_t asleep = 0;                 // particles and rigid bodies that sleep at the end of the frame
     size_t simulated = 0;              // particles and rigid bodies, summed over substeps: the work that was done
+    double cracks_J = 0;               // elastic energy that edges that fade took
     double predict_s = 0, shape_s = 0, contact_s = 0, momentum_s = 0, fracture_s = 0;
 };
 

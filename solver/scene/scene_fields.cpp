@@ -75,6 +75,15 @@ std::span<const Field<Material>> material_fields() {
                              .min = 0,
                              .min_excluded = true}),
                  &M::compressive_toughness},
+        Field<M>{
+            animatable({.name = "fracture_energy",
+                        .label = "Fracture Energy",
+                        .unit = "J/m2",
+                        .sentence = "Work that parts an area of an interface beyond its toughness: high, cracks run "
+                                    "through and leave large pieces, low, things crumble. Of method projective; "
+                                    "null: groups of fragments break at once, by their mean stretch",
+                        .min = 0}),
+            &M::fracture_energy},
         Field<M>{animatable({.name = "stiffness",
                              .label = "Stiffness",
                              .sentence = "Of the solver's method gauss_seidel alone: share of the way to the goal "
@@ -95,13 +104,14 @@ std::span<const Field<Material>> material_fields() {
                              .min = 0,
                              .max = 1}),
                  &M::restitution},
-        Field<M>{{.name = "curvature",
-                  .label = "Bend by Curvature",
-                  .sentence = "Sheets and rods that are one fragment thick resist bending, yield and tear as plates and "
-                              "beams of their thickness do; off: as stiff as blocks, and they spring back. Methods "
-                              "other than projective leave it out",
-                  .is_added = true},
-                 &M::curvature}};
+        Field<M>{
+            {.name = "curvature",
+             .label = "Bend by Curvature",
+             .sentence = "Sheets and rods that are one fragment thick resist bending, yield and tear as plates and "
+                         "beams of their thickness do; off: as stiff as blocks, and they spring back. Methods "
+                         "other than projective leave it out",
+             .is_added = true},
+            &M::curvature}};
     static_assert(fields.size() == n_members<M>(), "a member that is not described is neither checked nor hashed");
     return fields;
 }
@@ -191,9 +201,10 @@ std::span<const Field<StepReport>> report_fields() {
         Field<R>{{.name = "edges_broken"}, &R::edges_broken}, Field<R>{{.name = "contacts"}, &R::contacts},
         Field<R>{{.name = "n_components"}, &R::n_components}, Field<R>{{.name = "substeps"}, &R::substeps},
         Field<R>{{.name = "iterations"}, &R::iterations},     Field<R>{{.name = "asleep"}, &R::asleep},
-        Field<R>{{.name = "simulated"}, &R::simulated},       Field<R>{{.name = "predict_s"}, &R::predict_s},
-        Field<R>{{.name = "shape_s"}, &R::shape_s},           Field<R>{{.name = "contact_s"}, &R::contact_s},
-        Field<R>{{.name = "momentum_s"}, &R::momentum_s},     Field<R>{{.name = "fracture_s"}, &R::fracture_s}};
+        Field<R>{{.name = "simulated"}, &R::simulated},       Field<R>{{.name = "cracks_J"}, &R::cracks_J},
+        Field<R>{{.name = "predict_s"}, &R::predict_s},       Field<R>{{.name = "shape_s"}, &R::shape_s},
+        Field<R>{{.name = "contact_s"}, &R::contact_s},       Field<R>{{.name = "momentum_s"}, &R::momentum_s},
+        Field<R>{{.name = "fracture_s"}, &R::fracture_s}};
     static_assert(fields.size() == n_members<R>(), "a member that is not described is not told");
     return fields;
 }

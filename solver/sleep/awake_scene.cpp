@@ -268,6 +268,11 @@ void AwakeScene::gather(const FrameState& s, const WorkerPool& workers) {
          Pick{s.group_rotation, state_.group_rotation});
     pick(numbers(std::span<const EdgeId>(edge_)), workers, Pick{s.edge_intact, state_.edge_intact});
     state_.edge_intact.resize(scene_.rest.n_edges(), 0);  // the broken one of take_rings
+    pick(numbers(std::span<const EdgeId>(edge_)), workers, Pick{s.edge_damage, state_.edge_damage},
+         Pick{s.edge_hold, state_.edge_hold});
+    pick(numbers(particles()), workers, Pick{s.stiffness_factor, state_.stiffness_factor});
+    if (!s.edge_damage.empty())
+        state_.edge_damage.resize(scene_.rest.n_edges(), 0), state_.edge_hold.resize(scene_.rest.n_edges(), 0);
     pick(rigid_body_, workers, Pick{s.rigid_bodies, state_.rigid_bodies});
     state_.broken.clear();
     state_.contacts.clear();
@@ -293,6 +298,7 @@ void AwakeScene::leave(const WorkerPool& workers, FrameState& io_state) {
             s.plastic_deformation[i] = state_.plastic_deformation[k];
             if (!s.plastic_curvature.empty())
                 s.plastic_curvature[i] = state_.plastic_curvature[k], s.layer_strain[i] = state_.layer_strain[k];
+            if (!s.stiffness_factor.empty()) s.stiffness_factor[i] = state_.stiffness_factor[k];
             s.yield[i] = state_.yield[k], s.strain[i] = state_.strain[k];
             s.group_rotation[i] = state_.group_rotation[k];
         }
@@ -300,6 +306,8 @@ void AwakeScene::leave(const WorkerPool& workers, FrameState& io_state) {
     for (size_t r = 0; r < rigid_body_.size(); ++r)
         if (!fixed_[particle_.size() + r]) s.rigid_bodies[rigid_body_[r]] = state_.rigid_bodies[r];
     for (size_t e = 0; e < edge_.size(); ++e) s.edge_intact[edge_[e]] = state_.edge_intact[e];
+    for (size_t e = 0; e < edge_.size() && !s.edge_damage.empty(); ++e)
+        s.edge_damage[edge_[e]] = state_.edge_damage[e], s.edge_hold[edge_[e]] = state_.edge_hold[e];
     for (BrokenEdge b : state_.broken) {
         b.edge = edge_[b.edge];
         s.broken.push_back(b);

@@ -11,7 +11,6 @@
 #include "solver/material/bending_flow.h"
 #include "solver/material/group_stretch.h"
 #include "solver/material/plasticity.h"
-#include "solver/scene/ring_check.h"
 #include "solver/step/loops.h"
 
 namespace sunder {
@@ -29,6 +28,7 @@ public:
           movables_(movables),
           strains_(io_breaking.strains),
           flowed_(io_breaking.flowed),
+          stretch_(io_breaking.stretch),
           goals_(io_goals),
           state_(io_state) {}
 
@@ -42,10 +42,13 @@ private:
     };
     const SimulationMesh& rest() const { return context_.scene.rest; }
     LiveGroups groups() const { return {rest(), model_.live, model_.shapes, movables_.moving}; }
+    bool fades(ParticleIndex group) const { return !stretch_.empty() && sunder::fades(context_, state_, group); }
+    Material material(ParticleIndex group) const;
     double strain_limit(ParticleIndex group) const;
     bool add_if_it_gives_way(ParticleIndex group, const PrincipalStretch& principal, GivingWay& io_groups) const;
     Found give_way(GivingWay& io_groups, const StretchKernels& kernels);
     Found flow_bent(ParticleIndex group);
+    void note_stretch(ParticleIndex group, const GroupStretches& stretches, size_t lane);
 
     const StepContext& context_;
     const std::vector<uint8_t>& kept_;
@@ -55,12 +58,15 @@ private:
     const Movables& movables_;
     std::vector<GroupStrain>& strains_;
     std::vector<uint8_t>& flowed_;
+    std::vector<GroupStretch>& stretch_;
     std::vector<GroupGoal>& goals_;
     FrameState& state_;
 };
 
 Found Flow::run() {
     if (context_.n_particles() == 0) return {};
+    const bool any_fades = !state_.edge_damage.empty() && context_.settings.method == Method::projective;
+    stretch_.resize(any_fades ? context_.n_particles() : 0);
     std::atomic<bool> changed{false}, overloaded{false};
     const GroupStretcher stretcher(model_.live, model_.shapes, movables_.moving, goals_);
     const auto four = [&](const uint32_t(&groups)[4], uint32_t n) {
@@ -73,6 +79,7 @@ Found Flow::run() {
         for (uint32_t i = 0; i < n; ++i) {
             const auto& q = stretches.rotation;
             goals_[groups[i]].rotation = Quat(q[3][i], q[0][i], q[1][i], q[2][i]);
+            if (fades(groups[i])) note_stretch(groups[i], stretches, i);
         }
         if (!measures_ && std::ranges::find(is_strained, true) == is_strained.end()) return;
         PrincipalLanes principal;
@@ -92,6 +99,7 @@ Found Flow::run() {
         for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
             strains_[g].load = 0;
             if (kept_[g]) continue;
+            if (!stretch_.empty() && model_.live.count(g) == 1) stretch_[g] = {};
             const bool is_thin = model_.is_thin(g);
             if (model_.bends(g)) {
                 const Found found = flow_bent(g);
@@ -99,7 +107,7 @@ Found Flow::run() {
                 if (found.overloaded) overloaded = true;
             } else if (model_.live.count(g) == 1 || is_thin)
                 state_.strain[g] = 0;
-            else if (measures_ || strain_limit(g) < kNever)
+            else if (measures_ || fades(g) || strain_limit(g) < kNever)
                 waiting.add(g, model_.live.count(g), four);
         }
         waiting.finish(four);
@@ -107,15 +115,23 @@ Found Flow::run() {
     return {changed, overloaded};
 }
 
+// Where edges fade a group does not tear as a whole.
+Material Flow::material(ParticleIndex g) const {
+    Material own = material_of(rest(), g, context_.material(g));
+    if (fades(g)) own.toughness = kNever;
+    return own;
+}
+
+// Below it none flows or breaks.
 double Flow::strain_limit(ParticleIndex g) const {
-    return std::min(state_.yield[g], breaking_strain(context_, model_.live, g));  // below it none flows or breaks
+    return std::min(state_.yield[g], breaking_strain(rest(), model_.live, material(g), g));
 }
 
 // Whether it flows or breaks.
 bool Flow::add_if_it_gives_way(ParticleIndex g, const PrincipalStretch& principal, GivingWay& io_groups) const {
     const Vec3& e = principal.log_strain;
     const double mean = e.mean(), deviator = std::max(e(2) - mean, mean - e(0));
-    const Material m = material_of(rest(), g, context_.material(g));
+    const Material m = material(g);
     const auto breaking = [&](Strained how) { return sunder::breaking_strain(rest(), model_.live, m, g, how); };
     const bool may_break = e(2) > breaking(Strained::pulled) || -e(0) > breaking(Strained::pressed);
     if (!(deviator > state_.yield[g] || may_break)) return false;
@@ -144,10 +160,23 @@ Found Flow::give_way(GivingWay& io_groups, const StretchKernels& kernels) {
             state_.yield[g] = group.plastic.yield;
             R = (R * result.spin).normalized();
             flowed_[g] = 1;
+            if (fades(g)) {
+                const Vec3 stretch = result.elastic_log_strain.unaryExpr([](double e) { return math::exp(e) - 1; });
+                const Mat3& axes = group.stretch.directions;
+                stretch_[g].mean = axes * stretch.asDiagonal() * axes.transpose();
+            }
         }
         found.changed |= result.flowed, found.overloaded |= strains_[g].load > 1;
     }
     return found;
+}
+
+// What is strained so asks hits for parts of a step, too.
+void Flow::note_stretch(ParticleIndex g, const GroupStretches& stretches, size_t lane) {
+    Sym3 S;
+    for (size_t n = 0; n < S.size(); ++n) S[n] = stretches.S[n][lane];
+    stretch_[g] = {to_matrix(S) - Mat3::Identity(), Mat3::Zero()};
+    state_.strain[g] = std::min(stretches.deviation[lane], 1.0);
 }
 
 // A thin group, by the strain at its faces.
@@ -156,8 +185,8 @@ Found Flow::flow_bent(ParticleIndex g) {
     const BendingShape& shape = model_.bending.shape(g);
     const BentGroup group = bend(model_.bending, model_.live, movables_.moving, g, members);
     goals_[g].rotation = Quat(Mat3(group.axes * group.R * shape.axes.transpose())).normalized();
-    if (!measures_ && strain_limit(g) == kNever) return {};
-    const Material own = material_of(rest(), g, context_.material(g));
+    if (!measures_ && !fades(g) && strain_limit(g) == kNever) return {};
+    const Material own = material(g);
     BendingPlasticity plastic = {state_.plastic_deformation[g], state_.plastic_curvature[g], state_.layer_strain[g],
                                  state_.yield[g]};
     Found found;
@@ -176,6 +205,11 @@ Found Flow::flow_bent(ParticleIndex g) {
                                      : group_strain(strain, directions, R, own);
         if (load.load > strains_[g].load) strains_[g] = load;
     }
+    if (fades(g)) {
+        const auto at_rest = [&](const Mat3& strain) -> Mat3 { return shape.axes * strain * shape.axes.transpose(); };
+        const Mat3 one = at_rest(faces.strain[0]), other = at_rest(faces.strain[faces.n - 1]);
+        stretch_[g] = {0.5 * (one + other), 0.5 * (one - other)};
+    }
     found.overloaded = strains_[g].load > 1;
     if (found.changed) {
         flowed_[g] = plastic.F_P != state_.plastic_deformation[g];
@@ -190,40 +224,6 @@ Found Flow::flow_bent(ParticleIndex g) {
 Found flow_and_measure(const Pass& pass, double seconds, const LiveModel& model, const Movables& movables,
                        Breaking& breaking, std::vector<GroupGoal>& goals, FrameState& state) {
     return Flow(pass, seconds, model, movables, breaking, goals, state).run();
-}
-
-double breaking_strain(const StepContext& context, const LiveTopology& live, ParticleIndex g) {
-    const SimulationMesh& rest = context.scene.rest;
-    return breaking_strain(rest, live, material_of(rest, g, context.material(g)), g);
-}
-
-std::span<const BrokenEdge> break_edges(const StepContext& context, double time, double leading,
-                                        std::span<const MovingParticle> moving, LiveModel& model, Breaking& breaking,
-                                        FrameState& state) {
-    const SimulationMesh& rest = context.scene.rest;
-    const size_t first_cut = state.broken.size();
-    const auto cuts =
-        edges_to_cut({rest, model.live, model.shapes, moving}, breaking.strains, leading, time, context.workers);
-    std::vector<EdgeId> broken;
-    for (const BrokenEdge& cut : cuts) {
-        SUNDER_ASSERT(state.edge_intact[cut.edge]);
-        state.edge_intact[cut.edge] = model.edges[cut.edge] = 0;
-        state.broken.push_back(cut);
-        broken.push_back(cut.edge);
-    }
-    for (const ParticleId g : model.live.remove_edges(rest, broken)) breaking.flowed[g] = 1;
-    invariant("rings match edges", [&] { return rings_match_edges(model.live, rest, state.edge_intact); });
-    for_groups(context, [&](size_t first, size_t last) {
-        model.shapes.rebuild(rest, model.live, state.plastic_deformation, first, last,
-                             [&](uint32_t g) { return breaking.flowed[g] != 0; });
-        for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
-            if (!breaking.flowed[g]) continue;
-            breaking.flowed[g] = 0;
-            model.stiffness[g] =
-                group_stiffness(model.shapes.group[g], model.shapes.rest_trace[g], rest.volume[g], context.material(g));
-        }
-    });
-    return std::span(state.broken).subspan(first_cut);
 }
 
 }  // namespace sunder

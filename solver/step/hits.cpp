@@ -8,7 +8,7 @@
 #include "solver/collision/movable_size.h"
 #include "solver/pieces/momentum.h"
 #include "solver/scene/scales.h"
-#include "solver/step/flow.h"
+#include "solver/step/breaking.h"
 #include "solver/step/loops.h"
 
 namespace sunder {
@@ -16,6 +16,8 @@ namespace {
 
 // How far the waves of a hit run in a part of a step, in distances between particles.
 constexpr double kWaveInPart = 0.7;
+// The same where edges fade: with longer parts an implicit step damps what would part them.
+constexpr double kWaveWhereEdgesFade = 0.35;
 // Where a wave moves part of a piece by v, there or elsewhere particles move by half of v against the whole piece.
 constexpr double kOfTheWave = 0.5;
 // What rings with more than this of the strain that breaks it takes the parts of any hit: a whole step would damp
@@ -26,14 +28,21 @@ constexpr double kLetGo = 2;
 
 class HitSearch {
 public:
-    HitSearch(const StepContext& context, double h, const LiveModel& model, const ContactProblem& problem,
-              const Movables& movables, const Pieces& pieces)
-        : context_(context), h_(h), model_(model), problem_(problem), movables_(movables), pieces_(pieces) {}
+    HitSearch(const Pass& pass, const LiveModel& model, const ContactProblem& problem, const Movables& movables,
+              const Pieces& pieces)
+        : context_(pass.context),
+          state_(pass.state),
+          h_(pass.time.h),
+          model_(model),
+          problem_(problem),
+          movables_(movables),
+          pieces_(pieces) {}
 
     Hit run();
 
 private:
     double inverse_mass(MovableId i) const { return i < movables_.size() ? movables_.inverse_mass[i] : 0.0; }
+    double wave_speed_of(ParticleIndex particle) const;
     int parts_for(ParticleIndex particle, double speed) const;
     int parts_for_touch(MovableId particle, MovableId other, double closing_speed) const;
     int parts_for_waves(size_t piece, double share) const;
@@ -42,6 +51,7 @@ private:
     void join_what_is_near(std::vector<int>& io_parts, Hit& io_hit) const;
 
     const StepContext& context_;
+    const FrameState& state_;
     const double h_;
     const LiveModel& model_;
     const ContactProblem& problem_;
@@ -49,12 +59,17 @@ private:
     const Pieces& pieces_;
 };
 
-int HitSearch::parts_for(ParticleIndex j, double speed) const {
+double HitSearch::wave_speed_of(ParticleIndex j) const {
     const SimulationMesh& rest = context_.scene.rest;
-    const double c = wave_speed(context_.material(j).youngs_modulus, rest.volume[j], rest.mass[j]);
-    if (!(speed > breaking_strain(context_, model_.live, j) * c)) return 1;
+    return wave_speed(context_.material(j).youngs_modulus, rest.volume[j], rest.mass[j]);
+}
+
+int HitSearch::parts_for(ParticleIndex j, double speed) const {
+    const double c = wave_speed_of(j);
+    if (!(speed > breaking_strain(context_, state_, model_.live, j) * c)) return 1;
+    const double in_part = fades(context_, state_, j) ? kWaveWhereEdgesFade : kWaveInPart;
     const double wave = waves_in_step(h_ * h_ * model_.live.count(j) * model_.stiffness[j].k);
-    return static_cast<int>(std::min(std::ceil(wave / kWaveInPart), double(context_.settings.hit_substeps)));
+    return static_cast<int>(std::min(std::ceil(wave / in_part), double(context_.settings.hit_substeps)));
 }
 
 int HitSearch::parts_for_touch(MovableId j, MovableId other, double closing_speed) const {
@@ -73,6 +88,8 @@ int HitSearch::parts_for_waves(size_t piece, double share) const {
     for (const ParticleId j : particles) {
         const Vec3 own = movables_.velocity[j] - p.velocity - spin.cross(movables_.start_position[j] - p.center);
         most = std::max(most, parts_for(j, own.norm() / share));
+        if (fades(context_, state_, j))
+            most = std::max(most, parts_for(j, state_.strain[j] * wave_speed_of(j) / share));
     }
     return most;
 }
@@ -165,10 +182,11 @@ void HitSearch::join_what_is_near(std::vector<int>& io_parts, Hit& io_hit) const
 
 }  // namespace
 
-Hit find_hits(const StepContext& context, double h, const LiveModel& model, const ContactProblem& problem,
-              const Movables& movables, const Pieces& pieces) {
+Hit find_hits(const Pass& pass, const LiveModel& model, const ContactProblem& problem, const Movables& movables,
+              const Pieces& pieces) {
+    const StepContext& context = pass.context;
     if (context.settings.hit_substeps == 1 || context.settings.method != Method::projective) return {};
-    return HitSearch(context, h, model, problem, movables, pieces).run();
+    return HitSearch(pass, model, problem, movables, pieces).run();
 }
 
 }  // namespace sunder

@@ -7,6 +7,7 @@
 #include "solver/matching/live_model.h"
 #include "solver/pieces/contact_problem.h"
 #include "solver/pieces/pieces.h"
+#include "solver/step/slice.h"
 
 namespace sunder {
 
@@ -21,7 +22,7 @@ struct Hit {
 /// be taken in parts in which they go from particle to particle, by all that hangs together with it. Of two particles
 /// that meet, the lighter one takes most of v. Not by sweeps: what stiffness they leave depends on the step, and what a
 /// long one bent a short one lets go.
-Hit find_hits(const StepContext& context, double h, const LiveModel& model, const ContactProblem& problem,
-              const Movables& movables, const Pieces& pieces);
+Hit find_hits(const Pass& pass, const LiveModel& model, const ContactProblem& problem, const Movables& movables,
+              const Pieces& pieces);
 
 }  // namespace sunder

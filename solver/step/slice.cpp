@@ -11,10 +11,10 @@ void begin_again(ContactProblem& problem, Pieces& pieces, Slice& slice) {
     std::swap(problem.contacts, slice.former_contacts), std::swap(pieces, slice.former_pieces);
 }
 
-void keep_what_is_whole(const StepContext& context, std::span<const BrokenEdge> cuts, const ContactIslands& islands,
+void keep_what_is_whole(const StepContext& context, std::span<const ParticleId> weakened, const ContactIslands& islands,
                         const Pieces& pieces, Slice& slice) {
     std::vector<uint8_t> again(pieces.whole.size(), 0);  // by pieces before the cuts, as `pieces` still has them
-    for (const BrokenEdge& cut : cuts) again[pieces.of[context.scene.rest.edges[cut.edge].a]] = 1;
+    for (const ParticleId i : weakened) again[pieces.of[i]] = 1;
     for (IslandId island(0); island < islands.size(); ++island) {
         const auto its = islands.pieces_of(island);
         if (std::ranges::any_of(its, [&](PieceId p) { return again[p] != 0; }))

@@ -32,8 +32,8 @@ struct Pass {
 /// Before a pass is taken again: what the last one made of contacts and pieces is the former.
 void begin_again(ContactProblem& io_problem, Pieces& io_pieces, Slice& io_slice);
 
-/// Keeps what hangs together with none of these cuts, through edges or contacts as they were before.
-void keep_what_is_whole(const StepContext& context, std::span<const BrokenEdge> cuts, const ContactIslands& islands,
+/// Keeps what hangs together with none of these, through edges or contacts as they were before.
+void keep_what_is_whole(const StepContext& context, std::span<const ParticleId> weakened, const ContactIslands& islands,
                         const Pieces& pieces, Slice& io_slice);
 
 /// Pieces that are kept are as they were when their contacts were solved.

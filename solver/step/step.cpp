@@ -6,6 +6,7 @@
 #include "solver/pieces/piece_motion.h"
 #include "solver/scene/ring_check.h"
 #include "solver/step/books.h"
+#include "solver/step/flow.h"
 #include "solver/step/loops.h"
 #include "solver/step/match.h"
 #include "solver/step/predict.h"
@@ -31,7 +32,7 @@ private:
     StepOutcome begin_pass(bool is_first);
     std::vector<Woken> find();
     void match();
-    bool flow_and_break(double leading);
+    Broken flow_and_break(double leading);
     void run_cracks();
     bool break_in_hit();
     Status close_books(bool may_break);
@@ -79,7 +80,7 @@ StepOutcome Stepper::begin_pass(bool is_first) {
         }
         if (std::vector<Woken> woken = find(); !woken.empty()) return {std::move(woken), {}};
         if (!is_first) continue;
-        Hit hit = find_hits(context_, time_.h, m_.model, m_.problem, m_.movables, m_.pieces);
+        Hit hit = find_hits(pass(), m_.model, m_.problem, m_.movables, m_.pieces);
         if (hit.parts > 1) return {{}, std::move(hit)};
     } while (m_.slice.is_again && let_go_of_mixed_islands(m_.model.live, m_.problem.islands, m_.slice));
     report_.simulated += static_cast<size_t>(std::ranges::count(m_.slice.kept, 0));
@@ -103,19 +104,20 @@ void Stepper::match() {
     correct(pass(), m_.pair.smooth, m_.model, m_.problem, m_.matching, m_.movables, m_.pieces, report_);
 }
 
-bool Stepper::flow_and_break(double leading) {
+Broken Stepper::flow_and_break(double leading) {
     Stopwatch watch(report_.fracture_s);
     const Found found = flow_and_measure(pass(), has_flowed_ ? 0 : time_.h, m_.model, m_.movables, m_.breaking,
                                          m_.matching.goals, state_);
-    if (!found.changed && !found.overloaded) return false;
-    const auto cuts =
-        break_edges(context_, state_.time + time_.h, leading, m_.movables.moving, m_.model, m_.breaking, state_);
-    report_.edges_broken += cuts.size();
-    if (cuts.empty()) return false;
+    has_flowed_ = true;
+    if (!found.changed && !found.overloaded && m_.breaking.stretch.empty()) return {};
+    Broken broken = break_edges(pass(), leading, m_.movables, m_.matching.goals, m_.model, m_.breaking, state_);
+    report_.edges_broken += broken.n_cuts;
+    report_.cracks_J += broken.dissipated;
+    if (broken.n_cuts == 0) return broken;
     mark_held_pieces(context_, m_.model.live, m_.movables, m_.pieces);
     leave_pieces_alone(pass(), m_.model.live, m_.pieces, m_.matching);
     m_.detection.edges_broke();
-    return true;
+    return broken;
 }
 
 // Cuts and starts the correction over until nothing breaks: a crack runs as far as the load that it releases lets it,
@@ -123,9 +125,7 @@ bool Stepper::flow_and_break(double leading) {
 // `break_in_hit`), and what parts along a crack may push, too.
 void Stepper::run_cracks() {
     for (int n = 0; n < kCracksInStep && !m_.problem.pushes_anything(); ++n) {
-        const bool broke = flow_and_break(kLeading);
-        has_flowed_ = true;
-        if (!broke) return;
+        if (!flow_and_break(kLeading).runs_on()) return;
         take_up_contacts(context_, time_.h, m_.model.live, m_.pair.smooth, m_.slice, m_.movables, m_.problem,
                          m_.pieces);
         take_up_smooth_momentum(context_, time_, m_.model, m_.movables, m_.pair, m_.pieces);
@@ -144,11 +144,9 @@ void Stepper::run_cracks() {
 // keep a push that carried a whole body. What breaks in the last pass is cut when the momentum books are closed, and
 // let go in the next step.
 bool Stepper::break_in_hit() {
-    const size_t first_cut = state_.broken.size();
-    const bool broke = flow_and_break(0);
-    has_flowed_ = true;
-    if (!broke) return false;
-    keep_what_is_whole(context_, std::span(state_.broken).subspan(first_cut), m_.problem.islands, m_.pieces, m_.slice);
+    const Broken broken = flow_and_break(0);
+    if (!broken.runs_on()) return false;
+    keep_what_is_whole(context_, broken.weakened, m_.problem.islands, m_.pieces, m_.slice);
     return m_.slice.is_again = true;
 }
 
@@ -183,8 +181,8 @@ void StepMemory::fit(const StepContext& context) {
 void StepMemory::take_up_frame(const StepContext& context, const FrameState& state) {
     pair.smooth.assign(context.n_movables(), 0);
     for_all(context, context.n_particles(), [&](size_t g) { matching.goals[g].rotation = state.group_rotation[g]; });
-    model.take_up_materials(context.scene.rest, context.input.materials, context.settings.method == Method::projective,
-                            context.workers);
+    model.take_up_materials(context.scene.rest, context.input.materials, state,
+                            context.settings.method == Method::projective, context.workers);
 }
 
 void StepMemory::renumber(const StepContext& context, const FrameState& state, std::span<const ParticleId> former) {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "solver/contacts/find/scene_contacts.h"
+#include "solver/step/breaking.h"
 #include "solver/step/find.h"
-#include "solver/step/flow.h"
 #include "solver/step/hits.h"
 #include "solver/step/matching.h"
 #include "solver/step/second_order.h"

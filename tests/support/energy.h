@@ -84,7 +84,8 @@ inline std::vector<Member> living_members(const SimulationMesh& rest, const Fram
         const Mat3 Q = rest.rest_orientation[j].toRotationMatrix();
         const Vec3 A_j = rest.mass[j] / 5 * rest.radii[j].cwiseProduct(rest.radii[j]);
         const Mat3 M = Q * A_j.asDiagonal() * Q.transpose();
-        members.push_back({member_weight(rest, edge), rest.mass[j], rest.rest_position[j], state.position[j],
+        const double hold = edge == kNone || state.edge_hold.empty() ? 1 : state.edge_hold[edge];
+        members.push_back({hold * member_weight(rest, edge), rest.mass[j], rest.rest_position[j], state.position[j],
                            state.orientation[j].toRotationMatrix() * Q.transpose(), M});
         const Member& i = members.back();
         rest_center += i.w * i.m * i.q, center += i.w * i.m * i.p, mass += i.w * i.m;
@@ -122,7 +123,8 @@ inline double elastic_energy(const SimulationMesh& rest, const Material& materia
     const double nu = material.poisson_ratio, mu = material.youngs_modulus / (2 * (1 + nu));
     const double volume = rest.volume[g] / rest_trace(rest, g), lambda = 2 * mu * nu / (1 - 2 * nu);
     const double pressed = (R.transpose() * A_pq * W).trace() - (A_qq * W).trace();
-    return 3 * mu * volume * sum + lambda / 2 * volume * A_qq.trace() * pressed * pressed;
+    const double factor = state.stiffness_factor.empty() ? 1 : state.stiffness_factor[g];
+    return factor * (3 * mu * volume * sum + lambda / 2 * volume * A_qq.trace() * pressed * pressed);
 }
 
 }  // namespace detail

@@ -232,6 +232,7 @@ class AddsNodes:
         hardening: Union[_Number, _Animation] = ...,
         toughness: Optional[Union[_Number, _Animation]] = ...,
         compressive_toughness: Optional[Union[_Number, _Animation]] = ...,
+        fracture_energy: Optional[Union[_Number, Literal["auto"], _Animation]] = ...,
         stiffness: Union[_Number, _Animation] = ...,
         friction: Union[_Number, _Animation] = ...,
         restitution: Union[_Number, _Animation] = ...,
@@ -260,6 +261,9 @@ class AddsNodes:
         hardening: Growth of the yield per permanent strain.
         toughness: Stretch (principal logarithmic strain) at which it tears; null: never.
         compressive_toughness: Squeeze (principal logarithmic strain) at which it is crushed; null: never.
+        fracture_energy: Work that parts an area of an interface beyond its toughness: high, cracks run through and
+            leave large pieces, low, things crumble. Of method projective; null: groups of fragments break at once, by
+            their mean stretch. "auto": E toughness^2 L / 2, L a quarter of the body's longest side [J/m2].
         stiffness: Of the solver's method gauss_seidel alone: share of the way to the goal shape per iteration.
         friction: Coulomb friction: tangential force per normal force that a contact can bear before it slides.
         restitution: Share of the approach speed with which a contact bounces.

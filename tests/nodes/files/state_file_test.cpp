@@ -93,6 +93,28 @@ TEST(StateFile, what_is_bent_comes_back) {
     EXPECT_TRUE(has(fault_of(bytes_of(e)), "bending 1: layer3 is not finite"));
 }
 
+TEST(StateFile, what_is_damaged_comes_back_bent_or_not) {
+    for (const bool is_bent : {false, true}) {
+        Example e = example();
+        if (is_bent) {
+            e.state.plastic_curvature.assign(e.state.n_particles(), Mat3::Identity());
+            e.state.layer_strain.resize(e.state.n_particles());
+        }
+        for (size_t i = 0; i < e.state.edge_intact.size(); ++i) {
+            e.state.edge_damage.push_back(0.1 + 0.01 * static_cast<double>(i));
+            e.state.edge_hold.push_back(0.7 - 0.01 * static_cast<double>(i));
+        }
+        e.state.stiffness_factor.assign(e.state.n_particles(), 1.25);
+        const auto file = decode_state(bytes_of(e), "a");
+        ASSERT_TRUE(file) << file.error().text();
+        EXPECT_EQ(file->state, e.state);
+        EXPECT_EQ(state_hash(file->state), state_hash(e.state));
+        EXPECT_EQ(bytes_of({e.rest, file->state}), bytes_of(e));
+        e.state.edge_hold[0] = std::numeric_limits<double>::quiet_NaN();
+        EXPECT_TRUE(has(fault_of(bytes_of(e)), "damage 0: hold is not finite"));
+    }
+}
+
 TEST(StateFile, an_empty_state_comes_back) {
     const auto file = decode_state(bytes_of({}), "a");
     ASSERT_TRUE(file) << file.error().text();

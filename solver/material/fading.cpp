@@ -1,0 +1,60 @@
+#include "solver/material/fading.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace sunder {
+namespace {
+
+constexpr double kLeft = 0.02;  // of an edge that bears no more of its toughness, all is gone
+
+double tension_of(const Mat3& strain, const Vec3& normal, double nu, double least) {
+    const Mat3 stress =
+        strain / (1 + nu) + nu / ((1 + nu) * (1 - 2 * nu)) * strain.trace() * Mat3::Identity();  // over E
+    if (!(stress.squaredNorm() >= least * least)) return 0;
+    const Eigen::SelfAdjointEigenSolver<Mat3> principal(stress);
+    Vec3 pull = Vec3::Zero();
+    for (int i = 0; i < 3; ++i) {
+        const Vec3 q = principal.eigenvectors().col(i);
+        pull += std::max(principal.eigenvalues()(i), 0.0) * q.dot(normal) * q;
+    }
+    return pull.norm();
+}
+
+}  // namespace
+
+void add_fading(const SimulationMesh& rest, std::span<const Material> materials, FrameState& io_state) {
+    const auto has_one = [](const Material& m) { return m.fracture_energy < kNever; };
+    if (!io_state.edge_damage.empty() || std::ranges::none_of(materials, has_one)) return;
+    io_state.edge_damage.assign(rest.n_edges(), 0.0), io_state.edge_hold.assign(rest.n_edges(), 1.0);
+    io_state.stiffness_factor.assign(rest.n_particles(), 1.0);
+}
+
+Vec3 StretchedEdge::displacement() const {
+    return 0.5 * (rotation_a.conjugate() * present + rotation_b.conjugate() * present) - rest;
+}
+
+double tension(const StretchedEdge& edge, const GroupStretch& a, const GroupStretch& b, double nu, double least) {
+    const double d0 = edge.rest.norm();
+    const Vec3 n = edge.rest / d0, u = edge.displacement() / d0;
+    const Mat3 mean = 0.5 * (a.mean + b.mean), bent = 0.5 * (a.bent + b.bent);
+    const Vec3 r = u - mean * n;
+    const Mat3 own = mean + r * n.transpose() + n * r.transpose() - r.dot(n) * n * n.transpose();
+    if (bent.isZero(0)) return tension_of(own, n, nu, least);
+    return std::max(tension_of(own + bent, n, nu, least), tension_of(own - bent, n, nu, least));
+}
+
+double opening_length(const Material& material, double toughness) {
+    return 2 * material.fracture_energy / (material.youngs_modulus * toughness * toughness);
+}
+
+double damage(double tension, double toughness, double length, double d0) {
+    if (!(tension > toughness)) return 0;
+    const double end = toughness * (1 + length / d0);
+    if (tension >= end) return 1;
+    const double left = (end - tension) / (end - toughness);  // of the stress that it bore, -
+    return left > kLeft ? 1 - toughness / tension * left : 1;
+}
+
+}  // namespace sunder

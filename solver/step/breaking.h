@@ -1,0 +1,49 @@
+// What breaks: groups at once, or edges that fade; and what that leaves of the groups.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "solver/matching/live_model.h"
+#include "solver/material/fading.h"
+#include "solver/material/fracture.h"
+#include "solver/pieces/movables.h"
+#include "solver/step/slice.h"
+
+namespace sunder {
+
+/// What groups gave way to, and may break by.
+struct Breaking {
+    std::vector<GroupStrain> strains;   // (n_particles)
+    std::vector<uint8_t> flowed;        // rest shapes that are to be made anew (n_particles)
+    std::vector<GroupStretch> stretch;  // where edges fade (n_particles), or empty
+};
+
+/// Whether the edges of a particle fade instead of its group breaking.
+bool fades(const StepContext& context, const FrameState& state, ParticleIndex particle);
+
+/// Below it no principal strain breaks the group, or parts an edge of it.
+double breaking_strain(const StepContext& context, const FrameState& state, const LiveTopology& live,
+                       ParticleIndex group);
+
+struct Broken {
+    size_t n_cuts = 0;                 // the last of FrameState::broken
+    std::vector<ParticleId> weakened;  // an end of each edge that was cut or faded much; ascending
+    double dissipated = 0;             // of the elastic energy, what edges that fade took, J
+
+    /// Whether what was released is to be seen before anything else breaks.
+    bool runs_on() const { return !weakened.empty(); }
+};
+
+/// Cuts edges of groups that are overloaded, to a share `leading` of the worst of their piece; lets edges fade; and
+/// makes rest shapes anew where material flowed or edges broke or faded.
+///
+/// What fades takes weight out of its two groups, whose stiffness would then be that of what they held: as k_g is that
+/// of the whole ring, what stands beside a crack would lose half of its stiffness along the crack, too, and the shot
+/// half of its energy. Hence a group gets stiffness back, as much as its energy was lowered by, here and where the step
+/// began, and no more than its ring lost; where its energy would rise (shapes of other rings are not monotone) it loses
+/// some. So no change of an edge adds energy. An edge that fades does not profit of it.
+Broken break_edges(const Pass& pass, double leading, const Movables& movables, std::span<const GroupGoal> goals,
+                   LiveModel& io_model, Breaking& io_breaking, FrameState& io_state);
+
+}  // namespace sunder
