@@ -82,7 +82,8 @@ std::span<const Field<Material>> material_fields() {
                         .sentence = "Work that parts an area of an interface beyond its toughness: high, cracks run "
                                     "through and leave large pieces, low, things crumble. Of method projective; "
                                     "null: groups of fragments break at once, by their mean stretch",
-                        .min = 0}),
+                        .min = 0,
+                        .is_added = true}),
             &M::fracture_energy},
         Field<M>{animatable({.name = "stiffness",
                              .label = "Stiffness",
