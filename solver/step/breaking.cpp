@@ -72,7 +72,7 @@ Fade FadeSearch::look_at(EdgeId e) const {
     const double pull =
         tension(at, breaking_.stretch[edge.a], breaking_.stretch[edge.b], material.poisson_ratio, kStressed * tau);
     const double now = damage(pull, tau, opening_length(material, tau), at.rest.norm());
-    return {e, now > had + kLeastRise ? now : had, pull};
+    return {e, now == 1 || now > had + kLeastRise ? now : had, pull};
 }
 
 // Of edges that part at once: whether it is the most loaded about it.
@@ -131,7 +131,6 @@ public:
         before_ = energies();
     }
 
-    std::span<const ParticleId> groups() const { return groups_; }
     /// Gives stiffness back; what was dissipated, J.
     double close(const StepContext& context, LiveModel& io_model, FrameState& io_state) const;
 
@@ -167,7 +166,7 @@ double Books::close(const StepContext& context, LiveModel& io_model, FrameState&
         const double trace = io_model.shapes.group[g].positions_trace;
         const double lost = trace > 0 ? io_model.shapes.rest_trace[g] / trace : 1;
         double given = 1;  // over the present factor
-        if (after[i].end > before_[i].end)
+        if (after[i].end > before_[i].end && before_[i].end > 0)
             given = before_[i].end / after[i].end;
         else
             given = std::max(1.0, std::min({kMostGiven / factor, lost / factor, most(before_[i].end, after[i].end),
@@ -197,6 +196,7 @@ void cut(const SimulationMesh& rest, std::span<const BrokenEdge> cuts, LiveModel
     for (const BrokenEdge& cut : cuts) {
         SUNDER_ASSERT(state.edge_intact[cut.edge]);
         state.edge_intact[cut.edge] = model.edges[cut.edge] = 0;
+        if (!state.edge_damage.empty()) state.edge_damage[cut.edge] = 1;
         state.broken.push_back(cut);
         broken.push_back(cut.edge);
     }
@@ -241,7 +241,12 @@ Broken break_edges(const Pass& pass, double leading, const Movables& movables, s
     const double time = state.time + pass.time.h;
     std::vector<BrokenEdge> cuts = edges_to_cut({rest, model.live, model.shapes, movables.moving}, breaking.strains,
                                                 leading, time, context.workers);
-    const std::vector<Fade> fading = FadeSearch(pass, model, movables, goals, breaking).run();
+    std::vector<Fade> fading = FadeSearch(pass, model, movables, goals, breaking).run();
+    // What a group is crushed by does not fade as well.
+    const auto is_cut = [&](const Fade& fade) {
+        return std::ranges::binary_search(cuts, fade.edge, {}, &BrokenEdge::edge);
+    };
+    std::erase_if(fading, is_cut);
     const Books books(pass, fading, movables, goals, model);
     Broken broken;
     for (const Fade& fade : fading) {

@@ -99,7 +99,7 @@ Found Flow::run() {
         for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
             strains_[g].load = 0;
             if (kept_[g]) continue;
-            if (!stretch_.empty() && model_.live.count(g) == 1) stretch_[g] = {};
+            if (!stretch_.empty()) stretch_[g] = {};  // of what is neither stretched nor bent it stays so
             const bool is_thin = model_.is_thin(g);
             if (model_.bends(g)) {
                 const Found found = flow_bent(g);
