@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Writes the meshes of the examples: open sheets, which pre-fracture makes as thick as it is told, and one beam."""
+"""Writes the meshes of the examples: open sheets, which pre-fracture makes as thick as it is told, a beam, and masonry."""
 import math
 from pathlib import Path
 
@@ -100,6 +100,53 @@ def beam():
     return points, faces
 
 
+def blocks(xs, ys, zs, is_filled):
+    """The solid of those blocks between the planes xs, ys, zs that are filled: block (i, j, k) is filled where is_filled(i, j, k)."""
+    sizes = len(xs) - 1, len(ys) - 1, len(zs) - 1
+    points, faces, numbers = [], [], {}
+
+    def filled(block):
+        return all(0 <= b < n for b, n in zip(block, sizes)) and is_filled(*block)
+
+    def corner(at):
+        if at not in numbers:
+            numbers[at] = len(points)
+            points.append((xs[at[0]], ys[at[1]], zs[at[2]]))
+        return numbers[at]
+
+    for block in [(i, j, k) for i in range(sizes[0]) for j in range(sizes[1]) for k in range(sizes[2])]:
+        if not filled(block):
+            continue
+        for axis in range(3):
+            for side in (0, 1):
+                beside = tuple(b + (2 * side - 1) * (a == axis) for a, b in enumerate(block))
+                if filled(beside):
+                    continue
+                u, v = (axis + 1) % 3, (axis + 2) % 3
+                round_it = ((0, 0), (1, 0), (1, 1), (0, 1)) if side else ((0, 0), (0, 1), (1, 1), (1, 0))
+                face = []
+                for du, dv in round_it:
+                    at = list(block)
+                    at[axis] += side
+                    at[u] += du
+                    at[v] += dv
+                    face.append(corner(tuple(at)))
+                faces.append(tuple(face))
+    return points, faces
+
+
+def wall():
+    """6 x 3 m, 0.25 m thick, with a door and a window."""
+    holes = {(1, 0), (1, 1), (3, 1)}
+    return blocks((0, 1.0, 1.9, 3.2, 4.6, 6.0), (0, 0.25), (0, 1.0, 2.1, 3.0), lambda i, j, k: (i, k) not in holes)
+
+
+def frame():
+    """Two storeys of 4 x 4 m: slabs 0.3 m thick on four columns each, 0.4 m wide and 2.4 m high."""
+    planes = (0, 0.4, 3.6, 4.0)
+    return blocks(planes, planes, (0, 2.4, 2.7, 5.1, 5.4), lambda i, j, k: k in (1, 3) or (i != 1 and j != 1))
+
+
 if __name__ == "__main__":
-    for make in (panel, door, can, roof, beam):
+    for make in (panel, door, can, roof, beam, wall, frame):
         write(make.__name__, *make())

@@ -82,6 +82,8 @@ std::vector<ParameterDescription> material_parameters() {
     ParameterDescription& fracture_energy =
         *std::ranges::find(parameters, std::string("fracture_energy"), &ParameterDescription::name);
     fracture_energy.automatic = true;
+    fracture_energy.former_defaults = {{1, fracture_energy.default_value}};
+    fracture_energy.default_value = kAutomatic;
     fracture_energy.sentence += ". \"auto\": E toughness^2 L / 2, L a quarter of the body's longest side";
     return parameters;
 }

@@ -36,6 +36,9 @@ std::vector<std::string> left_out(const Scene& scene, std::span<const Material> 
             told.push_back("body '" + scene.bodies[b].name + "': " + std::to_string(n) +
                            " fragments of sheets or rods are as stiff as blocks and spring back, for method " + method +
                            " knows no bending (take projective)");
+        if (materials[b].fracture_energy < kNever)
+            told.push_back("body '" + scene.bodies[b].name + "' breaks as with fracture_energy null, for method " +
+                           method + " knows no edges that fade (take projective)");
     }
     for (const Pin& pin : scene.pins)
         if (pin.turns_freely)

@@ -22,7 +22,6 @@ constexpr double kUnseenStrain = 0.01;  // strains below it move little; their p
 constexpr int kTrialIterations = 2;
 constexpr double kFramesToBreaking = 4;  // at the present rate; from there on strains are followed closely
 constexpr double kBreakingMargin = 2;    // waves that meet at the tear are smeared on their way (the chart's tear_time)
-constexpr double kCalm = 0.01;           // of a group's size a frame: a piece that deforms more slowly rests
 constexpr double kLargestTurn = 0.1;     // rad a substep that one Newton step follows well
 constexpr size_t kGrain = 128;           // fewest groups a thread is worth waking for
 
@@ -233,7 +232,7 @@ bool calm(const StepContext& context, const LiveModel& model, std::span<const Pa
     }
     const Vec3 stopped = rigid_motion(rest, particles, start, after.velocity).velocity -
                          rigid_motion(rest, particles, start, state.velocity).velocity;
-    return stopped.norm() <= 1.5 * seconds * acceleration_of(context.input) + kCalm * size(particles.front()) / seconds;
+    return stopped.norm() <= calm_speed(context.input, size(particles.front()));
 }
 
 double largest_turn(const Placement& start, const Placement& end) {

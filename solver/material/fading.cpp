@@ -22,6 +22,29 @@ double tension_of(const Mat3& strain, const Vec3& normal, double nu, double leas
     return pull.norm();
 }
 
+// Of a beam of length d0 whose ends move against one another by d across it and do not turn, faces are strained by
+// 3 t / d0 times d / d0.
+constexpr double kOfClampedBeam = 3;
+
+// What of a displacement `r` (over d0) across the edge shears, and by how much the rest strains the faces.
+struct Across {
+    Vec3 shear = Vec3::Zero();
+    double at_faces = 0;
+};
+
+Across across(const GroupStretch& group, const Vec3& r, double d0) {
+    Across of;
+    for (int i = 0; i < 3; ++i) {
+        const Vec3 axis = group.axes.col(i);
+        const double share = kOfClampedBeam * group.extent(i) / d0, part = r.dot(axis);
+        if (share < 1)
+            of.at_faces += share * std::abs(part);
+        else
+            of.shear += part * axis;
+    }
+    return of;
+}
+
 }  // namespace
 
 void add_fading(const SimulationMesh& rest, std::span<const Material> materials, FrameState& io_state) {
@@ -38,10 +61,19 @@ Vec3 StretchedEdge::displacement() const {
 double tension(const StretchedEdge& edge, const GroupStretch& a, const GroupStretch& b, double nu, double least) {
     const double d0 = edge.rest.norm();
     const Vec3 n = edge.rest / d0, u = edge.displacement() / d0;
-    const Mat3 mean = 0.5 * (a.mean + b.mean), bent = 0.5 * (a.bent + b.bent);
-    const Vec3 r = u - mean * n;
+    const Mat3 mean = 0.5 * (a.mean + b.mean);
+    Mat3 bent = 0.5 * (a.bent + b.bent);
+    Vec3 r = u - mean * n;
+    const bool is_thin = a.extent.minCoeff() < kNever || b.extent.minCoeff() < kNever;
+    if (is_thin) {
+        const Vec3 along = r.dot(n) * n;
+        const Across at_a = across(a, r - along, d0), at_b = across(b, r - along, d0);
+        r = along + 0.5 * (at_a.shear + at_b.shear);
+        const double at_faces = 0.5 * (at_a.at_faces + at_b.at_faces);
+        bent += (n.dot(bent * n) < 0 ? -at_faces : at_faces) * n * n.transpose();
+    }
     const Mat3 own = mean + r * n.transpose() + n * r.transpose() - r.dot(n) * n * n.transpose();
-    if (bent.isZero(0)) return tension_of(own, n, nu, least);
+    if (!is_thin) return tension_of(own, n, nu, least);
     return std::max(tension_of(own + bent, n, nu, least), tension_of(own - bent, n, nu, least));
 }
 

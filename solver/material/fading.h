@@ -23,6 +23,9 @@ void add_fading(const SimulationMesh& rest, std::span<const Material> materials,
 /// or, of a sheet or rod, the strain in its middle, with what its faces have more and less.
 struct GroupStretch {
     Mat3 mean = Mat3::Zero(), bent = Mat3::Zero();  // rest axes of the world, -
+    /// Of a sheet or rod: axes of the fragment, and how thick it is along each, m. What is solid is as thick as can be.
+    Mat3 axes = Mat3::Identity();
+    Vec3 extent = Vec3::Constant(kNever);
 };
 
 /// An edge where its particles lie.
@@ -37,7 +40,8 @@ struct StretchedEdge {
 };
 
 /// Tension on the interface over E, -: of the rings' mean strain, made to fit this edge, the stress of those principal
-/// directions that pull, on the plane across the edge. Of two faces the one that is pulled more. 0 where no stress of
+/// directions that pull, on the plane across the edge. What moves across a sheet shears a solid and bends a sheet: of
+/// it counts the strain at the faces of a clamped beam. Of two faces the one that is pulled more. 0 where no stress of
 /// it comes to `least`.
 double tension(const StretchedEdge& edge, const GroupStretch& a, const GroupStretch& b, double poisson_ratio,
                double least);

@@ -21,6 +21,11 @@ FieldsOfForce::FieldsOfForce(const FrameInput& input) : acceleration(input.gravi
 
 double acceleration_of(const FrameInput& input) { return FieldsOfForce(input).acceleration.norm(); }
 
+double calm_speed(const FrameInput& input, double size) {
+    constexpr double kFallen = 1.5;  // frames
+    return kFallen * input.duration * acceleration_of(input) + kCalm * size / input.duration;
+}
+
 double still_speed(double size, double g, bool flows) {
     return (flows ? kStillWhileFlowing : kStill) * speed_of_fall(size, g);
 }

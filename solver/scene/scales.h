@@ -22,6 +22,10 @@ struct FieldsOfForce {
 /// acceleration another way to say it.
 double acceleration_of(const FrameInput& input);
 
+constexpr double kCalm = 0.01;  // of its size a frame: what deforms more slowly rests
+/// m/s: what is stopped from less than that rests; `size` in m.
+double calm_speed(const FrameInput& input, double size);
+
 /// m; how much farther what falls gets in a step of `h` seconds.
 inline double fall_in_step(double h, double g) { return g * h * h; }
 

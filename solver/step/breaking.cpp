@@ -225,6 +225,10 @@ bool fades(const StepContext& context, const FrameState& state, ParticleIndex pa
            context.material(particle).fracture_energy < kNever;
 }
 
+bool follows_strain(const StepContext& context, const FrameState& state, ParticleIndex particle) {
+    return context.settings.error_budget > 0 || fades(context, state, particle);
+}
+
 double breaking_strain(const StepContext& context, const FrameState& state, const LiveTopology& live, ParticleIndex g) {
     const SimulationMesh& rest = context.scene.rest;
     const Material own = material_of(rest, g, context.material(g));

@@ -22,6 +22,9 @@ struct Breaking {
 /// Whether the edges of a particle fade instead of its group breaking.
 bool fades(const StepContext& context, const FrameState& state, ParticleIndex particle);
 
+/// Whether a particle's strain is followed from step to step, as what is stored in it asks hits for parts.
+bool follows_strain(const StepContext& context, const FrameState& state, ParticleIndex particle);
+
 /// Below it no principal strain breaks the group, or parts an edge of it.
 double breaking_strain(const StepContext& context, const FrameState& state, const LiveTopology& live,
                        ParticleIndex group);

@@ -42,6 +42,7 @@ private:
     };
     const SimulationMesh& rest() const { return context_.scene.rest; }
     LiveGroups groups() const { return {rest(), model_.live, model_.shapes, movables_.moving}; }
+    bool follows(ParticleIndex group) const { return follows_strain(context_, state_, group); }
     bool fades(ParticleIndex group) const { return !stretch_.empty() && sunder::fades(context_, state_, group); }
     Material material(ParticleIndex group) const;
     double strain_limit(ParticleIndex group) const;
@@ -79,7 +80,7 @@ Found Flow::run() {
         for (uint32_t i = 0; i < n; ++i) {
             const auto& q = stretches.rotation;
             goals_[groups[i]].rotation = Quat(q[3][i], q[0][i], q[1][i], q[2][i]);
-            if (fades(groups[i])) note_stretch(groups[i], stretches, i);
+            if (follows(groups[i])) note_stretch(groups[i], stretches, i);
         }
         if (!measures_ && std::ranges::find(is_strained, true) == is_strained.end()) return;
         PrincipalLanes principal;
@@ -107,7 +108,7 @@ Found Flow::run() {
                 if (found.overloaded) overloaded = true;
             } else if (model_.live.count(g) == 1 || is_thin)
                 state_.strain[g] = 0;
-            else if (measures_ || fades(g) || strain_limit(g) < kNever)
+            else if (measures_ || follows(g) || strain_limit(g) < kNever)
                 waiting.add(g, model_.live.count(g), four);
         }
         waiting.finish(four);
@@ -175,7 +176,7 @@ Found Flow::give_way(GivingWay& io_groups, const StretchKernels& kernels) {
 void Flow::note_stretch(ParticleIndex g, const GroupStretches& stretches, size_t lane) {
     Sym3 S;
     for (size_t n = 0; n < S.size(); ++n) S[n] = stretches.S[n][lane];
-    stretch_[g] = {to_matrix(S) - Mat3::Identity(), Mat3::Zero()};
+    if (fades(g)) stretch_[g] = {.mean = to_matrix(S) - Mat3::Identity()};
     state_.strain[g] = std::min(stretches.deviation[lane], 1.0);
 }
 
@@ -208,7 +209,7 @@ Found Flow::flow_bent(ParticleIndex g) {
     if (fades(g)) {
         const auto at_rest = [&](const Mat3& strain) -> Mat3 { return shape.axes * strain * shape.axes.transpose(); };
         const Mat3 one = at_rest(faces.strain[0]), other = at_rest(faces.strain[faces.n - 1]);
-        stretch_[g] = {0.5 * (one + other), 0.5 * (one - other)};
+        stretch_[g] = {0.5 * (one + other), 0.5 * (one - other), shape.axes, shape.extent};
     }
     found.overloaded = strains_[g].load > 1;
     if (found.changed) {

@@ -23,6 +23,12 @@ constexpr double kOfTheWave = 0.5;
 // What rings with more than this of the strain that breaks it takes the parts of any hit: a whole step would damp
 // its waves, and what breaks by them after the next hit would hang on the step.
 constexpr double kRinging = 0.2;
+// Of the way that a piece is long waves run this much in a part, over the error budget: with less an implicit step
+// takes more of a bounce than the budget. Half of a bounce lasts pi / 2 ways, in each of which it loses the like.
+constexpr double kWaveInBudget = 0.45;
+// Of the speed that what is stored would go at. What rings moves faster even where it turns; what bears a load does
+// not.
+constexpr double kAtTheTurn = 0.05;
 // How fast what a hit lets go may fly, over the fastest that is hit.
 constexpr double kLetGo = 2;
 
@@ -44,6 +50,11 @@ private:
     double inverse_mass(MovableId i) const { return i < movables_.size() ? movables_.inverse_mass[i] : 0.0; }
     double wave_speed_of(ParticleIndex particle) const;
     int parts_for(ParticleIndex particle, double speed) const;
+    int parts_for_breaking(ParticleIndex particle, double speed) const;
+    int parts_for_budget(ParticleIndex particle, double speed) const;
+    int capped(double parts) const;
+    bool has_budget() const { return context_.settings.error_budget > 0; }
+    void measure_pieces();
     int parts_for_touch(MovableId particle, MovableId other, double closing_speed) const;
     int parts_for_waves(size_t piece, double share) const;
     void ask_where_things_meet(std::vector<int>& io_parts) const;
@@ -57,6 +68,7 @@ private:
     const ContactProblem& problem_;
     const Movables& movables_;
     const Pieces& pieces_;
+    std::vector<double> size_;  // of pieces, m
 };
 
 double HitSearch::wave_speed_of(ParticleIndex j) const {
@@ -64,12 +76,36 @@ double HitSearch::wave_speed_of(ParticleIndex j) const {
     return wave_speed(context_.material(j).youngs_modulus, rest.volume[j], rest.mass[j]);
 }
 
-int HitSearch::parts_for(ParticleIndex j, double speed) const {
-    const double c = wave_speed_of(j);
-    if (!(speed > breaking_strain(context_, state_, model_.live, j) * c)) return 1;
+int HitSearch::capped(double parts) const {
+    return static_cast<int>(std::min(std::ceil(parts), double(context_.settings.hit_substeps)));
+}
+
+int HitSearch::parts_for_breaking(ParticleIndex j, double speed) const {
+    if (!(speed > breaking_strain(context_, state_, model_.live, j) * wave_speed_of(j))) return 1;
     const double in_part = fades(context_, state_, j) ? kWaveWhereEdgesFade : kWaveInPart;
-    const double wave = waves_in_step(h_ * h_ * model_.live.count(j) * model_.stiffness[j].k);
-    return static_cast<int>(std::min(std::ceil(wave / in_part), double(context_.settings.hit_substeps)));
+    return capped(waves_in_step(h_ * h_ * model_.live.count(j) * model_.stiffness[j].k) / in_part);
+}
+
+int HitSearch::parts_for_budget(ParticleIndex j, double speed) const {
+    if (!has_budget()) return 1;
+    const double size = size_[model_.live.piece(j)];
+    if (!(speed > calm_speed(context_.input, size))) return 1;
+    return capped(wave_speed_of(j) * h_ / (kWaveInBudget * context_.settings.error_budget * size));
+}
+
+int HitSearch::parts_for(ParticleIndex j, double speed) const {
+    return std::max(parts_for_breaking(j, speed), parts_for_budget(j, speed));
+}
+
+// Longest sides of the boxes about pieces' particles, which an error budget asks for.
+void HitSearch::measure_pieces() {
+    if (!has_budget()) return;
+    size_.resize(model_.live.n_pieces());
+    for_pieces(model_.live, kParticleGrain, context_.workers, [&](size_t piece) {
+        Aabb box;
+        for (const ParticleId j : model_.live.piece_particles(piece)) box.extend(movables_.start_position[j]);
+        size_[piece] = (box.max - box.min).maxCoeff();
+    });
 }
 
 int HitSearch::parts_for_touch(MovableId j, MovableId other, double closing_speed) const {
@@ -85,11 +121,16 @@ int HitSearch::parts_for_waves(size_t piece, double share) const {
                                            movables_.velocity, movables_.angular_velocity);
     const Vec3 spin = rigid_spin(p, p.angular);
     int most = 1;
+    double fastest = 0;
     for (const ParticleId j : particles) {
         const Vec3 own = movables_.velocity[j] - p.velocity - spin.cross(movables_.start_position[j] - p.center);
         most = std::max(most, parts_for(j, own.norm() / share));
-        if (fades(context_, state_, j))
-            most = std::max(most, parts_for(j, state_.strain[j] * wave_speed_of(j) / share));
+        fastest = std::max(fastest, own.norm());
+    }
+    for (const ParticleId j : particles) {
+        if (!follows_strain(context_, state_, j)) continue;
+        const double stored = state_.strain[j] * wave_speed_of(j);
+        if (fastest > kAtTheTurn * stored) most = std::max(most, parts_for(j, stored / share));
     }
     return most;
 }
@@ -117,6 +158,7 @@ Hit HitSearch::run() {
     const auto for_all_pieces = [&](const auto& body) {
         for_pieces(model_.live, kParticleGrain, context_.workers, body);
     };
+    measure_pieces();
     ask_where_things_meet(parts);
     for_all_pieces([&](size_t piece) {
         if (parts[piece] > 0) parts[piece] = std::max(parts[piece], parts_for_waves(piece, kOfTheWave));

@@ -127,6 +127,16 @@ class Before(FileCase):
         self.reopen()
         self.assertEqual(self.compiled()["nodes"]["body"]["damping_time"], 0.01)
 
+    def test_they_break_as_they_did(self):
+        _, nodes = self.tree()
+        self.assertEqual(nodes["body"].parameter("fracture_energy"), "auto")
+        nodes["body"].property_unset("auto_fracture_energy")
+        nodes["body"].property_unset("use_fracture_energy")
+        self.save()
+        self.reopen()
+        self.assertIsNone(self.body().parameter("fracture_energy"))
+        self.assertIsNone(self.compiled()["nodes"]["body"]["fracture_energy"])
+
     def test_new_ones_and_their_copies_stay_automatic(self):
         _, nodes = self.tree()
         for node in nodes.values():

@@ -1,4 +1,4 @@
-"""A ball that falls on a floor breaks into wedges and chunks where it has a fracture energy, else to crumbs."""
+"""What has a fracture energy breaks into wedges, slabs and chunks, else to crumbs; and keeps what a hit gives it."""
 import numpy as np
 import pytest
 
@@ -79,3 +79,52 @@ def test_without_one_most_of_it_is_crumbs(ball):
 def test_a_small_hit_breaks_nothing(ball):
     largest, others, alone, damage = shares(ball, 2, "auto")
     assert largest > 0.999 and np.max(damage) < 0.05
+
+
+def test_a_plate_that_is_held_at_two_sides_parts_by_cracks_to_its_edges(tmp_path):
+    corners = [(x, y, z) for z in (0, 0.1) for y in (-1, 1) for x in (-1, 1)]
+    quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    path = tmp_path / "plate.obj"
+    path.write_text("".join("v %g %g %g\n" % p for p in corners)
+                    + "".join("f " + " ".join(str(i + 1) for i in q) + "\n" for q in quads))
+    sides = {name: {"type": "pin", "body": "@body.body", "region": "box", "box_min": [low, -2, -1], "box_max": [high, 2, 1]}
+             for name, low, high in (("left", -2, -0.95), ("right", 0.95, 2))}
+    graph = sunder.Graph.from_dict({"sunder": 2, "frame_rate": 24, "frame_range": [1, 6], "nodes": {
+        "mesh": {"type": "mesh_file", "path": str(path)},
+        "cut": {"type": "prefracture", "mesh": "@mesh.mesh", "pieces": 400, "clusters": 0},
+        "body": {"type": "body", "fragments": "@cut.fragments", "density": 2400, "youngs_modulus": STIFFNESS,
+                 "poisson_ratio": 0.2, "toughness": 0.005, "fracture_energy": 300},
+        "ball": {"type": "rigid_body", "shape": "sphere", "radius": 0.2, "mass": 400, "position": [0.03, 0.02, 0.32],
+                 "velocity": [0, 0, -8]},
+        "solver": {"type": "solver", "preset": "final", "bodies": ["@body.body"], "rigid_bodies": ["@ball.rigid_body"],
+                   "pins": [f"@{name}.pin" for name in sides]}, **sides}})
+    start, torn = (graph.evaluate("solver.state", frame=frame) for frame in (1, 6))
+    counts = np.bincount(torn.piece)
+    large = np.flatnonzero(counts >= 8)  # 2 %
+    assert len(large) >= 4 and counts.max() < 0.6 * len(torn.piece)
+    assert np.count_nonzero(counts == 1) < 0.05 * len(torn.piece)  # by groups 11 %, at a quarter of this speed
+    # Each of the free edges, away from what is held, belongs to several pieces: cracks have come there.
+    for side in (-1, 1):
+        at_edge = (side * start.position[:, 1] > 0.85) & (np.abs(start.position[:, 0]) < 0.9)
+        assert len(np.unique(torn.piece[at_edge])) >= 2
+
+
+def kept_by_a_bounce(ball, **settings):
+    """Of the energy of motion of a ball that never breaks, without damping, restitution or gravity."""
+    graph = sunder.Graph.from_dict({"sunder": 2, "frame_rate": 24, "frame_range": [1, 4], "nodes": {
+        "mesh": {"type": "mesh_file", "path": str(ball)},
+        "cut": {"type": "prefracture", "mesh": "@mesh.mesh", "pieces": 300, "clusters": 0},
+        "body": {"type": "body", "fragments": "@cut.fragments", "density": DENSITY, "youngs_modulus": STIFFNESS,
+                 "poisson_ratio": 0.2, "damping_time": 0, "toughness": None, "position": [0, 0, 0.52],
+                 "velocity": [0, 0, -SPEED]},
+        "floor": {"type": "collider", "shape": "plane"},
+        "solver": {"type": "solver", "gravity": [0, 0, 0], "bodies": ["@body.body"], "colliders": ["@floor.collider"],
+                   **settings}}})
+    state = graph.evaluate("solver.state", frame=4)
+    return np.sum(state.mass * np.sum(np.square(state.velocity), axis=1)) / (np.sum(state.mass) * SPEED**2)
+
+
+def test_a_bounce_keeps_what_the_error_budget_asks_for(ball):
+    fine = kept_by_a_bounce(ball, substeps=1000, iterations=1)
+    assert abs(kept_by_a_bounce(ball, error_budget=0.02) - fine) < 0.05 * fine
+    assert kept_by_a_bounce(ball, error_budget=0.1) > 0.85 * fine

@@ -1,4 +1,4 @@
-"""The shots in examples/ go as docs/sheets.md says."""
+"""The shots in examples/ go as docs/sheets.md and docs/cracks.md say."""
 import importlib.util
 from pathlib import Path
 
@@ -26,7 +26,7 @@ def test_meshes_are_those_that_the_script_writes(tmp_path):
     meshes = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(meshes)
     meshes.HERE = tmp_path
-    for make in (meshes.panel, meshes.door, meshes.can, meshes.roof, meshes.beam):
+    for make in (meshes.panel, meshes.door, meshes.can, meshes.roof, meshes.beam, meshes.wall, meshes.frame):
         meshes.write(make.__name__, *make())
         written = (tmp_path / (make.__name__ + ".obj")).read_text()
         assert written == (EXAMPLES / (make.__name__ + ".obj")).read_text(), make.__name__
@@ -35,9 +35,8 @@ def test_meshes_are_those_that_the_script_writes(tmp_path):
 def test_the_ball_goes_through_the_panel_and_leaves_the_rest_of_it():
     start, torn = states("panel", 1, 4)
     sizes = sizes_of_pieces(torn)
-    assert torn.rigid_velocity[0][2] < -15
-    # 3 % are asked for; the plug that the ball punches out comes off as single fragments (docs/sheets.md).
-    assert np.count_nonzero(sizes == 1) <= 0.045 * len(torn.piece)
+    assert torn.rigid_velocity[0][2] < -4
+    assert np.count_nonzero(sizes == 1) <= 0.03 * len(torn.piece)
     assert sizes[-1] > 0.94 * len(torn.piece)
     off = torn.piece != np.bincount(torn.piece).argmax()
     hit = np.array([0.05, 0.03, 0])
@@ -51,7 +50,7 @@ def test_the_door_dents_and_then_tears(speed, least, most, tears):
     kept = hit.piece == np.bincount(hit.piece).argmax()
     moved = np.linalg.norm((hit.position - start.position)[kept], axis=1).max()
     assert least < moved < most
-    assert (len(sizes_of_pieces(hit)) > 1) == tears
+    assert (np.count_nonzero(hit.edge_intact == 0) > 0) == tears
 
 
 def test_the_can_folds_and_does_not_tear():
@@ -73,3 +72,26 @@ def test_the_beam_bends_over_the_edge():
     assert len(sizes_of_pieces(bent)) == 1
     assert np.linalg.norm(bent.position - start.position, axis=1).max() > 0.05
     assert bent.strain.max() > 0.002
+
+
+def test_the_wall_parts_into_large_pieces_and_chunks():
+    torn, = states("wall", 5)
+    sizes = sizes_of_pieces(torn)
+    n = len(torn.piece)
+    assert sizes[-1] < 0.7 * n                          # a crack has gone through it
+    assert np.sum(sizes[sizes >= 10]) > 0.8 * n         # 97 % of all fragments here; by groups a hole and crumbs
+    assert np.count_nonzero(sizes >= 10) >= 5
+    assert np.count_nonzero(sizes == 1) < 0.1 * n
+
+
+def test_the_frame_stands():
+    stood, = states("frame", 8, ball={"position": [-9, 0, 1], "velocity": [0, 0, 0]})
+    assert len(sizes_of_pieces(stood)) == 1 and np.max(stood.edge_damage) == 0
+
+
+def test_the_frame_loses_columns_and_keeps_its_slabs():
+    hit, = states("frame", 5)
+    sizes = sizes_of_pieces(hit)
+    n = len(hit.piece)
+    assert sizes[-1] > 0.75 * n and len(sizes) > 5
+    assert np.count_nonzero(sizes == 1) < 0.04 * n

@@ -26,7 +26,8 @@ double damping_time(Graph graph, int frame = 1) {
     return value_info(*body)["material"]["damping_time"].get<double>();
 }
 
-const std::string kNamed = R"(, "damping_time": 0.002)", kAuto = R"(, "damping_time": "auto")";
+const std::string kNamed = R"(, "damping_time": 0.002, "fracture_energy": null)";
+const std::string kAuto = R"(, "damping_time": "auto", "fracture_energy": "auto")";
 
 TEST(BodyNode, damping_is_automatic_from_version_2_of_graphs_on) {
     const double wave = 0.3 * 0.1 / std::sqrt(2e5 / 1000);
@@ -54,6 +55,7 @@ TEST(BodyNode, graphs_keep_their_version) {
         EXPECT_EQ(graph.to_json()["sunder"], version);
         const Json full = graph.to_json(Defaults::write);
         EXPECT_EQ(full["nodes"]["rubber"]["damping_time"], version == 1 ? Json(0.002) : Json("auto"));
+        EXPECT_EQ(full["nodes"]["rubber"]["fracture_energy"], version == 1 ? Json() : Json("auto"));
         const auto again = Graph::from_json_text(full.dump(), "again", "");
         ASSERT_TRUE(again) << again.error().text();
         EXPECT_EQ(again->keys(), graph.keys());

@@ -43,6 +43,8 @@ def begin(p, node):
     """What a new node begins with other than Blender's default, which is what nodes of files saved before have."""
     if p["automatic"] and p["default"] == "auto":
         setattr(node, automatic(p["name"]), True)
+        if p["nullable"]:
+            setattr(node, switch(p["name"]), True)
 
 
 def is_angle(p):
@@ -62,10 +64,15 @@ def _limits(p, kind):
     return limits
 
 
+def _former_default(p):
+    """What nodes of files that were saved before have."""
+    return p["former_defaults"][-1]["default"] if "former_defaults" in p else p["default"]
+
+
 def _default(p):
-    value = p["default"]
+    value = _former_default(p)
     if value == "auto" and p["automatic"]:
-        value = p["former_defaults"][-1]["default"] if "former_defaults" in p else p["min"]
+        value = p["min"]
     if value is None:
         value = 1 if p["type"] == "integer" else _IF_USED
     if is_angle(p):
@@ -119,8 +126,8 @@ def properties(p, changed):
         raise ValueError(f"parameter type '{kind}' is not known to this add-on")
     if p["nullable"]:
         made[switch(p["name"])] = BoolProperty(
-            name="Use " + p["label"], description=p["sentence"].rstrip("."), default=p["default"] is not None,
-            options=set(), update=changed,
+            name="Use " + p["label"], description=p["sentence"].rstrip("."), options=set(), update=changed,
+            default=_former_default(p) is not None,
         )
     if p["automatic"]:
         made[automatic(p["name"])] = BoolProperty(
