@@ -133,7 +133,7 @@ class Fig6StruckBunnies(unittest.TestCase):
         Slice.edges = state.edges[edges] - mine[0]
         return pieces(Slice), state.plastic_deformation[mine]
 
-    def test_brittle_falls_to_crumbs_and_ductile_dents_and_tears(self):
+    def test_brittle_breaks_to_chunks_and_ductile_dents_and_tears(self):
         start, state = self.graph.evaluate("sim.state"), self.graph.evaluate("sim.state", frame=40)
         self.assertEqual(len(start.position), 600)
         brittle, stored = self.bunny(state, 0)

@@ -35,7 +35,7 @@ def test_meshes_are_those_that_the_script_writes(tmp_path):
 def test_the_ball_goes_through_the_panel_and_leaves_the_rest_of_it():
     start, torn = states("panel", 1, 4)
     sizes = sizes_of_pieces(torn)
-    assert torn.rigid_velocity[0][2] < -4
+    assert torn.rigid_velocity[0][2] < -15
     assert np.count_nonzero(sizes == 1) <= 0.03 * len(torn.piece)
     assert sizes[-1] > 0.94 * len(torn.piece)
     off = torn.piece != np.bincount(torn.piece).argmax()
