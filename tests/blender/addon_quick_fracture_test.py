@@ -276,13 +276,16 @@ class QuickFracture(AddonCase):
             result, tree = self.quick(bpy.context.object, preset=preset, pieces=60)
             state = self.last_state(tree)
             self.assertTrue(np.isfinite(state.position).all(), preset)
-            self.assertLess(np.abs(state.position).max(), 5, preset)  # nothing flies away
+            # Nothing flies away; chips of what is brittle go on at 11 m/s for half a second.
+            self.assertLess(np.abs(state.position).max(), 9 if preset in ("GLASS", "STONE") else 5, preset)
             seen[preset] = (len(set(state.piece)), self.plastic_strain(state).max())
         self.assertEqual([seen["STEEL"][0], seen["LEAD"][0]], [1, 1], seen)  # they dent and hold
         self.assertTrue(0.03 < seen["STEEL"][1] < seen["LEAD"][1], seen)
         self.assertLess(seen["GLASS"][1], 1e-9, seen)  # it never dents, and breaks into most pieces
         self.assertGreater(seen["GLASS"][0], 3 * max(seen["CLAY"][0], seen["WOOD"][0]) / 2, seen)
         self.assertTrue(min(seen["CLAY"][0], seen["WOOD"][0]) > 1, seen)  # they do both
+        self.assertLess(seen["STONE"][1], 1e-9, seen)  # it never dents either, and leaves chunks
+        self.assertTrue(1 < seen["STONE"][0] < 0.75 * seen["GLASS"][0], seen)
         self.assertTrue(seen["CLAY"][1] > seen["WOOD"][1] > 0.01, seen)
 
     def test_sheet_metal_that_falls_on_an_edge_stays_bent(self):

@@ -28,6 +28,7 @@ LOOKS = {
     "LEAD": ({"color": (0.16, 0.17, 0.19), "metallic": 1, "roughness": 0.55},
              {"color": (0.5, 0.52, 0.56), "metallic": 1, "roughness": 0.45}),
     "CLAY": ({"color": (0.42, 0.19, 0.1), "roughness": 0.8}, "darker"),
+    "STONE": ({"color": (0.36, 0.35, 0.32), "roughness": 0.9}, {"color": (0.64, 0.62, 0.58), "roughness": 0.95}),
     "GLASS": ({"color": (0.9, 0.97, 0.95), "roughness": 0.0, "transmission": 1, "ior": 1.45}, None),
     "WOOD": ({"color": (0.28, 0.14, 0.06), "roughness": 0.5}, {"color": (0.72, 0.52, 0.32), "roughness": 0.85}),
 }
