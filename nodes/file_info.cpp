@@ -15,6 +15,9 @@
 #include "nodes/files/state_file.h"
 #include "nodes/graph/graph.h"
 #include "nodes/graph/strict_json.h"
+#include "nodes/graph/value.h"
+#include "solver/data/math_functions.h"
+#include "solver/material/fading.h"
 #include "solver/solver.h"
 
 namespace sunder {
@@ -118,6 +121,21 @@ Result<Lines> describe_fragments(const std::string& path, const Json& json) {
     return lines;
 }
 
+// How long a crack's process zone is beside the fragments: where it is shorter, pieces are as large as fragments.
+std::string fracture_text(const Value& value) {
+    const auto* body = std::get_if<std::shared_ptr<const BodyValue>>(&value);
+    if (body == nullptr) return {};
+    const Material& m = (*body)->material;
+    if (!(m.fracture_energy < kNever && m.toughness < kNever)) return {};
+    const SimulationMesh& rest = *(*body)->rest;
+    double spacing = 0;
+    for (const double volume : rest.volume) spacing += math::cbrt(volume) / static_cast<double>(rest.n_particles());
+    const double length = opening_length(m, m.toughness);
+    return format(": fracture energy %.4g J/m2, L %.3g m, %.2g times the fragments' %.3g m", m.fracture_energy, length,
+                  length / spacing, spacing) +
+           (length < spacing ? ": crumbs and pieces are as large as these (docs/cracks.md)" : "");
+}
+
 Result<Lines> describe_json(const std::string& path) {
     const auto text = read_file(path);
     if (!text) return text.error();
@@ -127,13 +145,17 @@ Result<Lines> describe_json(const std::string& path) {
     if (!json) return json.error();
     if (json->is_object() && json->contains("fragments") && json->contains("interfaces"))
         return describe_fragments(path, *json);
-    const auto graph = Graph::load(path);
+    auto graph = Graph::load(path);
     if (!graph) return graph.error();
     const auto [first, last] = graph->frame_range();
     Lines lines = {path + ": graph",
                    format("frames         %d to %d at %g a second", first, last, graph->frame_rate())};
-    for (const std::string& name : graph->node_names())
-        lines.push_back("node           " + name + ": " + (*graph->describe(name))->type);
+    for (const std::string& name : graph->node_names()) {
+        const std::string& type = (*graph->describe(name))->type;
+        lines.push_back("node           " + name + ": " + type);
+        if (type != "body") continue;
+        if (const auto body = graph->evaluate(name, "body", first)) lines.back() += fracture_text(*body);
+    }
     return lines;
 }
 

@@ -103,6 +103,10 @@ Shot::Shot(uint64_t seed) {
         scene.bodies.back().velocity = speed * (draw.vector(1) - draw.logarithmic(0.1, 20) * Vec3::UnitZ());
         scene.bodies.back().angular_velocity = draw.vector(draw.logarithmic(0.1, 5)) / speed;
     }
+    if (draw.one_in(2)) {
+        const double length = draw.logarithmic(1e-3, 3) * size;
+        material.fracture_energy = material.youngs_modulus * material.toughness * material.toughness * length / 2;
+    }
     if (draw.one_in(2)) return;
     RigidBody weight;
     weight.name = "weight";
@@ -137,6 +141,7 @@ std::string Shot::go_far(uint64_t seed) {
         {"hardening", material.hardening, 1e-3, 1e3},
         {"toughness", material.toughness, 1e-7, 100},
         {"compressive_toughness", material.compressive_toughness, 1e-7, 100},
+        {"fracture_energy", material.fracture_energy, 1e-9, 1e12},
     };
     const auto rubbed = [&](const std::string& told) {
         scene.colliders[0].friction = material.friction;
