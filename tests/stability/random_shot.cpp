@@ -170,7 +170,7 @@ std::string Shot::go_far(uint64_t seed) {
     }
     switch (chosen - std::size(numbers)) {
         case 0:
-            return rubbed(number("friction", material.friction, 0.01, 100));
+            return rubbed(number("friction", material.friction, 0.01, 10));
         case 1:
             return count("substeps", settings.substeps, {5, 7, 20, 32, 64});
         case 2:
