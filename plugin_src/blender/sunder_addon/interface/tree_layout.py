@@ -164,9 +164,15 @@ def fill(window, area):
     bottom, top = min(at.y - height for at, (_, height) in boxes), max(at.y for at, _ in boxes)
     margin = _MARGIN * max(right - left, top - bottom)
     region = next(r for r in area.regions if r.type == "WINDOW")
+    ends = region.x + region.width
+    free = region.width - sum(r.width for r in area.regions if r.type == "UI" and r.width > 1 and r.x < ends)  # of the sidebar
+    if free <= 0:
+        return
+    step = max((right - left + 2 * margin) / free, (top - bottom + 2 * margin) / region.height)  # points of the tree in a pixel
+    x, y = (left + right - step * free) / 2, (bottom + top - step * region.height) / 2
     to_region = region.view2d.view_to_region
-    x_min, y_min = to_region((left - margin) * scale, (bottom - margin) * scale, clip=False)
-    x_max, y_max = to_region((right + margin) * scale, (top + margin) * scale, clip=False)
+    x_min, y_min = to_region(x * scale, y * scale, clip=False)
+    x_max, y_max = to_region((x + step * region.width) * scale, (y + step * region.height) * scale, clip=False)
     with bpy.context.temp_override(window=window, area=area, region=region):
         bpy.ops.view2d.zoom_border(xmin=x_min, xmax=x_max, ymin=y_min, ymax=y_max, wait_for_input=False, zoom_out=False)
 
