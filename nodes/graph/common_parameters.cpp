@@ -30,7 +30,7 @@ ParameterDescription rotation_parameter(Animation animation, std::string sentenc
 }
 
 ParameterDescription surface_parameter(std::string_view name) {
-    ParameterDescription parameter = parameter_of(*find_field(material_fields(), name));
+    ParameterDescription parameter = in_group("Contact", parameter_of(*find_field(material_fields(), name)));
     parameter.animatable = false;
     return parameter;
 }
@@ -96,25 +96,29 @@ std::vector<ParameterDescription> region_parameters(std::string sentence, std::v
              .type = ParameterType::vector3,
              .unit = "m",
              .default_value = {-1.0, -1.0, -1.0},
-             .sentence = "Lowest corner of the box"},
+             .sentence = "Lowest corner of the box",
+             .needs = {{is("region", {"box"})}}},
             {.name = "box_max",
              .label = "Box Max",
              .type = ParameterType::vector3,
              .unit = "m",
              .default_value = {1.0, 1.0, 1.0},
-             .sentence = "Highest corner of the box"},
+             .sentence = "Highest corner of the box",
+             .needs = {{is("region", {"box"})}}},
             {.name = "center",
              .label = "Center",
              .type = ParameterType::vector3,
              .unit = "m",
              .default_value = {0.0, 0.0, 0.0},
-             .sentence = "Of the sphere"},
-            radius_parameter("Of the sphere"),
+             .sentence = "Of the sphere",
+             .needs = {{is("region", {"sphere"})}}},
+            needing({{is("region", {"sphere"})}}, radius_parameter("Of the sphere")),
             {.name = "group",
              .label = "Group",
              .type = ParameterType::text,
              .default_value = "",
-             .sentence = std::move(group_sentence)}};
+             .sentence = std::move(group_sentence),
+             .needs = {{is("region", {"group"})}}}};
 }
 
 ParameterDescription compression_parameter() {

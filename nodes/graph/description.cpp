@@ -4,8 +4,38 @@
 #include <array>
 
 #include "nodes/graph/json.h"
+#include "solver/data/invariant.h"
 
 namespace sunder {
+
+Condition is(std::string parameter, std::vector<JsonValue> values) {
+    return {.parameter = std::move(parameter), .values = std::move(values)};
+}
+
+Condition is_above(std::string parameter, double bound) { return {.parameter = std::move(parameter), .above = bound}; }
+
+Condition is_not_null(std::string parameter) { return {.parameter = std::move(parameter), .not_null = true}; }
+
+ParameterDescription in_group(std::string group, ParameterDescription parameter) {
+    parameter.group = std::move(group);
+    return parameter;
+}
+
+ParameterDescription needing(Needs needs, ParameterDescription parameter) {
+    parameter.needs = std::move(needs);
+    return parameter;
+}
+
+ParameterDescription& at(std::vector<ParameterDescription>& io_parameters, std::string_view name) {
+    const auto found = std::ranges::find(io_parameters, name, &ParameterDescription::name);
+    SUNDER_ASSERT(found != io_parameters.end());
+    return *found;
+}
+
+void gather(std::vector<ParameterDescription>& io_parameters, const std::string& group,
+            const std::vector<std::string>& names) {
+    for (const std::string& name : names) at(io_parameters, name).group = group;
+}
 
 const SocketDescription* NodeDescription::find_input(std::string_view name) const {
     const auto found = std::ranges::find(inputs, name, &SocketDescription::name);
@@ -22,6 +52,17 @@ const ParameterDescription* NodeDescription::find_parameter(std::string_view nam
         return p.name == name || std::ranges::find(p.aliases, name) != p.aliases.end();
     });
     return found == parameters.end() ? nullptr : &*found;
+}
+
+std::vector<ParameterGroup> NodeDescription::groups() const {
+    std::vector<ParameterGroup> groups(1);
+    for (const ParameterDescription& p : parameters) {
+        auto group = std::ranges::find(groups, p.group, &ParameterGroup::label);
+        if (group == groups.end()) group = groups.insert(group, {.label = p.group});
+        group->parameters.push_back(&p);
+    }
+    if (groups.front().parameters.empty()) groups.erase(groups.begin());
+    return groups;
 }
 
 const Json& ParameterDescription::default_of(int graph_version) const {
@@ -57,6 +98,43 @@ std::string range_text(const ParameterDescription& parameter) {
 
 namespace {
 
+// "kmeans", "impact or points", "kmeans, uniform or poisson"
+std::string listed(const std::vector<JsonValue>& values, const std::string& quote) {
+    std::string text;
+    for (size_t i = 0; i < values.size(); ++i)
+        text += (i == 0 ? "" : i + 1 == values.size() ? " or " : ", ") + quote + values[i].text() + quote;
+    return text;
+}
+
+std::string text_of(const Condition& condition, const std::string& quote) {
+    const std::string name = quote + condition.parameter + quote;
+    if (condition.not_null) return name + " is not null";
+    if (condition.above) return name + " > " + quote + JsonValue(Json(*condition.above)).text() + quote;
+    return name + " = " + listed(condition.values, quote);
+}
+
+}  // namespace
+
+std::string needs_text(const ParameterDescription& parameter, const std::string& quote) {
+    std::string text;
+    for (const std::vector<Condition>& alternative : parameter.needs) {
+        text += text.empty() ? "" : ", or ";
+        for (const Condition& condition : alternative)
+            text += (&condition == &alternative.front() ? "" : " and ") + text_of(condition, quote);
+    }
+    return text;
+}
+
+namespace {
+
+Json to_json(const Condition& condition) {
+    Json json = {{"parameter", condition.parameter}};
+    for (const JsonValue& value : condition.values) json["values"].push_back(value.get());
+    if (condition.above) json["above"] = *condition.above;
+    if (condition.not_null) json["not_null"] = true;
+    return json;
+}
+
 Json to_json(const SocketDescription& socket, bool is_input) {
     Json json = {{"name", socket.name}, {"label", socket.label}, {"type", name_of(socket.type)}};
     if (is_input) {
@@ -80,6 +158,14 @@ Json to_json(const ParameterDescription& p) {
         json["former_defaults"].push_back({{"last_version", former.last_version}, {"default", former.value.get()}});
     for (const JsonValue& choice : p.choices) json["choices"].push_back(choice.get());
     if (!p.aliases.empty()) json["aliases"] = p.aliases;
+    json["group"] = p.group;
+    if (p.needs.empty()) return json;
+    for (const std::vector<Condition>& alternative : p.needs) {
+        Json conditions = Json::array();
+        for (const Condition& condition : alternative) conditions.push_back(to_json(condition));
+        json["needs"].push_back(std::move(conditions));
+    }
+    json["needs_text"] = needs_text(p);
     return json;
 }
 

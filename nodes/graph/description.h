@@ -46,6 +46,20 @@ struct FormerDefault {
     JsonValue value;
 };
 
+/// What another parameter of the same node has to be: one of `values`, or above a number, or anything but null.
+struct Condition {
+    std::string parameter = {};
+    std::vector<JsonValue> values = {};
+    std::optional<double> above = {};
+    bool not_null = false;
+};
+Condition is(std::string parameter, std::vector<JsonValue> values);
+Condition is_above(std::string parameter, double bound);
+Condition is_not_null(std::string parameter);
+
+/// Alternatives, of one of which all conditions have to hold; none: nothing is needed.
+using Needs = std::vector<std::vector<Condition>>;
+
 struct ParameterDescription {
     std::string name = {};   // as in files and scripts, snake_case
     std::string label = {};  // as artists read it
@@ -63,9 +77,24 @@ struct ParameterDescription {
     std::vector<std::string> aliases = {};            // names that it had before; files that use them still load
     /// Of a choice: what it took before, and which choice that is.
     std::vector<std::pair<JsonValue, JsonValue>> former_values = {};
+    std::string group = {};  // as artists read it: what is folded together; empty: what is seen at once
+    Needs needs = {};        // without which it has no effect, whatever it is
 
     /// In graphs of that version.
     const Json& default_of(int graph_version) const;
+};
+
+ParameterDescription in_group(std::string group, ParameterDescription parameter);
+ParameterDescription needing(Needs needs, ParameterDescription parameter);
+/// Those of the names go into a group.
+void gather(std::vector<ParameterDescription>& io_parameters, const std::string& group,
+            const std::vector<std::string>& names);
+/// The one of that name, which has to be there.
+ParameterDescription& at(std::vector<ParameterDescription>& io_parameters, std::string_view name);
+
+struct ParameterGroup {
+    std::string label = {};  // empty: of what is seen at once
+    std::vector<const ParameterDescription*> parameters = {};
 };
 
 struct NodeDescription {
@@ -80,6 +109,8 @@ struct NodeDescription {
     const SocketDescription* find_output(std::string_view name) const;
     /// By name or alias.
     const ParameterDescription* find_parameter(std::string_view name) const;
+    /// What is seen at once, then group after group, as lists and panels show them.
+    std::vector<ParameterGroup> groups() const;
 };
 
 std::string_view name_of(SocketType type);     // "rigid_body"
@@ -87,6 +118,10 @@ std::string_view name_of(ParameterType type);  // "vector3"
 
 /// "0 < value <= 0.45", "value >= 0", or nothing: the range as a person writes it.
 std::string range_text(const ParameterDescription& parameter);
+
+/// "method = kmeans and source = tets", or nothing: what a parameter needs as a person writes it. `quote` goes around
+/// names and values.
+std::string needs_text(const ParameterDescription& parameter, const std::string& quote = "");
 
 Json to_json(const NodeDescription& node);
 

@@ -43,6 +43,7 @@ std::string parameter_row(const ParameterDescription& p) {
     if (p.automatic) type += " or " + code(Json(kAutomatic).dump());
     if (p.animatable) type += ", animatable";
     std::string sentence = p.sentence + ".";
+    if (!p.needs.empty()) sentence += " Needs " + needs_text(p, "`") + ".";
     for (const std::string& alias : p.aliases) sentence += " Formerly " + code(alias) + ".";
     for (const FormerDefault& former : p.former_defaults)
         sentence += " Left out in a graph of version " + std::to_string(former.last_version) + ": " +
@@ -57,9 +58,13 @@ std::string section(const NodeDescription& node) {
     std::string text =
         "### " + node.label + ": " + code(node.type) + "\n\n" + node.sentence + "\n\n" + socket_rows(node) + "\n";
     if (node.parameters.empty()) return text;
-    text += "| parameter | label | type | unit | default | permitted | |\n|---|---|---|---|---|---|---|\n";
-    for (const ParameterDescription& p : node.parameters) text += parameter_row(p);
-    return text + "\n";
+    for (const ParameterGroup& group : node.groups()) {
+        if (!group.label.empty()) text += "**" + group.label + "**\n\n";
+        text += "| parameter | label | type | unit | default | permitted | |\n|---|---|---|---|---|---|---|\n";
+        for (const ParameterDescription* p : group.parameters) text += parameter_row(*p);
+        text += "\n";
+    }
+    return text;
 }
 
 }  // namespace
@@ -74,7 +79,8 @@ std::string node_reference_markdown(const Registry& registry) {
         "may be "
         "`{\"keys\": [[frame, value], ...], \"interpolation\": \"linear\"}` (or `\"step\"`): it holds its first and "
         "last value outside its "
-        "keys. Null is written `null`. Lengths are metres, z is up. A graph file begins with its version, "
+        "keys. Where a parameter *needs* another to be so, it has no effect otherwise. Null is written `null`. Lengths "
+        "are metres, z is up. A graph file begins with its version, "
         "`\"sunder\": " +
         std::to_string(kLatestGraphVersion) + "`; what a graph of an older one leaves out is what it was then.\n\n";
     for (const auto& [category, title] : kCategories) {

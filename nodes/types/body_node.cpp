@@ -71,20 +71,23 @@ Result<Value> cook_body(CookContext& context) {
 
 std::vector<ParameterDescription> material_parameters() {
     std::vector<ParameterDescription> parameters = parameters_of(material_fields());
-    ParameterDescription& damping_time =
-        *std::ranges::find(parameters, std::string("damping_time"), &ParameterDescription::name);
+    ParameterDescription& damping_time = at(parameters, "damping_time");
     damping_time.automatic = true;
     damping_time.former_defaults = {{1, damping_time.default_value}};
     damping_time.default_value = kAutomatic;
     damping_time.sentence +=
         ". \"auto\": 0.3 of the time that a wave takes through a fragment of the body's mean size, so that what a hit "
         "sets ringing dies away as soon in stiff bodies as in soft ones, and not before they bounce";
-    ParameterDescription& fracture_energy =
-        *std::ranges::find(parameters, std::string("fracture_energy"), &ParameterDescription::name);
+    ParameterDescription& fracture_energy = at(parameters, "fracture_energy");
     fracture_energy.automatic = true;
     fracture_energy.former_defaults = {{1, fracture_energy.default_value}};
     fracture_energy.default_value = kAutomatic;
     fracture_energy.sentence += ". \"auto\": E toughness^2 L / 2, L a quarter of the body's longest side";
+    for (const char* name : {"flow_rate", "hardening"}) at(parameters, name).needs = {{is_not_null("yield")}};
+    fracture_energy.needs = {{is_not_null("toughness")}, {is_not_null("compressive_toughness")}};
+    gather(parameters, "Material",
+           {"poisson_ratio", "damping_time", "flow_rate", "compressive_toughness", "stiffness", "curvature"});
+    gather(parameters, "Contact", {"friction", "restitution"});
     return parameters;
 }
 
@@ -115,6 +118,7 @@ NodeType body_node() {
          .min_excluded = true,
          .default_value = 1000.0,
          .sentence = "Mass per volume"}};
+    gather(d.parameters, "Start", {"position", "rotation", "velocity", "angular_velocity"});
     std::ranges::move(material_parameters(), std::back_inserter(d.parameters));
     return {.description = d, .cook = cook_body};
 }

@@ -98,7 +98,8 @@ std::vector<ParameterDescription> mesh_parameters() {
              .type = ParameterType::path,
              .default_value = "",
              .sentence = "Of the file with the mesh of shape mesh, where none is wired; relative to the graph file's "
-                         "folder"},
+                         "folder",
+             .needs = {{is("shape", {"mesh"})}}},
             {.name = "scale",
              .label = "Scale",
              .type = ParameterType::number,
@@ -106,7 +107,8 @@ std::vector<ParameterDescription> mesh_parameters() {
              .max = 1e6,
              .min_excluded = true,
              .default_value = 1.0,
-             .sentence = "Lengths of the mesh are multiplied by this, about its origin"},
+             .sentence = "Lengths of the mesh are multiplied by this, about its origin",
+             .needs = {{is("shape", {"mesh"})}}},
             {.name = "resolution",
              .label = "Resolution",
              .type = ParameterType::integer,
@@ -115,7 +117,8 @@ std::vector<ParameterDescription> mesh_parameters() {
              .default_value = 100,
              .sentence = "Voxels along the mesh's longest side. What is thinner than two voxels is lost, edges are "
                          "rounded by a third of one; memory grows with the cube: 100 takes 5 MiB at most, 256 MiB are "
-                         "permitted"},
+                         "permitted",
+             .needs = {{is("shape", {"mesh"}), is("voxel_size", {nullptr})}}},
             {.name = "voxel_size",
              .label = "Voxel Size",
              .type = ParameterType::number,
@@ -125,7 +128,8 @@ std::vector<ParameterDescription> mesh_parameters() {
              .min_excluded = true,
              .default_value = nullptr,
              .sentence = "Sets the size of voxels itself; null goes by the resolution",
-             .nullable = true},
+             .nullable = true,
+             .needs = {{is("shape", {"mesh"})}}},
             {.name = "thickness",
              .label = "Thickness",
              .type = ParameterType::number,
@@ -134,7 +138,8 @@ std::vector<ParameterDescription> mesh_parameters() {
              .max = 1e5,
              .default_value = 0.0,
              .sentence = "Above 0 the mesh need not be closed: what collides is all within half of this of its "
-                         "surface. At least two voxels"}};
+                         "surface. At least two voxels",
+             .needs = {{is("shape", {"mesh"})}}}};
 }
 
 }  // namespace
@@ -162,8 +167,8 @@ NodeType collider_node() {
          .choices = {"plane", "sphere", "box", "capsule", "mesh"}},
         position_parameter(Animation::animatable, "Of its centre, of a point of the plane, or of the mesh's origin"),
         rotation_parameter(Animation::animatable, "About its position"),
-        radius_parameter("Of sphere and capsule"),
-        size_parameter(),
+        needing({{is("shape", {"sphere", "capsule"})}}, radius_parameter("Of sphere and capsule")),
+        needing({{is("shape", {"box"})}}, size_parameter()),
         {.name = "height",
          .label = "Height",
          .unit = "m",
@@ -171,10 +176,12 @@ NodeType collider_node() {
          .max = 1e5,
          .min_excluded = true,
          .default_value = 1.0,
-         .sentence = "Of the capsule between the centres of its two caps"},
+         .sentence = "Of the capsule between the centres of its two caps",
+         .needs = {{is("shape", {"capsule"})}}},
         surface_parameter("friction"),
         surface_parameter("restitution")};
     for (ParameterDescription& p : mesh_parameters()) d.parameters.push_back(std::move(p));
+    gather(d.parameters, "Sampling", {"resolution", "voxel_size", "thickness"});
     return {.description = d, .cook = cook_collider};
 }
 

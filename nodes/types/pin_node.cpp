@@ -138,8 +138,9 @@ NodeType pin_node() {
           .min = 0,
           .max = 100000,
           .default_value = 0,
-          .sentence =
-              "How long it takes to let go: what was held by force eases out, and does not spring; 0: at once"}});
+          .sentence = "How long it takes to let go: what was held by force eases out, and does not spring; 0: at once",
+          .needs = {{is_not_null("release_frame")}}}});
+    gather(d.parameters, "Motion", {"pivot", "position", "rotation"});
     return {.description = d, .cook = cook_pin, .check = check_pin, .depends_on_frame = true};
 }
 

@@ -104,7 +104,8 @@ std::vector<ParameterDescription> site_parameters() {
          .sentence = "Where method voronoi has its pieces. kmeans: pieces of like size; uniform: anywhere, large and "
                      "small ones; poisson: spread, but irregular; impact: the smaller the nearer to `points`; grid: "
                      "cubes; points: one piece around each of `points`; density: more of them near `density_group`",
-         .choices = names(kSites)},
+         .choices = names(kSites),
+         .needs = {{is("method", {"voronoi"})}}},
         {.name = "points",
          .label = "Points",
          .type = ParameterType::points,
@@ -113,13 +114,15 @@ std::vector<ParameterDescription> site_parameters() {
          .max = 1e6,
          .default_value = JsonValue::empty_list(),
          .sentence = "In the mesh's coordinates: where it is hit (sites impact), or the sites themselves (sites "
-                     "points)"},
+                     "points)",
+         .needs = {{is("method", {"voronoi"}), is("sites", {"impact", "points"})}}},
         {.name = "impact_shape",
          .label = "Impact Shape",
          .type = ParameterType::choice,
          .default_value = "points",
          .sentence = "What `points` are with sites impact. points: each is hit; curve: the line through them is",
-         .choices = names(kShapes)},
+         .choices = names(kShapes),
+         .needs = {{is("method", {"voronoi"}), is("sites", {"impact"})}}},
         {.name = "impact_radius",
          .label = "Impact Radius",
          .unit = "m",
@@ -127,24 +130,28 @@ std::vector<ParameterDescription> site_parameters() {
          .max = 1e6,
          .min_excluded = true,
          .default_value = 0.1,
-         .sentence = "Within it pieces of an impact are alike; beyond it their size grows with the distance"},
+         .sentence = "Within it pieces of an impact are alike; beyond it their size grows with the distance",
+         .needs = {{is("method", {"voronoi"}), is("sites", {"impact"})}}},
         {.name = "grid_jitter",
          .label = "Grid Jitter",
          .min = 0,
          .max = 1,
          .default_value = 0.3,
-         .sentence = "How far sites of a grid leave their places; 0: cubes, 1: anywhere in their grid cells"},
+         .sentence = "How far sites of a grid leave their places; 0: cubes, 1: anywhere in their grid cells",
+         .needs = {{is("method", {"voronoi"}), is("sites", {"grid"})}}},
         {.name = "density_group",
          .label = "Density Group",
          .type = ParameterType::text,
          .default_value = "",
-         .sentence = "Vertex group of the mesh, or vertex attribute from 0 to 1, that sites density gather at"},
+         .sentence = "Vertex group of the mesh, or vertex attribute from 0 to 1, that sites density gather at",
+         .needs = {{is("method", {"voronoi"}), is("sites", {"density"})}}},
         {.name = "density_factor",
          .label = "Density Factor",
          .min = 1,
          .max = 1000,
          .default_value = 8.0,
-         .sentence = "How many times more pieces a volume has at the density group than away from it"},
+         .sentence = "How many times more pieces a volume has at the density group than away from it",
+         .needs = {{is("method", {"voronoi"}), is("sites", {"density"})}}},
         {.name = "sheets",
          .label = "Sheets",
          .type = ParameterType::choice,
@@ -153,7 +160,11 @@ std::vector<ParameterDescription> site_parameters() {
              "auto: where the mesh is thinner than a piece is large, sites lie in the middle between its faces, "
              "evenly spread: one piece through the thickness, walls along it; sites grid and points stay. off: "
              "anywhere within the thickness",
-         .choices = {"auto", "off"}},
+         .choices = {"auto", "off"},
+         .group = "Pieces",
+         .needs = {{is("method", {"voronoi"}), is("sites", {"kmeans", "uniform", "poisson", "impact", "density"})},
+                   {is("method", {"voronoi"}), is_above("roughness", 1)},
+                   {is("method", {"kmeans"}), is("source", {"voronoi"})}}},
         {.name = "roughness",
          .label = "Roughness",
          .type = ParameterType::integer,
@@ -161,14 +172,18 @@ std::vector<ParameterDescription> site_parameters() {
          .max = 64,
          .default_value = 1,
          .sentence = "Voronoi cells that a piece is made of: 1 has flat break surfaces, 8 rough ones, with several "
-                     "times as many triangles"},
+                     "times as many triangles",
+         .group = "Break Surfaces",
+         .needs = {{is("method", {"voronoi"})}}},
         {.name = "least_piece",
          .label = "Least Piece",
          .min = 0,
          .max = 1,
          .default_value = 0.05,
          .sentence = "Pieces of method voronoi below this share of their neighbours' volume join the neighbour that "
-                     "they share most area with"}};
+                     "they share most area with",
+         .group = "Pieces",
+         .needs = {{is("method", {"voronoi"}), is("roughness", {1})}}}};
 }
 
 std::vector<ParameterDescription> repair_parameters() {
@@ -189,7 +204,8 @@ std::vector<ParameterDescription> repair_parameters() {
          .min = 0,
          .max = 1e6,
          .default_value = 0.0,
-         .sentence = "Open sheets become walls as thick as this, their surface the outer side; 0: they are refused"},
+         .sentence = "Open sheets become walls as thick as this, their surface the outer side; 0: they are refused",
+         .needs = {{is("repair", {"auto", "keep", "wrap"})}}},
         {.name = "weld_distance",
          .label = "Weld Distance",
          .type = ParameterType::number,
@@ -199,7 +215,8 @@ std::vector<ParameterDescription> repair_parameters() {
          .default_value = kAutomatic,
          .sentence = "How far apart the sides of a seam may lie to be welded, where the mesh is open; auto: found from "
                      "the gap between boundary edges that run side by side; 0: equal positions alone",
-         .automatic = true},
+         .automatic = true,
+         .needs = {{is("repair", {"auto", "keep"})}, {is("repair", {"wrap"}), is_above("thickness", 0)}}},
         {.name = "wrap_detail",
          .label = "Wrap Detail",
          .type = ParameterType::number,
@@ -207,7 +224,8 @@ std::vector<ParameterDescription> repair_parameters() {
          .max = 0.2,
          .default_value = 0.02,
          .sentence = "Share of the mesh's diagonal: gaps and details narrower than this are lost in a wrap; smaller "
-                     "ones cost triangles"}};
+                     "ones cost triangles",
+         .needs = {{is("repair", {"auto", "wrap"})}}}};
 }
 
 std::vector<ParameterDescription> interior_parameters() {
@@ -226,7 +244,8 @@ std::vector<ParameterDescription> interior_parameters() {
          .max = 10,
          .default_value = 0.5,
          .sentence = "Distance between bumps of the noise, as a share of a piece's size; break surfaces get four "
-                     "edges a bump"},
+                     "edges a bump",
+         .needs = {{is_above("noise", 0)}}},
         {.name = "interior_detail",
          .label = "Interior Detail",
          .min = 0,
@@ -249,6 +268,10 @@ std::vector<ParameterDescription> interior_parameters() {
          .default_value = 0.0,
          .sentence = "The attribute `rim` of break surfaces is 1 where they meet the outer surface and falls to 0 "
                      "within this; it follows the surface's triangles, which `interior_detail` makes finer"}};
+}
+
+void add(const char* group, std::vector<ParameterDescription> some, std::vector<ParameterDescription>& io_parameters) {
+    for (ParameterDescription& p : some) io_parameters.push_back(in_group(group, std::move(p)));
 }
 
 ParameterDescription map_parameter(const char* name, const char* label, const char* of) {
@@ -279,7 +302,8 @@ std::vector<ParameterDescription> factor_parameters() {
              .min = 1,
              .max = kMostFactor,
              .default_value = 4.0,
-             .sentence = "Factor on the toughness of interfaces within a cluster"},
+             .sentence = "Factor on the toughness of interfaces within a cluster",
+             .needs = {{is_above("clusters", 0)}}},
             {.name = "weak_interface_share",
              .label = "Weak Interface Share",
              .min = 0,
@@ -319,7 +343,9 @@ NodeType prefracture_node() {
          .min = 1,
          .max = 100000,
          .default_value = 300,
-         .sentence = "Number of fragments wanted; sites grid and points have about or exactly their own"},
+         .sentence = "Number of fragments wanted; sites grid and points have about or exactly their own",
+         .needs = {{is("method", {"kmeans"})},
+                   {is("sites", {"kmeans", "uniform", "poisson", "impact", "grid", "density"})}}},
         {.name = "seed",
          .label = "Seed",
          .type = ParameterType::integer,
@@ -334,7 +360,8 @@ NodeType prefracture_node() {
                             .sentence = "Cells that method kmeans gathers. tets: tetrahedra, the paper's way, the "
                                         "surface is meshed anew; voronoi: small Voronoi cells, the mesh's own surface "
                                         "stays",
-                            .choices = names(kSources)});
+                            .choices = names(kSources),
+                            .needs = {{is("method", {"kmeans"})}}});
     d.parameters.push_back(
         {.name = "cells_per_piece",
          .label = "Cells per Piece",
@@ -344,19 +371,21 @@ NodeType prefracture_node() {
          .default_value = 30.0,
          .sentence =
              "Cells that method kmeans aims at for each fragment: more tetrahedra follow the surface closer and cost "
-             "more"});
-    d.parameters.push_back(
-        {.name = "sharp_angle",
-         .label = "Sharp Angle",
-         .type = ParameterType::number,
-         .unit = "degrees",
-         .min = 0,
-         .max = 180,
-         .default_value = 0.0,
-         .sentence = "Edges sharper than this stay edges with method kmeans; 0 decides by the mesh"});
-    for (ParameterDescription& p : repair_parameters()) d.parameters.push_back(std::move(p));
-    for (ParameterDescription& p : interior_parameters()) d.parameters.push_back(std::move(p));
-    for (ParameterDescription& p : factor_parameters()) d.parameters.push_back(std::move(p));
+             "more",
+         .needs = {{is("method", {"kmeans"})}}});
+    d.parameters.push_back({.name = "sharp_angle",
+                            .label = "Sharp Angle",
+                            .type = ParameterType::number,
+                            .unit = "degrees",
+                            .min = 0,
+                            .max = 180,
+                            .default_value = 0.0,
+                            .sentence = "Edges sharper than this stay edges with method kmeans; 0 decides by the mesh",
+                            .group = "Pieces",
+                            .needs = {{is("method", {"kmeans"}), is("source", {"tets"})}}});
+    add("Repair", repair_parameters(), d.parameters);
+    add("Break Surfaces", interior_parameters(), d.parameters);
+    add("Strength", factor_parameters(), d.parameters);
     return {.description = d, .cook = cook_prefracture, .check = check_prefracture, .is_cut = true};
 }
 

@@ -36,8 +36,8 @@ NodeType rigid_body_node() {
                      .default_value = "sphere",
                      .sentence = "sphere takes `radius`, box takes `size`",
                      .choices = {"sphere", "box"}},
-                    radius_parameter("Of the sphere"),
-                    size_parameter(),
+                    needing({{is("shape", {"sphere"})}}, radius_parameter("Of the sphere")),
+                    needing({{is("shape", {"box"})}}, size_parameter()),
                     {.name = "mass",
                      .label = "Mass",
                      .unit = "kg",
@@ -52,6 +52,7 @@ NodeType rigid_body_node() {
                     angular_velocity_parameter(),
                     surface_parameter("friction"),
                     surface_parameter("restitution")};
+    gather(d.parameters, "Start", {"position", "rotation", "velocity", "angular_velocity"});
     return {.description = d, .cook = cook_rigid_body};
 }
 

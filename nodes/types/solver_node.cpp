@@ -260,7 +260,10 @@ std::vector<ParameterDescription> parameters() {
          .default_value = "default",
          .sentence = "Speed against accuracy, as docs/images/chart.svg shows it: " + preset_texts() +
                      "; what substeps, iterations or hit_substeps say goes before",
-         .choices = preset_names()}};
+         .choices = preset_names(),
+         .needs = {{is("substeps", {nullptr}), is("error_budget", {0.0})},
+                   {is("iterations", {nullptr}), is("error_budget", {0.0})},
+                   {is("hit_substeps", {nullptr}), is("method", {"projective"})}}}};
     for (const Field<SolverSettings>& field : settings_fields()) {
         const std::string_view name = field.description.name;
         ParameterDescription parameter = parameter_of(field);
@@ -277,6 +280,11 @@ std::vector<ParameterDescription> parameters() {
                            .sentence = "Acceleration of all that may move",
                            .animatable = true});
     }
+    for (const char* name : {"substeps", "iterations"}) at(all, name).needs = {{is("error_budget", {0.0})}};
+    at(all, "hit_substeps").needs = {{is("method", {"projective"})}};
+    at(all, "over_relaxation").needs = {{is("method", {"jacobi"})}};
+    gather(all, "Steps", {"iterations", "hit_substeps", "crack_passes", "over_relaxation"});
+    gather(all, "Contact and Rest", {"damping", "depenetration_speed", "self_collision", "sleeping"});
     return all;
 }
 

@@ -25,18 +25,24 @@ void print_sockets(const char* heading, const std::vector<SocketDescription>& so
     }
 }
 
+void print_parameter(const ParameterDescription& p) {
+    std::string kind(name_of(p.type));
+    for (const JsonValue& c : p.choices) kind += (&c == &p.choices.front() ? " " : "|") + c.text();
+    if (p.automatic) kind += std::string(" or ") + kAutomatic;
+    if (const std::string range = range_text(p); !range.empty()) kind += ", " + range;
+    if (!p.unit.empty()) kind += " " + p.unit;
+    const std::string needs = p.needs.empty() ? "" : ", needs " + needs_text(p);
+    std::printf("  %-7s %-22s %-30s %s [%s%s%s]\n", "", p.name.c_str(), kind.c_str(), p.sentence.c_str(),
+                p.default_value.text().c_str(), p.animatable ? ", animatable" : "", needs.c_str());
+}
+
 void print_node(const NodeDescription& d) {
     std::printf("%s (%s): %s\n", d.type.c_str(), d.category.c_str(), d.sentence.c_str());
     print_sockets("in", d.inputs, true);
     print_sockets("out", d.outputs, false);
-    for (const ParameterDescription& p : d.parameters) {
-        std::string kind(name_of(p.type));
-        for (const JsonValue& c : p.choices) kind += (&c == &p.choices.front() ? " " : "|") + c.text();
-        if (p.automatic) kind += std::string(" or ") + kAutomatic;
-        if (const std::string range = range_text(p); !range.empty()) kind += ", " + range;
-        if (!p.unit.empty()) kind += " " + p.unit;
-        std::printf("  %-7s %-22s %-30s %s [%s%s]\n", "", p.name.c_str(), kind.c_str(), p.sentence.c_str(),
-                    p.default_value.text().c_str(), p.animatable ? ", animatable" : "");
+    for (const ParameterGroup& group : d.groups()) {
+        if (!group.label.empty()) std::printf("    %s\n", group.label.c_str());
+        for (const ParameterDescription* p : group.parameters) print_parameter(*p);
     }
     std::printf("\n");
 }

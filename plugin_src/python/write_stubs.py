@@ -50,6 +50,16 @@ def arguments(node):
     return wires + [(p["name"], type_of(p), sentence) for p, sentence in units]
 
 
+def sentences(node):
+    """Lines of the document: of inputs and what is seen at once, then group after group."""
+    needs = {p["name"]: f" Needs {p['needs_text']}." for p in node["parameters"] if "needs" in p}
+    group = {p["name"]: p["group"] for p in node["parameters"]}
+    lines = {"": []}
+    for name, _, sentence in arguments(node):
+        lines.setdefault(group.get(name, ""), []).append(f"{name}: {sentence}.{needs.get(name, '')}")
+    return [line for label, some in lines.items() for line in (["", f"{label}:"] if label else []) + some]
+
+
 def overload(node):
     given = arguments(node)
     named = [f"{name}: {kind} = ..." for name, kind, _ in given if not keyword.iskeyword(name)]
@@ -58,7 +68,7 @@ def overload(node):
              *(f"    {argument}," for argument in named), ") -> Node:"]
     if not named:
         lines.remove("    *,")
-    document = [node["sentence"], "", *(f"{name}: {sentence}." for name, _, sentence in given)]
+    document = [node["sentence"], "", *sentences(node)]
     if words:
         document += ["", *(f'{word}, a word of Python, is set in the node: node["{word}"] = ...' for word in words)]
     wrapped = (textwrap.fill(line, WIDTH - 8, subsequent_indent="    " if k else "") for k, line in enumerate(document))

@@ -11,7 +11,7 @@ MAY_IMPORT = {
     "bake": {"base", "tree", "scene"},
     "results": {"base", "tree", "scene", "bake"},
     "preview": {"base", "tree", "bake", "results"},
-    "exports": {"base", "tree", "scene", "bake", "results"},
+    "exports": {"base", "tree", "bake", "results"},
     "interface": {"base", "tree", "scene", "bake", "results", "preview", "exports"},
     "": {"base", "tree", "scene", "bake", "results", "preview", "exports", "interface"},
 }

@@ -86,9 +86,9 @@ class Points(ObjectCase):
 
     def test_what_does_not_apply_is_neither_shown_nor_passed_on(self):
         tree, nodes = self.cut(method="kmeans", roughness=8)
-        hidden = addon("tree.pickers").is_hidden
+        shown = addon("tree.conditions").is_shown
         self.assertNotIn("roughness", self.compiled(tree).description["nodes"]["prefracture"])
-        self.assertTrue(hidden(nodes["prefracture"], "points") and not hidden(nodes["prefracture"], "cells_per_piece"))
+        self.assertTrue(not shown(nodes["prefracture"], "points") and shown(nodes["prefracture"], "cells_per_piece"))
         nodes["prefracture"].method = "voronoi"
         self.assertEqual(self.compiled(tree).description["nodes"]["prefracture"]["roughness"], 8)
 

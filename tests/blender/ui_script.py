@@ -71,7 +71,7 @@ def frame_nodes():
     yield 1.5
     with within("SunderTree"):
         bpy.ops.node.select_all(action="DESELECT")
-        bpy.ops.node.view_all()
+    addon("interface.tree_layout").fill(window(), area("SunderTree"))
     yield 1.0
 
 
@@ -117,6 +117,7 @@ def make():
         thing.data.materials.append(clay)
         bpy.ops.object.shade_smooth()
         bpy.ops.sunder.quick_fracture(preset="CLAY", pieces=80, bake=False)
+    assert area("SunderTree").spaces.active.node_tree == tree()
     with within("VIEW_3D"):
         bpy.ops.view3d.view_axis(type="FRONT")
     region = area("VIEW_3D").spaces.active.region_3d
@@ -130,6 +131,34 @@ def make():
     yield 0.5
     shot("1-quick-fracture")
     assert len(tree().nodes) == 6 and not node("solver").error
+
+
+def rows():
+    """Nodes are about as high as they were taken to be when they were placed, and open where they are told to."""
+    layout = addon("interface.tree_layout")
+    scale = bpy.context.preferences.system.ui_scale
+    for found in tree().nodes:
+        height, taken = found.dimensions.y / scale, layout.estimated_height(found)
+        TOLD["times"][f"height of {found.name} by its rows' number, points"] = [round(height), round(taken)]
+        assert abs(height - taken) < 0.15 * height, (found.name, height, taken)
+    with within("SunderTree"):
+        bpy.ops.screen.screen_full_area()
+    yield from frame_nodes()
+    shot("1-nodes")
+    folds = (node("prefracture"), "unfolds_break_surfaces"), (node("body"), "unfolds_material")
+    for is_open in (True, False):
+        for owner, fold in folds:
+            setattr(owner, fold, is_open)
+        area("SunderTree").tag_redraw()
+        yield 0.5
+        layout.arrange(tree())
+        tree().nodes.active = node("body")
+        yield from frame_nodes()
+        if is_open:
+            shot("1-groups-open")
+    with within("SunderTree"):
+        bpy.ops.screen.back_to_previous()
+    yield from frame_nodes()
 
 
 def wrong_wire():
@@ -356,7 +385,7 @@ def toggle():
             yield from drawn_preview()
 
 
-STEPS = [arrange, make, wrong_wire, stop, finish, error, previews, render, undo, reopen, share, toggle]
+STEPS = [arrange, make, rows, wrong_wire, stop, finish, error, previews, render, undo, reopen, share, toggle]
 
 
 def run():
@@ -379,6 +408,7 @@ def run():
 
 # Before the window is up: no splash screen, no samples to smooth edges (software rendering).
 bpy.context.preferences.view.show_splash = False
+bpy.context.preferences.view.smooth_view = 0  # views are where they go to at once
 bpy.context.preferences.system.viewport_aa = "OFF"
 _steps = run()
 bpy.app.timers.register(lambda: next(_steps, None), first_interval=1.5, persistent=True)

@@ -8,12 +8,12 @@ from .bake import compiler
 from .results import player
 from .preview import preview
 from .exports import export, share
-from .interface import handlers, node_buttons, operators, panels, quick_fracture
+from .interface import handlers, node_buttons, node_panels, operators, panels, quick_fracture
 
 # Trees come after what is in them: Blender gives a file's trees their class as soon as it is there, and updates them.
 _CLASSES = [
     *sockets.classes, *node_buttons.classes, *trees.classes, *player.classes, *operators.classes, *quick_fracture.classes,
-    *export.classes, *share.classes, *panels.classes,
+    *export.classes, *share.classes, *panels.classes, *node_panels.classes,
 ]
 
 

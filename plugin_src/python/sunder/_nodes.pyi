@@ -119,48 +119,67 @@ class AddsNodes:
         mesh: A closed surface that bounds a solid.
         method: voronoi: along the Voronoi cells of `sites`, with flat break surfaces; the mesh's own triangles, UVs and
             normals stay. kmeans: small cells of `source` gathered into pieces of like size, with rough break surfaces.
-        pieces: Number of fragments wanted; sites grid and points have about or exactly their own.
+        pieces: Number of fragments wanted; sites grid and points have about or exactly their own. Needs method =
+            kmeans, or sites = kmeans, uniform, poisson, impact, grid or density.
         seed: Chooses among cuts of the same kind; the same seed gives the same cut.
         sites: Where method voronoi has its pieces. kmeans: pieces of like size; uniform: anywhere, large and small
             ones; poisson: spread, but irregular; impact: the smaller the nearer to `points`; grid: cubes; points: one
-            piece around each of `points`; density: more of them near `density_group`.
+            piece around each of `points`; density: more of them near `density_group`. Needs method = voronoi.
         points: In the mesh's coordinates: where it is hit (sites impact), or the sites themselves (sites points) [m].
-        impact_shape: What `points` are with sites impact. points: each is hit; curve: the line through them is.
-        impact_radius: Within it pieces of an impact are alike; beyond it their size grows with the distance [m].
-        grid_jitter: How far sites of a grid leave their places; 0: cubes, 1: anywhere in their grid cells.
-        density_group: Vertex group of the mesh, or vertex attribute from 0 to 1, that sites density gather at.
-        density_factor: How many times more pieces a volume has at the density group than away from it.
+            Needs method = voronoi and sites = impact or points.
+        impact_shape: What `points` are with sites impact. points: each is hit; curve: the line through them is. Needs
+            method = voronoi and sites = impact.
+        impact_radius: Within it pieces of an impact are alike; beyond it their size grows with the distance [m]. Needs
+            method = voronoi and sites = impact.
+        grid_jitter: How far sites of a grid leave their places; 0: cubes, 1: anywhere in their grid cells. Needs method
+            = voronoi and sites = grid.
+        density_group: Vertex group of the mesh, or vertex attribute from 0 to 1, that sites density gather at. Needs
+            method = voronoi and sites = density.
+        density_factor: How many times more pieces a volume has at the density group than away from it. Needs method =
+            voronoi and sites = density.
+        source: Cells that method kmeans gathers. tets: tetrahedra, the paper's way, the surface is meshed anew;
+            voronoi: small Voronoi cells, the mesh's own surface stays. Needs method = kmeans.
+        cells_per_piece: Cells that method kmeans aims at for each fragment: more tetrahedra follow the surface closer
+            and cost more. Needs method = kmeans.
+
+        Pieces:
         sheets: auto: where the mesh is thinner than a piece is large, sites lie in the middle between its faces, evenly
             spread: one piece through the thickness, walls along it; sites grid and points stay. off: anywhere within
-            the thickness.
-        roughness: Voronoi cells that a piece is made of: 1 has flat break surfaces, 8 rough ones, with several times as
-            many triangles.
+            the thickness. Needs method = voronoi and sites = kmeans, uniform, poisson, impact or density, or method =
+            voronoi and roughness > 1.0, or method = kmeans and source = voronoi.
         least_piece: Pieces of method voronoi below this share of their neighbours' volume join the neighbour that they
-            share most area with.
-        source: Cells that method kmeans gathers. tets: tetrahedra, the paper's way, the surface is meshed anew;
-            voronoi: small Voronoi cells, the mesh's own surface stays.
-        cells_per_piece: Cells that method kmeans aims at for each fragment: more tetrahedra follow the surface closer
-            and cost more.
-        sharp_angle: Edges sharper than this stay edges with method kmeans; 0 decides by the mesh [degrees].
-        repair: What is done about a mesh that is no solid; what was done is told as a warning. keep: the mesh's own
-            triangles stay, welded, oriented, holes closed; wrap: a new surface around them; auto: keep, or where that
-            cannot be cut, wrap; refuse: nothing, it is an error.
-        thickness: Open sheets become walls as thick as this, their surface the outer side; 0: they are refused [m].
-        weld_distance: How far apart the sides of a seam may lie to be welded, where the mesh is open; auto: found from
-            the gap between boundary edges that run side by side; 0: equal positions alone [m].
-        wrap_detail: Share of the mesh's diagonal: gaps and details narrower than this are lost in a wrap; smaller ones
-            cost triangles.
+            share most area with. Needs method = voronoi and roughness = 1.
+        sharp_angle: Edges sharper than this stay edges with method kmeans; 0 decides by the mesh [degrees]. Needs
+            method = kmeans and source = tets.
+
+        Break Surfaces:
+        roughness: Voronoi cells that a piece is made of: 1 has flat break surfaces, 8 rough ones, with several times as
+            many triangles. Needs method = voronoi.
         noise: How far break surfaces leave their planes, as a share of a piece's size (cube root of the mean volume).
             Both sides stay the same, the outer surface stays where it is, and what would intersect moves less; 0: not
             at all.
         noise_scale: Distance between bumps of the noise, as a share of a piece's size; break surfaces get four edges a
-            bump.
+            bump. Needs noise > 0.0.
         interior_detail: Longest edge of break surfaces, as a share of a piece's size; 0: as they are cut, or as the
             noise needs.
         interior_smooth_angle: Break surfaces are shaded smooth across edges flatter than this; 0: every triangle is
             flat [degrees].
         rim_width: The attribute `rim` of break surfaces is 1 where they meet the outer surface and falls to 0 within
             this; it follows the surface's triangles, which `interior_detail` makes finer [m].
+
+        Repair:
+        repair: What is done about a mesh that is no solid; what was done is told as a warning. keep: the mesh's own
+            triangles stay, welded, oriented, holes closed; wrap: a new surface around them; auto: keep, or where that
+            cannot be cut, wrap; refuse: nothing, it is an error.
+        thickness: Open sheets become walls as thick as this, their surface the outer side; 0: they are refused [m].
+            Needs repair = auto, keep or wrap.
+        weld_distance: How far apart the sides of a seam may lie to be welded, where the mesh is open; auto: found from
+            the gap between boundary edges that run side by side; 0: equal positions alone [m]. Needs repair = auto or
+            keep, or repair = wrap and thickness > 0.0.
+        wrap_detail: Share of the mesh's diagonal: gaps and details narrower than this are lost in a wrap; smaller ones
+            cost triangles. Needs repair = auto or wrap.
+
+        Strength:
         toughness_map: Vertex attribute of the mesh, or red, green, blue or alpha of its colours, that is the factor on
             the body's toughness from place to place; empty: none.
         yield_map: Vertex attribute of the mesh, or red, green, blue or alpha of its colours, that is the factor on the
@@ -169,7 +188,7 @@ class AddsNodes:
             the body's density from place to place; empty: none.
         clusters: Number of large pieces that the body breaks into first, each then into its fragments; 0: fragments are
             not gathered.
-        cluster_toughness: Factor on the toughness of interfaces within a cluster.
+        cluster_toughness: Factor on the toughness of interfaces within a cluster. Needs clusters > 0.0.
         weak_interface_share: Interfaces of a smaller area, as a share of its fragments' cross-section, do not hold by
             themselves: they part with what is around them.
         """
@@ -198,12 +217,12 @@ class AddsNodes:
         fragments: Of a cut or a lattice.
         region: Fragments whose centre lies in it, in the fragments' own coordinates. all: every one; box takes
             `box_min` and `box_max`; sphere takes `center` and `radius`; group takes `group`; cluster takes `cluster`.
-        box_min: Lowest corner of the box [m].
-        box_max: Highest corner of the box [m].
-        center: Of the sphere [m].
-        radius: Of the sphere [m].
-        group: Vertex group of the mesh: fragments that own one of its vertices.
-        cluster: Number of a cluster, as pre-fracture gathered them.
+        box_min: Lowest corner of the box [m]. Needs region = box.
+        box_max: Highest corner of the box [m]. Needs region = box.
+        center: Of the sphere [m]. Needs region = sphere.
+        radius: Of the sphere [m]. Needs region = sphere.
+        group: Vertex group of the mesh: fragments that own one of its vertices. Needs region = group.
+        cluster: Number of a cluster, as pre-fracture gathered them. Needs region = cluster.
         toughness: Factor on the body's toughness around the region's fragments.
         yield: Factor on the body's yield around the region's fragments.
         density: Factor on the body's density in the region's fragments.
@@ -241,35 +260,43 @@ class AddsNodes:
         """Gives fragments a material, a place and a start; one set of fragments may serve many bodies.
 
         fragments: What the body is made of.
+        density: Mass per volume [kg/m3].
+        youngs_modulus: Stiffness: stress per stretch (rubber 1e6, wood 1e10, steel 2e11) [Pa].
+        yield: Change of shape (logarithmic strain without its change of volume) from which it stays dented; null:
+            never.
+        hardening: Growth of the yield per permanent strain. Needs yield is not null.
+        toughness: Stretch (principal logarithmic strain) at which it tears; null: never.
+        fracture_energy: Work that parts an area of an interface beyond its toughness: high, cracks run through and
+            leave large pieces, low, things crumble. Of method projective; null: groups of fragments break at once, by
+            their mean stretch. "auto": E toughness^2 L / 2, L a quarter of the body's longest side [J/m2]. Needs
+            toughness is not null, or compressive_toughness is not null.
+
+        Start:
         position: Where the origin of the fragments is put at the first frame [m].
         rotation: How the fragments are turned about their origin at the first frame; Euler angles XYZ: about x first,
             then y, then z [degrees].
         velocity: Velocity at the first frame [m/s].
         angular_velocity: Rate of turning at the first frame, about the centre of mass: its axis times degrees per
             second [degrees/s].
-        density: Mass per volume [kg/m3].
-        youngs_modulus: Stiffness: stress per stretch (rubber 1e6, wood 1e10, steel 2e11) [Pa].
+
+        Material:
         poisson_ratio: Thinning across per stretch along; solids keep their volume better as it nears 0.5.
         damping_time: Damping inside the material, stress by strain rate over stiffness: a free vibration of period T
             falls by exp(-2 pi^2 x this / T) each time. Where something touches, substeps longer than this damp more by
             themselves; none in gauss_seidel. "auto": 0.3 of the time that a wave takes through a fragment of the body's
             mean size, so that what a hit sets ringing dies away as soon in stiff bodies as in soft ones, and not before
             they bounce [s].
-        yield: Change of shape (logarithmic strain without its change of volume) from which it stays dented; null:
-            never.
-        flow_rate: How fast strain beyond the yield becomes permanent: its share per second [1/s].
-        hardening: Growth of the yield per permanent strain.
-        toughness: Stretch (principal logarithmic strain) at which it tears; null: never.
+        flow_rate: How fast strain beyond the yield becomes permanent: its share per second [1/s]. Needs yield is not
+            null.
         compressive_toughness: Squeeze (principal logarithmic strain) at which it is crushed; null: never.
-        fracture_energy: Work that parts an area of an interface beyond its toughness: high, cracks run through and
-            leave large pieces, low, things crumble. Of method projective; null: groups of fragments break at once, by
-            their mean stretch. "auto": E toughness^2 L / 2, L a quarter of the body's longest side [J/m2].
         stiffness: Of the solver's method gauss_seidel alone: share of the way to the goal shape per iteration.
-        friction: Coulomb friction: tangential force per normal force that a contact can bear before it slides.
-        restitution: Share of the approach speed with which a contact bounces.
         curvature: Sheets and rods that are one fragment thick resist bending, yield and tear as plates and beams of
             their thickness do; off: as stiff as blocks, and they spring back. Methods other than projective leave it
             out.
+
+        Contact:
+        friction: Coulomb friction: tangential force per normal force that a contact can bear before it slides.
+        restitution: Share of the approach speed with which a contact bounces.
 
         yield, a word of Python, is set in the node: node["yield"] = ...
         """
@@ -294,14 +321,18 @@ class AddsNodes:
         """A sphere or box that keeps its shape, pushes with its mass and is pushed.
 
         shape: sphere takes `radius`, box takes `size`.
-        radius: Of the sphere [m].
-        size: Lengths of the box's sides [m].
+        radius: Of the sphere [m]. Needs shape = sphere.
+        size: Lengths of the box's sides [m]. Needs shape = box.
         mass: Spread evenly over the shape [kg].
+
+        Start:
         position: Of the centre at the first frame [m].
         rotation: About the centre at the first frame; Euler angles XYZ: about x first, then y, then z [degrees].
         velocity: Velocity at the first frame [m/s].
         angular_velocity: Rate of turning at the first frame, about the centre of mass: its axis times degrees per
             second [degrees/s].
+
+        Contact:
         friction: Coulomb friction: tangential force per normal force that a contact can bear before it slides.
         restitution: Share of the approach speed with which a contact bounces.
         """
@@ -334,18 +365,24 @@ class AddsNodes:
             and `height` along its z axis; mesh takes any solid from `mesh` or `path`, as distances on a grid of voxels.
         position: Of its centre, of a point of the plane, or of the mesh's origin [m].
         rotation: About its position; Euler angles XYZ: about x first, then y, then z [degrees].
-        radius: Of sphere and capsule [m].
-        size: Lengths of the box's sides [m].
-        height: Of the capsule between the centres of its two caps [m].
+        radius: Of sphere and capsule [m]. Needs shape = sphere or capsule.
+        size: Lengths of the box's sides [m]. Needs shape = box.
+        height: Of the capsule between the centres of its two caps [m]. Needs shape = capsule.
+        path: Of the file with the mesh of shape mesh, where none is wired; relative to the graph file's folder. Needs
+            shape = mesh.
+        scale: Lengths of the mesh are multiplied by this, about its origin. Needs shape = mesh.
+
+        Contact:
         friction: Coulomb friction: tangential force per normal force that a contact can bear before it slides.
         restitution: Share of the approach speed with which a contact bounces.
-        path: Of the file with the mesh of shape mesh, where none is wired; relative to the graph file's folder.
-        scale: Lengths of the mesh are multiplied by this, about its origin.
+
+        Sampling:
         resolution: Voxels along the mesh's longest side. What is thinner than two voxels is lost, edges are rounded by
-            a third of one; memory grows with the cube: 100 takes 5 MiB at most, 256 MiB are permitted.
-        voxel_size: Sets the size of voxels itself; null goes by the resolution [m].
+            a third of one; memory grows with the cube: 100 takes 5 MiB at most, 256 MiB are permitted. Needs shape =
+            mesh and voxel_size = null.
+        voxel_size: Sets the size of voxels itself; null goes by the resolution [m]. Needs shape = mesh.
         thickness: Above 0 the mesh need not be closed: what collides is all within half of this of its surface. At
-            least two voxels [m].
+            least two voxels [m]. Needs shape = mesh.
         """
 
     @overload
@@ -373,20 +410,22 @@ class AddsNodes:
 
         body: The body that is held.
         region: box takes `box_min` and `box_max`; sphere takes `center` and `radius`; group takes `group`.
-        box_min: Lowest corner of the box [m].
-        box_max: Highest corner of the box [m].
-        center: Of the sphere [m].
-        radius: Of the sphere [m].
-        group: Vertex group of the mesh: fragments that own one of its vertices are held.
-        pivot: Point about which the rotation turns [m].
-        position: How far the held particles are moved from where they rest [m].
-        rotation: How far the held particles are turned about the pivot; Euler angles XYZ: about x first, then y, then z
-            [degrees].
+        box_min: Lowest corner of the box [m]. Needs region = box.
+        box_max: Highest corner of the box [m]. Needs region = box.
+        center: Of the sphere [m]. Needs region = sphere.
+        radius: Of the sphere [m]. Needs region = sphere.
+        group: Vertex group of the mesh: fragments that own one of its vertices are held. Needs region = group.
         hold: pose holds places and turns, as a clamp; position holds places alone, as a hinge: what is held turns with
             what it is part of (methods other than projective hold the pose).
         release_frame: Last frame at which it holds; null: it never lets go.
         release_frames: How long it takes to let go: what was held by force eases out, and does not spring; 0: at once
-            [frames].
+            [frames]. Needs release_frame is not null.
+
+        Motion:
+        pivot: Point about which the rotation turns [m].
+        position: How far the held particles are moved from where they rest [m].
+        rotation: How far the held particles are turned about the pivot; Euler angles XYZ: about x first, then y, then z
+            [degrees].
         """
 
     @overload
@@ -402,7 +441,7 @@ class AddsNodes:
         """An acceleration that all particles feel, and a wind that drags them along.
 
         acceleration: Added to the solver's gravity [m/s2].
-        wind: Velocity of the air [m/s].
+        wind: Velocity of the air [m/s]. Needs drag > 0.0.
         drag: How fast the wind takes particles along: acceleration = drag x (wind - velocity); 0: no wind [1/s].
         """
 
@@ -443,23 +482,29 @@ class AddsNodes:
             soft; gauss_seidel: the paper's, for comparison, with the bodies' `stiffness` as a share per sweep.
         preset: Speed against accuracy, as docs/images/chart.svg shows it: preview: 4 substeps of 1, hits in up to 16
             parts, default: 8 substeps of 2, hits in up to 16 parts, final: 32 substeps of 1, hits in up to 64 parts;
-            what substeps, iterations or hit_substeps say goes before.
+            what substeps, iterations or hit_substeps say goes before. Needs substeps = null and error_budget = 0.0, or
+            iterations = null and error_budget = 0.0, or hit_substeps = null and method = projective.
         substeps: Steps per frame: more for stiff materials and fast impacts, even numbers are more accurate; null: the
-            preset's.
-        iterations: Sweeps per substep: more carry a push further through a body; soft things that lie on one another
-            take two at least; null: the preset's.
-        hit_substeps: Of method projective: parts, at most, of a substep in which something is hit so fast that it may
-            break: as many as let the hit's waves run from fragment to fragment, so that it breaks as much with few
-            substeps as with many; stiff things need more. 1: never divided; null: the preset's.
-        crack_passes: How often in a substep a hit may break things. With 1, as in the paper, its cracks run one ring of
-            fragments a substep; with more it breaks nearly as much with few substeps as with many, but what hangs
-            together with the cracks takes the substep again each time.
+            preset's. Needs error_budget = 0.0.
         error_budget: Above 0, the solver chooses substeps (1 to 64) and iterations frame by frame, so that oscillations
             and the time of breaking are wrong by about this share at most (0.02: 2 %) and quiet frames cost little; 0:
             as preset, substeps and iterations say.
-        over_relaxation: Of method jacobi: how far each sweep goes beyond its own answer, to arrive sooner; 1: not at
-            all. Odd numbers of iterations take only as much as ends near the goal (three: 1.58).
         gravity: Acceleration of all that may move [m/s2].
+
+        Steps:
+        iterations: Sweeps per substep: more carry a push further through a body; soft things that lie on one another
+            take two at least; null: the preset's. Needs error_budget = 0.0.
+        hit_substeps: Of method projective: parts, at most, of a substep in which something is hit so fast that it may
+            break: as many as let the hit's waves run from fragment to fragment, so that it breaks as much with few
+            substeps as with many; stiff things need more. 1: never divided; null: the preset's. Needs method =
+            projective.
+        crack_passes: How often in a substep a hit may break things. With 1, as in the paper, its cracks run one ring of
+            fragments a substep; with more it breaks nearly as much with few substeps as with many, but what hangs
+            together with the cracks takes the substep again each time.
+        over_relaxation: Of method jacobi: how far each sweep goes beyond its own answer, to arrive sooner; 1: not at
+            all. Odd numbers of iterations take only as much as ends near the goal (three: 1.58). Needs method = jacobi.
+
+        Contact and Rest:
         damping: Velocities die away as exp(-damping x time) [1/s].
         depenetration_speed: Fastest at which parts that overlap already are pushed apart [m/s].
         self_collision: Particles of one body collide with one another where no edge joins them.

@@ -58,8 +58,23 @@ class Export(TypedDict):
 
 
 def node_types() -> dict[str, dict[str, Any]]:
-    """All node types as {type: description}, each with its sockets and parameters."""
+    """All node types as {type: description}, each with its sockets and parameters.
+
+    A parameter's "group" is what it is shown with, "" for what is seen at once. Its "needs", where it has any, are alternatives,
+    each a list of conditions on other parameters of the node: without one that holds it has no effect ("needs_text": in words).
+    """
     return {node["type"]: node for node in json.loads(lib().sunder_node_types_json())["nodes"]}
+
+
+def _holds(condition: dict[str, Any], value: Any) -> bool:
+    """Of a parameter's value, one condition of another one's needs; true where keys may make it so."""
+    if isinstance(value, dict):
+        return True
+    if "values" in condition:
+        return value in condition["values"]
+    if "above" in condition:
+        return isinstance(value, (int, float)) and bool(value > condition["above"])
+    return value is not None
 
 
 class Node:
@@ -91,6 +106,15 @@ class Node:
     def at(self, parameter: str, frame: float) -> Any:
         """A parameter's value at a frame, animation worked out."""
         return self._graph._json("graph_get_at", encode(self.name), encode(parameter), number("frame", frame))
+
+    def has_effect(self, parameter: str) -> bool:
+        """Whether a parameter counts as the node's other parameters are now: whether what it needs is so."""
+        described = {p["name"]: p for p in node_types()[self.type]["parameters"]}
+        if parameter not in described:
+            self[parameter]  # raises what is wrong with it
+            return True  # a wire, or a former name
+        needs = described[parameter].get("needs")
+        return needs is None or any(all(_holds(c, self[c["parameter"]]) for c in conditions) for conditions in needs)
 
     def parameters(self) -> dict[str, Any]:
         """Everything that is set or wired, defaults included."""

@@ -82,8 +82,58 @@ TEST(Description, json_tells_ranges_units_and_choices) {
         EXPECT_TRUE(name != "density" || (p["above"] == 0 && p["unit"] == "kg/m3" && !p.contains("min")));
         EXPECT_TRUE(name != "yield" || (p["nullable"] == true && p["default"].is_null() && p["animatable"] == false));
         EXPECT_TRUE(name != "toughness" || p["animatable"] == true);
+        EXPECT_TRUE(name != "hardening" || p["needs_text"] == "yield is not null");
+        EXPECT_EQ(p.contains("needs"), p.contains("needs_text")) << name;
+        EXPECT_TRUE(p["group"].is_string()) << name;
     }
     EXPECT_EQ(body["inputs"][0]["type"], "fragments");
+}
+
+TEST(Description, needs_name_parameters_of_the_node_and_values_that_these_take) {
+    for (const NodeType& type : standard_registry().types())
+        for (const ParameterDescription& p : type.description.parameters)
+            for (const std::vector<Condition>& alternative : p.needs) {
+                EXPECT_FALSE(alternative.empty()) << p.name;
+                for (const Condition& c : alternative) {
+                    const ParameterDescription* const other = type.description.find_parameter(c.parameter);
+                    ASSERT_TRUE(other && other->name == c.parameter && other != &p) << type.description.type << p.name;
+                    EXPECT_EQ((c.values.empty() ? 0 : 1) + (c.above ? 1 : 0) + (c.not_null ? 1 : 0), 1) << p.name;
+                    EXPECT_TRUE(!c.not_null || other->nullable) << p.name;
+                    for (const JsonValue& value : c.values) {
+                        const Result<ParameterValue> checked = ParameterValue::check(*other, value, "node");
+                        EXPECT_TRUE(checked) << p.name << ": " << checked.error().text();
+                    }
+                }
+            }
+}
+
+TEST(Description, needs_read_as_a_person_writes_them) {
+    EXPECT_EQ(needs_text({.name = "p"}), "");
+    EXPECT_EQ(needs_text({.name = "p", .needs = {{is("method", {"kmeans"}), is("source", {"tets", "voronoi"})}}}),
+              "method = kmeans and source = tets or voronoi");
+    EXPECT_EQ(needs_text({.name = "p", .needs = {{is_above("noise", 0)}, {is_not_null("yield")}}}, "`"),
+              "`noise` > `0.0`, or `yield` is not null");
+    EXPECT_EQ(needs_text({.name = "p", .needs = {{is("substeps", {nullptr})}}}), "substeps = null");
+}
+
+TEST(Description, groups_follow_what_is_seen_at_once_in_the_order_of_their_first_parameters) {
+    NodeDescription d;
+    d.parameters = {
+        in_group("B", {.name = "b"}), {.name = "main"}, in_group("A", {.name = "a"}), in_group("B", {.name = "b_2"})};
+    std::string told;
+    for (const ParameterGroup& group : d.groups()) {
+        told += group.label + ":";
+        for (const ParameterDescription* p : group.parameters) told += " " + p->name;
+        told += "; ";
+    }
+    EXPECT_EQ(told, ": main; B: b b_2; A: a; ");
+    d.parameters = {in_group("B", {.name = "b"})};
+    EXPECT_EQ(d.groups().size(), 1u);
+    for (const NodeType& type : standard_registry().types()) {
+        size_t n = 0;
+        for (const ParameterGroup& group : type.description.groups()) n += group.parameters.size();
+        EXPECT_EQ(n, type.description.parameters.size()) << type.description.type;
+    }
 }
 
 TEST(Description, ranges_read_as_a_person_writes_them) {

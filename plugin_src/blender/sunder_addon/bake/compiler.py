@@ -6,7 +6,7 @@ import bpy
 from mathutils import Vector
 
 from ..base import core, descriptions, runtime
-from ..tree import parameters, pickers, wiring
+from ..tree import conditions, keys, parameters, pickers, wiring
 from ..scene import animation, mesh_export, scene_input
 
 _PATH_OF = {"deformer": ("bake_mesh", "mesh", "mesh/{}.####.ply"), "solver": ("bake_state", "state", "state/{}.####.ply")}
@@ -79,7 +79,7 @@ class _Compiler:
         self.geometries = {}  # graph name of a mesh node: its mesh
         self.before = {}  # name of an object: where it was in the frame before the first
         self.is_moving = False
-        self.animated = animation.animated_attributes(tree)
+        self.animated = keys.animated_attributes(tree)
 
     def run(self):
         scene, (first, last) = self.scene, self.tree.frames(self.scene)
@@ -143,7 +143,7 @@ class _Compiler:
         self.names[name] = [name]
         animated = self.animated.get(node.name, ())
         for p in descriptions.parameters(node.sunder_type):
-            if pickers.is_hidden(node, p["name"]):
+            if not conditions.counts(node, p["name"]):
                 continue
             if p["type"] == "points":
                 found = scene_input.points(node, p["name"], depsgraph)

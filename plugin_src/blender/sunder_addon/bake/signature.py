@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 from ..base import core, descriptions, runtime
-from ..tree import parameters, pickers, wiring
+from ..tree import conditions, keys, parameters, pickers, wiring
 from ..scene import animation, mesh_export, mesh_layers, scene_input
 
 
@@ -55,7 +55,7 @@ def _groups(node):
     """Vertices and weights of the groups, and numbers of the maps, that a node names."""
     held = []
     for name in pickers.group_parameters(node.sunder_type) + pickers.map_parameters(node.sunder_type):
-        source = None if pickers.is_hidden(node, name) else wiring.upstream(node, "mesh_file")
+        source = wiring.upstream(node, "mesh_file") if conditions.counts(node, name) else None
         for thing in scene_input.mesh_objects(source) if source is not None and source.source != pickers.VALUES else ():
             values = mesh_export.vertex_numbers(thing, thing.data, getattr(node, name))
             if values is not None:
@@ -67,7 +67,7 @@ def _points(node):
     """Where lists of points come from."""
     described = []
     for name in pickers.points_parameters(node.sunder_type):
-        if pickers.is_hidden(node, name):
+        if not conditions.counts(node, name):
             continue
         for thing in scene_input.points_objects(node, name):
             described.append(animation.describe_motion(thing))
@@ -104,13 +104,13 @@ def _settings(tree, scene):
 
 
 def _compute(tree, scene):
-    animated = animation.animated_attributes(tree)
+    animated = keys.animated_attributes(tree)
     nodes = []
     for node in wiring.needed(tree):
         values = [
             None if parameters.attribute(p["name"]) in animated.get(node.name, ()) else parameters.value(p, node)
             for p in descriptions.parameters(node.sunder_type)
-            if p["type"] not in parameters.NO_FIELD and not pickers.is_hidden(node, p["name"])
+            if p["type"] not in parameters.NO_FIELD and conditions.counts(node, p["name"])
         ]
         wires = [[name, [(n.graph_name, output) for n, output in found]] for name, found in wiring.inputs(node)]
         own = [getattr(node, "source", ""), getattr(node, "use_modifiers", ""), pickers.uses_motion(node)]

@@ -23,3 +23,16 @@ def socket_types():
             if socket["type"] not in names:
                 names.append(socket["type"])
     return names
+
+
+def groups(node_type):
+    """{label: [parameter, ...]} in the order in which they are shown; first, under "", what is not folded away."""
+    found = {"": []}
+    for p in parameters(node_type):
+        found.setdefault(p["group"], []).append(p)
+    return found
+
+
+def group_labels():
+    """Labels of the groups of all node types, each once."""
+    return list(dict.fromkeys(label for node_type in NODES for label in groups(node_type) if label))

@@ -4,7 +4,7 @@ import textwrap
 
 from . import runtime
 
-NODE, SIDEBAR, DIALOG = 220, 175, 320  # widths in points: of our nodes, of a box in a sidebar, of our dialogs
+NODE, WIDE_NODE, SIDEBAR, DIALOG = 200, 260, 175, 320  # widths in points: of our nodes, of a box in a sidebar, of our dialogs
 _ICON, _LETTER = 42, 6.1  # what an icon with its margins and a letter take of them
 
 

@@ -13,8 +13,7 @@ import bpy
 from bpy.props import EnumProperty
 
 from ..base import blender_versions, core, drawing, runtime
-from ..tree import trees, verbs
-from ..scene import animation
+from ..tree import keys, trees, verbs
 from ..bake import cache
 from ..results import player
 from . import share_cache, share_meshes
@@ -346,7 +345,7 @@ def _stand_back(thing, view_layer):
         thing.hide_set(True, view_layer=view_layer)
     if thing.library is None and not thing.hide_render:
         thing.hide_render = thing.sunder.stands_back = True
-    return thing.library is None and all(curve.data_path != "hide_render" for curve in animation.curves(thing))
+    return thing.library is None and all(curve.data_path != "hide_render" for curve in keys.curves(thing))
 
 
 def draw(layout, tree):

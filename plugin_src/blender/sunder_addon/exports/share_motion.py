@@ -10,7 +10,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ..base import blender_versions, core
-from ..scene import animation
+from ..tree import keys
 from ..results import parts, player, results
 
 HIDDEN = ("hide_viewport", "hide_render")
@@ -146,7 +146,7 @@ class _Probe:
         self._follower.parent = self._copy
         for one in (self._copy, self._follower):
             stage.collection.objects.link(one)
-        for path in sorted({curve.data_path for curve in animation.curves(thing)}):
+        for path in sorted({curve.data_path for curve in keys.curves(thing)}):
             try:
                 thing.path_resolve(path)
             except ValueError:  # of what is gone

@@ -1,14 +1,102 @@
-"""How nodes are drawn, and with that their classes: one for each node type of the library."""
+"""How nodes are drawn, and with that their classes: one for each node type of the library.
+
+A node and the sidebar's panels of it (node_panels.py) show the same rows in the same groups.
+"""
 from ..base import descriptions, drawing
-from ..tree import nodes, parameters, pickers
+from ..tree import conditions, nodes, parameters, pickers
 from . import bake_buttons
 
 
 def _labelled(layout, label):
-    """Room beside a whole label: Blender cuts those of texts and pickers off."""
+    """Room beside a whole label: Blender cuts those of texts, choices and pickers off."""
     split = layout.split(factor=0.5)
     split.label(text=label)
     return split
+
+
+def shown(node, label):
+    """The parameters of a group that have rows as the node stands."""
+    return [p for p in descriptions.groups(node.sunder_type)[label]
+            if p["type"] != "vertex_groups" and conditions.is_shown(node, p["name"])]
+
+
+def groups(node):
+    """Labels of the groups that are folded away and have rows."""
+    return [label for label in descriptions.groups(node.sunder_type) if label and shown(node, label)]
+
+
+def is_touched(node, label):
+    """Whether something in a group is other than in a new node, and counts."""
+    return any(p["type"] not in parameters.NO_FIELD and conditions.counts(node, p["name"])
+               and parameters.value(p, node) != p["default"] for p in shown(node, label))
+
+
+def draw_main(layout, node):
+    """What is seen at once: errors, objects, and the rows in no group."""
+    if node.error:
+        drawing.sentence(layout, node.error, "ERROR", alert=True, width=node.width)
+    _draw_pickers(layout, node)
+    draw_group(layout, node, "")
+
+
+def draw_group(layout, node, label):
+    column = layout.column()
+    for p in shown(node, label):
+        lack = conditions.lack(node, p["name"])
+        if lack:
+            row = column.row()
+            row.enabled = False
+            row.label(text=f"{p['label']}: needs {lack}")
+        elif p["type"] == "points":
+            _draw_points(column, node, p["name"])
+        else:
+            _draw_parameter(column, node, p)
+
+
+def _draw_pickers(layout, node):
+    if not pickers.has_source(node):
+        return
+    row = layout.row()
+    row.prop(node, "source", expand=True)
+    if node.source == pickers.OBJECT and hasattr(node, "object"):
+        layout.prop(node, "object")
+    if node.source == pickers.COLLECTION:
+        layout.prop(node, "collection")
+    if node.sunder_type == "mesh_file" and node.source != pickers.VALUES:
+        layout.prop(node, "use_modifiers")
+    if hasattr(node, "use_motion") and node.source != pickers.VALUES:
+        layout.prop(node, "use_motion")
+    if node.sunder_type == "pin":
+        _labelled(layout, "Moved By").prop(node, "motion_object", text="")
+
+
+def _draw_points(layout, node, name):
+    source = getattr(node, f"{name}_source")
+    layout.row().prop(node, f"{name}_source", expand=True)
+    layout.prop(node, f"{name}_{source.lower()}")
+
+
+def _draw_parameter(layout, node, p):
+    attribute = parameters.attribute(p["name"])
+    if p["automatic"] or p["nullable"]:
+        row = layout.row(align=True)
+        is_automatic = p["automatic"] and getattr(node, parameters.automatic(p["name"]))
+        is_used = not p["nullable"] or getattr(node, parameters.switch(p["name"]))
+        if p["nullable"]:
+            switch = row.row(align=True)
+            switch.enabled = not is_automatic
+            switch.prop(node, parameters.switch(p["name"]), text="")
+        if p["automatic"]:
+            row.prop(node, parameters.automatic(p["name"]), text="", icon="AUTO")
+        value = row.row()
+        value.enabled = is_used and not is_automatic
+        value.prop(node, attribute)
+    elif p["name"] in pickers.group_parameters(node.sunder_type) and node.mesh_object():
+        _labelled(layout, p["label"]).prop_search(node, attribute, node.mesh_object(), "vertex_groups", text="")
+    elif p["type"] in ("text", "choice"):
+        _labelled(layout, p["label"]).prop(node, attribute, text="")
+    else:
+        layout.prop(node, attribute)
 
 
 class _Buttons:
@@ -16,61 +104,18 @@ class _Buttons:
 
     @drawing.guarded
     def draw_buttons(self, context, layout):
-        if self.error:
-            drawing.sentence(layout, self.error, "ERROR", alert=True, width=self.width)
-        self._draw_pickers(layout)
-        column = layout.column()
-        for p in descriptions.parameters(self.sunder_type):
-            if pickers.is_hidden(self, p["name"]):
-                continue
-            if p["type"] == "points":
-                self._draw_points(column, p["name"])
-            elif p["type"] not in parameters.NO_FIELD:
-                self._draw_parameter(column, p)
+        draw_main(layout, self)
+        for label in groups(self):
+            fold = parameters.fold(label)
+            is_open = getattr(self, fold)
+            row = layout.row()
+            row.alignment = "LEFT"
+            row.prop(self, fold, text=label + (" •" if is_touched(self, label) else ""), emboss=False,
+                     icon="DISCLOSURE_TRI_DOWN" if is_open else "DISCLOSURE_TRI_RIGHT")
+            if is_open:
+                draw_group(layout, self, label)
         if self.sunder_type in ("solver", "deformer"):
             bake_buttons.draw_node(context, layout, self)
-
-    def _draw_pickers(self, layout):
-        if not pickers.has_source(self):
-            return
-        row = layout.row()
-        row.prop(self, "source", expand=True)
-        if self.source == pickers.OBJECT and hasattr(self, "object"):
-            layout.prop(self, "object")
-        if self.source == pickers.COLLECTION:
-            layout.prop(self, "collection")
-        if self.sunder_type == "mesh_file" and self.source != pickers.VALUES:
-            layout.prop(self, "use_modifiers")
-        if hasattr(self, "use_motion") and self.source != pickers.VALUES:
-            layout.prop(self, "use_motion")
-        if self.sunder_type == "pin":
-            _labelled(layout, "Moved By").prop(self, "motion_object", text="")
-
-    def _draw_points(self, layout, name):
-        source = getattr(self, f"{name}_source")
-        layout.row().prop(self, f"{name}_source", expand=True)
-        layout.prop(self, f"{name}_{source.lower()}")
-
-    def _draw_parameter(self, layout, p):
-        attribute = parameters.attribute(p["name"])
-        if p["automatic"]:
-            row = layout.row(align=True)
-            row.prop(self, parameters.automatic(p["name"]), text="", icon="AUTO")
-            value = row.row()
-            value.enabled = not getattr(self, parameters.automatic(p["name"]))
-            value.prop(self, attribute)
-        elif p["nullable"]:
-            row = layout.row(align=True)
-            row.prop(self, parameters.switch(p["name"]), text="")
-            value = row.row()
-            value.enabled = getattr(self, parameters.switch(p["name"]))
-            value.prop(self, attribute)
-        elif p["name"] in pickers.group_parameters(self.sunder_type) and self._mesh_object():
-            _labelled(layout, p["label"]).prop_search(self, attribute, self._mesh_object(), "vertex_groups", text="")
-        elif p["type"] == "text":
-            _labelled(layout, p["label"]).prop(self, attribute, text="")
-        else:
-            layout.prop(self, attribute)
 
 
 classes = [nodes.make(description, _Buttons) for description in descriptions.NODES.values()]

@@ -7,14 +7,13 @@ from ..base import core, drawing
 from ..tree import nodes, pickers, trees, verbs, wiring
 from ..scene import mesh_export, scene_input
 from ..results import results
-from . import presets
+from . import presets, tree_layout
 
 _HOLES = 0.1  # larger ones are the open side of a sheet, not holes of a solid
 _SHEET = 0.02  # thickness that a sheet gets, as a share of its size
-_ROW = 620  # between the rows of nodes of several objects
 
 
-def add_node(tree, node_type, location):
+def add_node(tree, node_type, location=(0, 0)):
     node = tree.nodes.new(nodes.class_name(node_type))
     node.location = location
     return node
@@ -66,11 +65,11 @@ def open_share(thing):
     return holes / area if area else 0.0
 
 
-def _add_body(tree, thing, solver, row, pieces, seed, fall_speed, material):
+def _add_body(tree, thing, solver, pieces, seed, fall_speed, material):
     """The nodes of one object, from its mesh to its deformer."""
-    mesh = add_node(tree, "mesh_file", (0, row))
+    mesh = add_node(tree, "mesh_file")
     mesh.source, mesh.object = pickers.OBJECT, thing
-    cut = add_node(tree, "prefracture", (260, row))
+    cut = add_node(tree, "prefracture")
     cut.set_parameters(pieces=pieces, seed=seed)
     share = open_share(thing)
     if 0 < share < _HOLES:
@@ -78,9 +77,9 @@ def _add_body(tree, thing, solver, row, pieces, seed, fall_speed, material):
     elif share:
         low, high = scene_input.bounds(thing, bpy.context.evaluated_depsgraph_get())
         cut.set_parameters(thickness=float(f"{_SHEET * max(high - low):.3g}"))
-    body = add_node(tree, "body", (520, row))
+    body = add_node(tree, "body")
     body.set_parameters(velocity=(0, 0, -fall_speed), **material)
-    skin = add_node(tree, "deformer", (1080, row))
+    skin = add_node(tree, "deformer")
     connect(tree, mesh, "mesh", cut, "mesh")
     connect(tree, cut, "fragments", body, "fragments")
     connect(tree, body, "body", solver, "bodies")
@@ -95,18 +94,19 @@ def build(things, preset, pieces=100, seed=0, fall_speed=0.0, has_floor=True):
     _, _, material, steps = presets.PRESETS[preset]
     tree = bpy.data.node_groups.new(f"{things[0].name} Fracture", trees.SunderTree.bl_idname)
     tree.preset = preset
-    solver = add_node(tree, "solver", (800, 0))
+    solver = add_node(tree, "solver")
     solver.set_parameters(**steps)
-    for i, thing in enumerate(things):
-        made = _add_body(tree, thing, solver, -_ROW * i, pieces, seed, fall_speed, material)
+    for thing in things:
+        made = _add_body(tree, thing, solver, pieces, seed, fall_speed, material)
         if len(things) > 1:
             for node in made:
                 node.label = f"{thing.name}: {node.bl_label}"
     if has_floor:
-        floor = add_node(tree, "collider", (520, 460))  # above the others, which are tall
+        floor = add_node(tree, "collider")
         floor.set_parameters(shape="plane", position=(0, 0, min(map(floor_height, things))))
         floor.name = floor.label = "Floor"
         connect(tree, floor, "collider", solver, "colliders")
+    tree_layout.arrange(tree)
     return tree
 
 
@@ -179,6 +179,8 @@ class SUNDER_OT_quick_fracture(bpy.types.Operator):
                 self.report({"INFO"}, f"Sunder: '{thing.name}' is a sheet and gets walls {node.thickness:g} m apart (Thickness in "
                             "the pre-fracture node)")
         made = results.add_missing(tree, context.scene)
+        tree_layout.arrange(tree)  # deformers name what they made
+        tree_layout.show(tree)
         for other in context.selected_objects:
             other.select_set(False)
         made[0].select_set(True)

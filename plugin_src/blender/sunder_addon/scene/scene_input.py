@@ -9,7 +9,7 @@ import numpy as np
 from mathutils import Euler, Matrix, Vector
 
 from ..base import core
-from ..tree import pickers, wiring
+from ..tree import conditions, pickers, wiring
 from . import mesh_export
 
 
@@ -163,7 +163,7 @@ def wanted(tree, node, parameters_of):
     """Names of vertex groups, or of maps, that other nodes ask of the mesh that `node` gives."""
     found = set()
     for n in wiring.needed(tree):
-        names = [g for g in parameters_of(n.sunder_type) if not pickers.is_hidden(n, g)]
+        names = [g for g in parameters_of(n.sunder_type) if conditions.counts(n, g)]
         if names and wiring.upstream(n, "mesh_file") == node:
             found.update(getattr(n, g) for g in names)
     return sorted(found - {""})

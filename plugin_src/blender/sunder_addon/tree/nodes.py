@@ -10,6 +10,15 @@ def class_name(node_type):
     return "Sunder" + "".join(word.title() for word in node_type.split("_")) + "Node"
 
 
+_WIDE = ("prefracture", "body", "solver")  # with long labels beside numbers
+_GREY, _TINT = 0.17, 0.15  # a node's colour: grey, with so much of what the wires have that come out of it
+
+
+def _color(description):
+    wire = sockets.color(description["outputs"][0]["type"])
+    return [(1 - _TINT) * _GREY + _TINT * c for c in wire[:3]]
+
+
 def _changed(self, _context):
     runtime.signatures.pop(self.id_data.name_full, None)
     runtime.node_errors.pop((self.id_data.name_full, self.graph_name), None)
@@ -17,7 +26,7 @@ def _changed(self, _context):
 
 def _map_names(self, _context, text):
     """What of the source's mesh could be a map."""
-    thing = self._mesh_object()
+    thing = self.mesh_object()
     if thing is None:
         return []
     names = [g.name for g in thing.vertex_groups] + [a.name for a in thing.data.attributes if a.domain == "POINT"]
@@ -48,7 +57,8 @@ class SunderNode:
             sockets.add(self.inputs, socket, True)
         for socket in description["outputs"]:
             sockets.add(self.outputs, socket, False)
-        self.width = drawing.NODE
+        self.width = drawing.WIDE_NODE if self.sunder_type in _WIDE else drawing.NODE
+        self.use_custom_color, self.color = True, _color(description)
         trees.identity(self.id_data)
         self.graph_name = _fresh_name(self)
         for p in description["parameters"]:
@@ -84,7 +94,7 @@ class SunderNode:
         known = ", ".join(p["name"] for p in descriptions.parameters(self.sunder_type))
         raise AttributeError(f"a {self.bl_label} node has no parameter '{name}'; it has {known}")
 
-    def _mesh_object(self):
+    def mesh_object(self):
         """The object whose mesh comes up the wires, for picking a vertex group."""
         node = wiring.upstream(self, "mesh_file")
         return node.object if node and node.source == pickers.OBJECT else None
@@ -100,6 +110,7 @@ def make(description, buttons):
             annotations[p["name"]] = StringProperty(
                 name=p["label"], description=p["sentence"].rstrip("."), default=p["default"], options=set(),
                 update=_changed, search=_map_names, search_options={"SUGGESTION"})
+    annotations.update(parameters.folds(node_type))
     picked = pickers.properties(node_type, _changed)
     if annotations.keys() & picked.keys():
         raise ValueError(f"{node_type}: {', '.join(annotations.keys() & picked.keys())} is both parameter and picker")

@@ -1,6 +1,7 @@
 """Parameters of a node description as Blender properties, and the values of such properties as Sunder takes them."""
 import keyword
 import math
+import re
 
 import bpy
 import numpy as np
@@ -13,6 +14,8 @@ from bpy.props import (
     IntVectorProperty,
     StringProperty,
 )
+
+from ..base import descriptions
 
 # Blender's own names of the units that it can show; others stand in the label.
 _UNITS = {"m": "LENGTH", "kg": "MASS", "m/s": "VELOCITY", "m/s2": "ACCELERATION", "degrees": "ROTATION"}
@@ -37,6 +40,17 @@ def switch(name):
 def automatic(name):
     """The attribute that tells whether a parameter that may be "auto" is."""
     return "auto_" + name
+
+
+def fold(label):
+    """The attribute that tells whether a node shows a group of its parameters."""
+    return "unfolds_" + re.sub("[^a-z]+", "_", label.lower())
+
+
+def folds(node_type):
+    """{attribute: Blender property} for the groups of one node type: how it looks, and nothing that counts."""
+    return {fold(label): BoolProperty(name=label, description=f"Show {', '.join(p['label'] for p in some)}", options=set())
+            for label, some in descriptions.groups(node_type).items() if label}
 
 
 def begin(p, node):

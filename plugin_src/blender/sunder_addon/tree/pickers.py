@@ -135,48 +135,15 @@ def _own_properties(node_type, changed):
     return {}
 
 
-# Parameters that the node does not show: attribute, values of it at which they are hidden, parameters.
-HIDDEN = {
-    "mesh_file": [("source", (OBJECT, COLLECTION), ("path", "scale", "rotation"))],
-    "body": [("source", (OBJECT,), ("position", "rotation"))],
-    "rigid_body": [
-        ("source", (OBJECT, COLLECTION), ("radius", "size", "position", "rotation")),
-        ("shape", ("sphere",), ("size",)),
-        ("shape", ("box",), ("radius",)),
-    ],
-    "collider": [
-        ("source", (OBJECT, COLLECTION), ("radius", "size", "height", "position", "rotation", "path", "scale")),
-        ("shape", ("plane", "mesh"), ("radius", "size", "height")),
-        ("shape", ("plane", "sphere", "box", "capsule"), ("path", "scale", "resolution", "voxel_size", "thickness")),
-        ("shape", ("sphere",), ("size", "height")),
-        ("shape", ("box",), ("radius", "height")),
-        ("shape", ("capsule",), ("size",)),
-    ],
-    "fragment_region": [
-        ("source", (OBJECT,), ("box_min", "box_max", "center", "radius")),
-        ("region", ("all", "sphere", "group", "cluster"), ("box_min", "box_max")),
-        ("region", ("all", "box", "group", "cluster"), ("center", "radius")),
-        ("region", ("all", "box", "sphere", "cluster"), ("group",)),
-        ("region", ("all", "box", "sphere", "group"), ("cluster",)),
-    ],
-    "pin": [
-        ("source", (OBJECT,), ("box_min", "box_max", "center", "radius")),
-        ("region", ("box",), ("center", "radius", "group")),
-        ("region", ("sphere",), ("box_min", "box_max", "group")),
-        ("region", ("group",), ("box_min", "box_max", "center", "radius")),
-    ],
-    "force": [("source", (OBJECT,), ("wind",))],
-    "prefracture": [
-        ("method", ("kmeans",), ("sites", "points", "impact_shape", "impact_radius", "grid_jitter", "density_group",
-                                 "density_factor", "roughness", "least_piece")),
-        ("method", ("voronoi",), ("cells_per_piece", "sharp_angle")),
-        ("sites", ("kmeans", "uniform", "poisson", "grid", "density"), ("points",)),
-        ("sites", ("kmeans", "uniform", "poisson", "grid", "density", "points"), ("impact_shape", "impact_radius")),
-        ("sites", ("kmeans", "uniform", "poisson", "impact", "points", "density"), ("grid_jitter",)),
-        ("sites", ("kmeans", "uniform", "poisson", "impact", "grid", "points"), ("density_group", "density_factor")),
-        ("sites", ("points",), ("pieces",)),
-    ],
-    "solver": [("method", ("projective", "gauss_seidel"), ("over_relaxation",))],
+# Parameters that objects stand in for: values of `source` at which they do, parameters.
+REPLACED = {
+    "mesh_file": ((OBJECT, COLLECTION), ("path", "scale", "rotation")),
+    "body": ((OBJECT,), ("position", "rotation")),
+    "rigid_body": ((OBJECT, COLLECTION), ("radius", "size", "position", "rotation")),
+    "collider": ((OBJECT, COLLECTION), ("radius", "size", "height", "position", "rotation", "path", "scale")),
+    "fragment_region": ((OBJECT,), ("box_min", "box_max", "center", "radius")),
+    "pin": ((OBJECT,), ("box_min", "box_max", "center", "radius")),
+    "force": ((OBJECT,), ("wind",)),
 }
 
 
@@ -185,12 +152,11 @@ def uses_motion(node):
     return getattr(node, "use_motion", False) and has_source(node) and node.source != VALUES
 
 
-def is_hidden(node, parameter):
+def is_replaced(node, parameter):
+    """Whether an object stands in for a parameter's value."""
     if uses_motion(node) and parameter in ("velocity", "angular_velocity"):
         return True
     if node.sunder_type == "pin" and node.motion_object and parameter in ("pivot", "position", "rotation"):
         return True
-    return any(
-        getattr(node, attribute) in values and parameter in hidden
-        for attribute, values, hidden in HIDDEN.get(node.sunder_type, ())
-    )
+    sources, replaced = REPLACED.get(node.sunder_type, ((), ()))
+    return parameter in replaced and node.source in sources

@@ -30,8 +30,12 @@ def spoken(socket_idname):
     return socket_idname
 
 
+def color(socket_type):
+    """Of its wires."""
+    return _COLORS.get(socket_type, _OTHER)
+
+
 def _make(socket_type):
-    color = _COLORS.get(socket_type, _OTHER)
 
     def draw(self, _context, layout, _node, text):
         layout.label(text=text)
@@ -41,7 +45,7 @@ def _make(socket_type):
         "bl_label": socket_type.replace("_", " ").title(),
         "__doc__": f"A wire that carries a {socket_type.replace('_', ' ')}",
         "draw": draw,
-        **blender_versions.socket_color(color),
+        **blender_versions.socket_color(color(socket_type)),
     }
     return type(members["bl_idname"], (bpy.types.NodeSocket,), members)
 
