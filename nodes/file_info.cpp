@@ -17,7 +17,7 @@
 #include "nodes/graph/strict_json.h"
 #include "nodes/graph/value.h"
 #include "solver/data/math_functions.h"
-#include "solver/material/fading.h"
+#include "solver/scene/scales.h"
 #include "solver/solver.h"
 
 namespace sunder {

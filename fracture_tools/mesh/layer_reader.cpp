@@ -9,12 +9,14 @@
 namespace sunder {
 namespace {
 
-/// As layers hold it; what is no finite number is 0.
+/// As layers hold it; what is no finite number, or no integer where it should be one, is 0.
 float stored(const LayerId& layer, double value) {
     if (!std::isfinite(value)) return 0;
     if (layer.kind == LayerKind::boolean) return std::bit_cast<float>(int32_t{value != 0});
-    if (layer.kind == LayerKind::integer)
-        return std::bit_cast<float>(static_cast<int32_t>(static_cast<int64_t>(value)));
+    if (layer.kind == LayerKind::integer) {
+        constexpr double kEnd = 0x1p63;  // of what a 64-bit number holds
+        return std::bit_cast<float>(std::abs(value) < kEnd ? static_cast<int32_t>(static_cast<int64_t>(value)) : 0);
+    }
     const float number = static_cast<float>(value);
     return std::isfinite(number) ? number : 0;
 }

@@ -4,7 +4,8 @@
 /// Before a function: compiled for AVX2 and for any x86-64, chosen when the program starts. Both give the same bits,
 /// because a * b + c is never contracted and no sum is reordered (CMakeLists.txt): wider registers hold more vertices,
 /// not other sums.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+/// Not under the thread sanitizer: it watches the function that chooses, which runs before it does itself.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
 #define SUNDER_VECTOR_CLONES __attribute__((target_clones("avx2", "default")))
 #else
 #define SUNDER_VECTOR_CLONES

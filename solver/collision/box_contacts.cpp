@@ -8,8 +8,8 @@ namespace sunder {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kFaceShare = 0.02;  // an edge axis must be shallower by this share of the depth to win
-constexpr double kBoxRounding = 1e-9;   // of the box's size: differences below it decide nothing
+constexpr double kFaceShare = 0.02;    // an edge axis must be shallower by this share of the depth to win
+constexpr double kBoxRounding = 1e-9;  // of the box's size: differences below it decide nothing
 
 struct Frame {
     Vec3 center, half;  // m

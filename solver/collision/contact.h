@@ -13,9 +13,9 @@ namespace sunder {
 struct Contact {
     static constexpr uint32_t kStatic = 0x80000000u;  // set in `b`: the rest of b is a collider index
     MovableId a;
-    MovableId b;                                      // or kStatic | collider
-    Vec3 normal = Vec3::UnitZ();                      // unit, from b towards a: pushes a away from b
-    Vec3 point_a = Vec3::Zero();                      // deepest point of a and of b (world, at detection), m
+    MovableId b;                  // or kStatic | collider
+    Vec3 normal = Vec3::UnitZ();  // unit, from b towards a: pushes a away from b
+    Vec3 point_a = Vec3::Zero();  // deepest point of a and of b (world, at detection), m
     Vec3 point_b = Vec3::Zero();
     double gap = 0;  // normal . (point_a - point_b), m; negative: overlap
 

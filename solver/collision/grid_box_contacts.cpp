@@ -9,11 +9,11 @@
 namespace sunder {
 namespace {
 
-constexpr int kDepth = 3;           // a face is divided into at most 8 x 8 parts
-constexpr double kBulge = 0.02;     // of a voxel: how much nearer than its corners say a face must come to the mesh
-constexpr double kBoxApart = 0.2;      // of the box's half diagonal: points nearer to one another are one
-constexpr double kBoxAligned = 0.7;    // cosine from which the box's own normal is taken instead of the gradient
-constexpr double kOnBorder = 1e-9;  // of the half extent: on the border
+constexpr int kDepth = 3;            // a face is divided into at most 8 x 8 parts
+constexpr double kBulge = 0.02;      // of a voxel: how much nearer than its corners say a face must come to the mesh
+constexpr double kBoxApart = 0.2;    // of the box's half diagonal: points nearer to one another are one
+constexpr double kBoxAligned = 0.7;  // cosine from which the box's own normal is taken instead of the gradient
+constexpr double kOnBorder = 1e-9;   // of the half extent: on the border
 
 struct BoxPoint {
     Vec3 p;  // in the box's frame

@@ -177,8 +177,7 @@ void PairsBetweenPieces::find_all(std::span<const Aabb> exact, const PairFilter&
         origin_ = Vec3::Zero();
         grown_.resize(n), with_.resize(n);
         workers.for_range(n, kGrain, [&](size_t first, size_t last) {
-            for (size_t i = first; i < last; ++i)
-                grown_[i] = grown(exact[i]), with_[i] = first_of_piece(i);
+            for (size_t i = first; i < last; ++i) grown_[i] = grown(exact[i]), with_[i] = first_of_piece(i);
         });
         boxes = grown_;
     }

@@ -8,10 +8,10 @@
 namespace sunder {
 namespace {
 
-constexpr double kSkinInPiece = 0.15;        // of a mean box: how much boxes are grown on every side
-constexpr size_t kMostAgainInPiece = 6;      // looked for again: one of so many at most,
-constexpr size_t kMostAlone = 32;     // and no more, for each is tested against the whole piece
-constexpr size_t kLeastShared = 512;  // particles of a piece that all threads work on together
+constexpr double kSkinInPiece = 0.15;    // of a mean box: how much boxes are grown on every side
+constexpr size_t kMostAgainInPiece = 6;  // looked for again: one of so many at most,
+constexpr size_t kMostAlone = 32;        // and no more, for each is tested against the whole piece
+constexpr size_t kLeastShared = 512;     // particles of a piece that all threads work on together
 
 Pair ascending(ParticleId i, ParticleId j) { return {std::min(i, j), std::max(i, j)}; }
 

@@ -25,8 +25,8 @@ public:
     /// Superset of the pairs of particles of one piece that touch on straight paths, but for those that `filter`
     /// excludes, in no order. `piece` (n_particles) numbers pieces by their first particle; until the next reset it
     /// only loses edges.
-    std::span<const Pair> update(const ParticleMotion& motion, std::span<const PieceId> piece,
-                                 const PairFilter& filter, const WorkerPool& workers);
+    std::span<const Pair> update(const ParticleMotion& motion, std::span<const PieceId> piece, const PairFilter& filter,
+                                 const WorkerPool& workers);
 
     size_t n_rebuilds() const { return n_rebuilds_; }
 
@@ -36,11 +36,11 @@ private:
         std::vector<ParticleId> ring;    // one after the other, for which `pairs` hold
         std::vector<uint32_t> ring_end;  // in it (as member)
         std::vector<Vec3> remembered;    // positions when its boxes were grown, from their centre (as member), m
-        std::vector<Aabb> grown;               // in the frame of then, about the centre (as member), m
-        std::vector<Pair> pairs;               // of overlapping boxes, not near one another, first < second
-        Quat turn = Quat::Identity();          // since then
-        bool is_changed = false;               // its pairs were changed in this update
-        bool is_fresh = false;                 // all of them were found in it
+        std::vector<Aabb> grown;         // in the frame of then, about the centre (as member), m
+        std::vector<Pair> pairs;         // of overlapping boxes, not near one another, first < second
+        Quat turn = Quat::Identity();    // since then
+        bool is_changed = false;         // its pairs were changed in this update
+        bool is_fresh = false;           // all of them were found in it
 
         std::span<const ParticleId> ring_of(size_t place) const {
             const uint32_t begin = place == 0 ? 0 : ring_end[place - 1];

@@ -24,8 +24,7 @@ Quartered subtract_quarters(double x) {
     constexpr double kRounder = 0x1.8p52, kQuartersPerRadian = 0x1.45f306dc9c883p-1;
     const double n = (x * kQuartersPerRadian + kRounder) - kRounder;
     const TwoPart a = sum(x - n * kParts[0], -n * kParts[1]), b = sum(a.high, -n * kParts[2]);
-    return {static_cast<uint64_t>(static_cast<int64_t>(n)) & 3,
-            sum_by_size(b.high, b.low + (a.low - n * kParts[3]))};
+    return {static_cast<uint64_t>(static_cast<int64_t>(n)) & 3, sum_by_size(b.high, b.low + (a.low - n * kParts[3]))};
 }
 
 // Payne and Hanek 1983: of 2/pi only those 192 bits matter whose products with the mantissa are neither whole turns nor

@@ -27,9 +27,12 @@ struct Id {
     constexpr Id() = default;
     template <std::integral Number>
     constexpr explicit Id(Number number) : value(static_cast<uint32_t>(number)) {}
+    // Version 14 of clang-format does not know `requires`.
+    // clang-format off
     template <class Other>
         requires(kIsA<Other, Tag>)
     constexpr Id(Id<Other> other) : value(other.value) {}
+    // clang-format on
 
     static constexpr Id none() { return Id(); }
     constexpr bool is_none() const { return value == kNone; }
@@ -40,12 +43,15 @@ struct Id {
     constexpr auto operator<=>(const Id&) const = default;
 };
 
+// Version 14 of clang-format does not know `requires`.
+// clang-format off
 template <class Tag, class Other>
     requires(!kIsA<Tag, Other> && !kIsA<Other, Tag>)
 bool operator==(Id<Tag>, Id<Other>) = delete;
 template <class Tag, class Other>
     requires(!kIsA<Tag, Other> && !kIsA<Other, Tag>)
 std::strong_ordering operator<=>(Id<Tag>, Id<Other>) = delete;
+// clang-format on
 
 /// What a function takes for an id where its callers count: the id, or a loop's number, and no id of another kind.
 template <class Tag>
@@ -53,9 +59,12 @@ class Index {
 public:
     template <std::integral Number>
     constexpr Index(Number number) : number_(static_cast<size_t>(number)) {}
+    // Version 14 of clang-format does not know `requires`.
+    // clang-format off
     template <class Other>
         requires(kIsA<Other, Tag>)
     constexpr Index(Id<Other> id) : number_(id.value) {}
+    // clang-format on
 
     constexpr operator size_t() const { return number_; }
 

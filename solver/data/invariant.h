@@ -27,6 +27,6 @@ void invariant(const char* what, const Holds& holds) {
 }  // namespace sunder
 
 /// Not in what is noexcept, nor in kernels: there is nobody to catch it, or it would keep lanes apart.
-#define SUNDER_ASSERT(...)                                  \
+#define SUNDER_ASSERT(...)                                        \
     (__builtin_expect(static_cast<bool>(__VA_ARGS__), 1) ? void() \
                                                          : ::sunder::fail_assertion(#__VA_ARGS__, __FILE__, __LINE__))

@@ -10,6 +10,9 @@ namespace sunder::math {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// Rows of tables.
+// clang-format off
+
 // 2^(j/32)
 constexpr TwoPart kRoots[32] = {
     {0x1p0, 0x0p0}, {0x1.059b0d3158574p0, 0x1.d73e2a475b465p-55}, {0x1.0b5586cf9890fp0, 0x1.8a62e4adc610bp-54},
@@ -81,5 +84,6 @@ constexpr uint64_t kTwoOverPi[20] = {
     0x06492eea09d1921c, 0xfe1deb1cb129a73e, 0xe88235f52ebb4484, 0xe99c7026b45f7e41, 0x3991d639835339f4,
     0x9c845f8bbdf9283b, 0x1ff897ffde05980f, 0xef2f118b5a0a6d1f, 0x6d367ecf27cb09b7, 0x4f463f669e5fea2d,
     0x7527bac7ebe5f17b, 0x3d0739f78a5292ea, 0x6bfb5fb11f8d5d08, 0x56033046fc7b6bab};
+// clang-format on
 
 }  // namespace sunder::math

@@ -13,12 +13,12 @@ namespace sunder {
 /// span^2. All 0: padding, or a group that is not thin.
 template <class Real>
 struct alignas(64) BendingRow {
-    Real weight[8], mean_part[8];                     // b k w m; as BendingMember
-    Real arm[3][8], pull[3][8], pull_arm[3][8];       // as BendingMember
-    Real lever[3][8];                                 // from the weighted mean, m
-    Real turn_rate[3][3][8];                          // J (D_g E)^T: of phi, by a turn of the member in the world
-    Real arc_rate[3][3][8];                           // W
-    Real place[3][8], turn[3][8];                     // scratch: of a motion z, off the bent shape
+    Real weight[8], mean_part[8];                // b k w m; as BendingMember
+    Real arm[3][8], pull[3][8], pull_arm[3][8];  // as BendingMember
+    Real lever[3][8];                            // from the weighted mean, m
+    Real turn_rate[3][3][8];                     // J (D_g E)^T: of phi, by a turn of the member in the world
+    Real arc_rate[3][3][8];                      // W
+    Real place[3][8], turn[3][8];                // scratch: of a motion z, off the bent shape
 };
 
 /// Eight groups.
@@ -28,29 +28,29 @@ struct alignas(64) BendingGroups {
     Real softness[3][8], kGamma[3][8];  // X; Gamma
     Real RP[3][3][8], kA[6][8];         // R P; b k A, Sym3
     Real pull_sum[3][8];
-    Real stretch[8], pressure[8];       // b 2 mu V; b lambda' V
-    Real held[6][8];                    // b (2 mu V)^2 (V c + 2 mu V sum (1 - R e (R e)^T))^-1, Sym3
-    Real bending[9][9][8];              // b (bending form - k Gamma A_arm), of K column by column
+    Real stretch[8], pressure[8];  // b 2 mu V; b lambda' V
+    Real held[6][8];               // b (2 mu V)^2 (V c + 2 mu V sum (1 - R e (R e)^T))^-1, Sym3
+    Real bending[9][9][8];         // b (bending form - k Gamma A_arm), of K column by column
 };
 
 /// Eight particles; 0 where they are held, or padding.
 template <class Real>
 struct alignas(64) BlockDiagonal {
-    Real inverse_shift[6][8], inverse_turn[6][8];   // of the Hessian's blocks, Sym3, 1/kg and 1/(kg m2)
+    Real inverse_shift[6][8], inverse_turn[6][8];  // of the Hessian's blocks, Sym3, 1/kg and 1/(kg m2)
     Real inverse_mass[8], inverse_inertia[6][8];
 };
 
 template <class Real>
 struct BendingArrays {
-    BendingRow<Real>* rows;             // as LaneLayout's
-    const BendingGroups<Real>* groups;  // by block
-    const uint8_t* is_thin;             // by block: a group of it is
-    const uint32_t* twin;               // of each row and lane: where the lane's particle is in the member's group
+    BendingRow<Real>* rows;               // as LaneLayout's
+    const BendingGroups<Real>* groups;    // by block
+    const uint8_t* is_thin;               // by block: a group of it is
+    const uint32_t* twin;                 // of each row and lane: where the lane's particle is in the member's group
     const BlockDiagonal<Real>* diagonal;  // by block
-    Real* motion;                       // z of each lane: shift, 0, turn, 0          (n_lanes x 8)
-    Real* pulls;                        // H z at each row and lane, as motion; the last is 0  (8 n_rows + 1, x 8)
-    Real* cell_torque;                  // H z that turns each lane's own fragment    (n_lanes x 4)
-    bool is_all_thin;                   // no group of the unit is a block
+    Real* motion;                         // z of each lane: shift, 0, turn, 0          (n_lanes x 8)
+    Real* pulls;                          // H z at each row and lane, as motion; the last is 0  (8 n_rows + 1, x 8)
+    Real* cell_torque;                    // H z that turns each lane's own fragment    (n_lanes x 4)
+    bool is_all_thin;                     // no group of the unit is a block
 };
 
 namespace {
@@ -157,8 +157,7 @@ void multiply_bending(const BendingArrays<Real>& a, const uint32_t* row_begin, c
                 const V line[3] = {F[i][0], F[i][1], F[i][2]};
                 V known[3];
                 symmetric(g.kA, line, known);
-                for (int k = 0; k < 3; ++k)
-                    G[i][k] = stretch * F[i][k] + pressure * RP[i][k] - softness[i] * known[k];
+                for (int k = 0; k < 3; ++k) G[i][k] = stretch * F[i][k] + pressure * RP[i][k] - softness[i] * known[k];
             }
             for (int k = 0; k < 3; ++k) {
                 const V line[3] = {RP[0][k], RP[1][k], RP[2][k]};

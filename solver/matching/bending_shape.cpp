@@ -14,9 +14,9 @@
 namespace sunder {
 namespace {
 
-constexpr double kShearFactor = 5.0 / 6;    // of a rectangular section (Timoshenko)
-constexpr double kPinnedWeight = 4;         // of a pinned neighbour, which stands at half its distance
-constexpr double kSmallestSpan = 1e-9;      // of A's largest eigenvalue: smaller ones have no inverse
+constexpr double kShearFactor = 5.0 / 6;  // of a rectangular section (Timoshenko)
+constexpr double kPinnedWeight = 4;       // of a pinned neighbour, which stands at half its distance
+constexpr double kSmallestSpan = 1e-9;    // of A's largest eigenvalue: smaller ones have no inverse
 
 // The `rank` largest principal directions of A, as A^+ and as a projection.
 struct Span {
@@ -286,8 +286,8 @@ BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<
     of.R = optimal_rotation(A, Quat::Identity()).toRotationMatrix();
     const Mat3 FP = of.F, RP = of.R * s.spanned;
     const double stretch = (RP.transpose() * FP).trace() - s.rank;
-    of.stretch = s.volume * (s.mu * (FP - RP).squaredNorm() + 0.5 * s.pressure() * stretch * stretch +
-                             frame.sum() - frame.dot(of.R.diagonal()));
+    of.stretch = s.volume * (s.mu * (FP - RP).squaredNorm() + 0.5 * s.pressure() * stretch * stretch + frame.sum() -
+                             frame.dot(of.R.diagonal()));
     const Mat3 elastic = of.K - s.plastic_curvature;
     const Eigen::Map<const Vec9> of_K(elastic.data());
     of.bend = 0.5 * of_K.dot(s.bending * of_K);
@@ -331,8 +331,8 @@ void pull_back(const BendingShapes& shapes, const LiveTopology& live, ParticleIn
             cell = j;
             continue;
         }
-        const Vec3 turned = m.turn_rate.transpose() * (moment * rest.pull_arm +
-                                                       s.k * rest.weight * s.turn_moment.cwiseProduct(m.sigma));
+        const Vec3 turned = m.turn_rate.transpose() *
+                            (moment * rest.pull_arm + s.k * rest.weight * s.turn_moment.cwiseProduct(m.sigma));
         m.torque = -(of.axes * turned);
         torque += turned;
     }

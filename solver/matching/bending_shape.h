@@ -21,41 +21,40 @@ struct Bending {
     std::span<const uint8_t> pinned;            // held by a pin (n_particles)
     std::span<const Mat3> plastic_deformation;  // F_P (n_particles)
     std::span<const Mat3> plastic_curvature;    // K_P in the fragment's axes, rad/m (n_particles), or empty: none
-
 };
 
 /// A member of such a group, in the axes of the group's fragment.
 struct BendingMember {
-    Vec3 q;         // F_P (xbar_j - xbar_g) less the weighted mean, m
-    Vec3 pull;      // w m A^+ q: F = sum p_j pull_j^T
-    Vec3 arm;       // F_P (xbar_j - xbar_g): from the fragment, m
-    Vec3 pull_arm;  // w m A'^+ arm: K = sum phi_j pull_arm_j^T
-    Vec3 offset;    // of the point that is matched, from a pinned member's centre, at rest in the world, m; else 0
-    double weight = 0;     // w m, kg
-    double mean_part = 0;  // of the weighted mean, -
+    Vec3 q;             // F_P (xbar_j - xbar_g) less the weighted mean, m
+    Vec3 pull;          // w m A^+ q: F = sum p_j pull_j^T
+    Vec3 arm;           // F_P (xbar_j - xbar_g): from the fragment, m
+    Vec3 pull_arm;      // w m A'^+ arm: K = sum phi_j pull_arm_j^T
+    Vec3 offset;        // of the point that is matched, from a pinned member's centre, at rest in the world, m; else 0
+    double weight = 0;  // w m, kg
+    double mean_part = 0;          // of the weighted mean, -
     Mat3 shift_block, turn_block;  // of the Hessian at rest, of this member alone, in the axes
 };
 
 /// k and E of a group are in its material's units; axes are those of its fragment at rest.
 struct BendingShape {
-    int rank = 0;          // directions that are spanned: 1 a rod, 2 a sheet; 0: the group pulls nothing
-    int normal = 2;        // of a sheet: across it
-    int axis = 0;          // of a rod: along it
-    bool is_pinned = false;  // holds a pinned member: all is fitted about the cell
-    Mat3 axes = Mat3::Zero();             // E: columns are the fragment's axes at rest, world
-    Vec3 extent = Vec3::Zero();           // t_k = sqrt(12) rho_k, m
+    int rank = 0;                       // directions that are spanned: 1 a rod, 2 a sheet; 0: the group pulls nothing
+    int normal = 2;                     // of a sheet: across it
+    int axis = 0;                       // of a rod: along it
+    bool is_pinned = false;             // holds a pinned member: all is fitted about the cell
+    Mat3 axes = Mat3::Zero();           // E: columns are the fragment's axes at rest, world
+    Vec3 extent = Vec3::Zero();         // t_k = sqrt(12) rho_k, m
     double volume = 0, mu = 0, nu = 0;  // m3, Pa, -
-    double k = 0;          // 6 mu V over the trace of the whole ring, 1/s2
-    double reach2 = 0;     // d^2: weighted mean square of the neighbours' distances, m2
-    Vec3 softness = Vec3::Zero();         // X: chi across what is not spanned, 1 along it
-    Vec3 turn_moment = Vec3::Zero();      // Gamma, m2
-    Vec3 shear = Vec3::Zero();            // c, Pa
-    Mat3 spanned = Mat3::Zero();          // P
-    Mat3 A = Mat3::Zero(), A_arm = Mat3::Zero();         // of q and of the arms, kg m2
-    Mat9 bending = Mat9::Zero();          // of K - K_P as a column-major 9-vector, J m2
-    Mat9 bending_less_turns = Mat9::Zero();  // less k Gamma A_arm of the turns, which K is the best fit of, J m2
+    double k = 0;                       // 6 mu V over the trace of the whole ring, 1/s2
+    double reach2 = 0;                  // d^2: weighted mean square of the neighbours' distances, m2
+    Vec3 softness = Vec3::Zero();       // X: chi across what is not spanned, 1 along it
+    Vec3 turn_moment = Vec3::Zero();    // Gamma, m2
+    Vec3 shear = Vec3::Zero();          // c, Pa
+    Mat3 spanned = Mat3::Zero();        // P
+    Mat3 A = Mat3::Zero(), A_arm = Mat3::Zero();  // of q and of the arms, kg m2
+    Mat9 bending = Mat9::Zero();                  // of K - K_P as a column-major 9-vector, J m2
+    Mat9 bending_less_turns = Mat9::Zero();       // less k Gamma A_arm of the turns, which K is the best fit of, J m2
     Mat3 plastic_curvature = Mat3::Zero();
-    Vec3 pull_sum = Vec3::Zero();         // sum of pulls: 0 but where pins are
+    Vec3 pull_sum = Vec3::Zero();  // sum of pulls: 0 but where pins are
 
     double youngs_modulus() const { return 2 * mu * (1 + nu); }
     /// lambda' of the stretch term: plane stress in sheets, the bar's in rods, Pa.
@@ -69,16 +68,16 @@ struct BendingShape {
 
 /// A bent group as its particles lie, in its fragment's axes as these are turned.
 struct BentMember {
-    Vec3 p;         // from the weighted mean, m
-    Vec3 turn;      // phi_j: since rest, against the fragment, rad
-    Vec3 r, sigma;  // what the bent shape leaves of p and turn
-    Mat3 turn_rate;  // J: of phi_j, by a turn of the member
-    Mat3 arc_rate;   // W: of the bent shape's place, by K arm
+    Vec3 p;              // from the weighted mean, m
+    Vec3 turn;           // phi_j: since rest, against the fragment, rad
+    Vec3 r, sigma;       // what the bent shape leaves of p and turn
+    Mat3 turn_rate;      // J: of phi_j, by a turn of the member
+    Mat3 arc_rate;       // W: of the bent shape's place, by K arm
     Vec3 force, torque;  // minus the slope of the energy, world; N, N m
 };
 struct BentGroup {
-    Mat3 axes;       // D_g E
-    Mat3 K, F, R;    // rad/m, -, -
+    Mat3 axes;                               // D_g E
+    Mat3 K, F, R;                            // rad/m, -, -
     double bend = 0, stretch = 0, rest = 0;  // energy, J; `rest`: what neither bends nor stretches
     double energy() const { return bend + stretch + rest; }
 };

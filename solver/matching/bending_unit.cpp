@@ -56,8 +56,7 @@ bool BendingUnit<Real>::open(const SweepInput& in, const LaneLayout& layout, siz
     const bool is_known = layout_ == &layout && version_ == layout.version() && unit_ == unit;
     if (is_known && !lane_group_.empty()) {
         bool same = true;
-        for (size_t lane = 0; lane < n_lanes && same; ++lane)
-            same = (lane_group_[lane] != kNone) == bends(lane);
+        for (size_t lane = 0; lane < n_lanes && same; ++lane) same = (lane_group_[lane] != kNone) == bends(lane);
         if (same) return true;
     }
     layout_ = &layout, unit_ = unit, version_ = layout.version();
@@ -88,8 +87,14 @@ bool BendingUnit<Real>::open(const SweepInput& in, const LaneLayout& layout, siz
                 kLanes * row + static_cast<uint32_t>(of_group % kLanes);
         }
     }
-    arrays_ = {rows_.data(),     groups_.data(), is_thin_.data(),        twin_.data(),
-               diagonal_.data(), motion_.data()->numbers, pulls_.data()->numbers, cell_torque_.data(),
+    arrays_ = {rows_.data(),
+               groups_.data(),
+               is_thin_.data(),
+               twin_.data(),
+               diagonal_.data(),
+               motion_.data()->numbers,
+               pulls_.data()->numbers,
+               cell_torque_.data(),
                std::ranges::all_of(layout.particles().subspan(first, n_lanes), is_thin)};
     return true;
 }
@@ -148,8 +153,8 @@ void BendingUnit<Real>::put(const SweepInput& in, ParticleIndex g, size_t lane, 
 }
 
 template <class Real>
-void BendingUnit<Real>::add_residual(std::span<NewtonParticles> io_newton,
-                                     std::span<const CgParticles<Real>> particles, const UnitBlocks& blocks) {
+void BendingUnit<Real>::add_residual(std::span<NewtonParticles> io_newton, std::span<const CgParticles<Real>> particles,
+                                     const UnitBlocks& blocks) {
     const uint32_t* const row_begin = layout_->row_begin(unit_);
     blocks([&](size_t begin, size_t end) {
         for (size_t block = begin; block < end; ++block) {

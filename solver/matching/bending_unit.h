@@ -22,8 +22,8 @@ public:
     void linearise(const SweepInput& input, std::span<const MovingParticle> particles, const UnitBlocks& blocks,
                    std::span<GroupGoal> io_goals);
     /// Adds the forces to the residuals, and what they are measured by; after gather_residual.
-    void add_residual(std::span<NewtonParticles> io_newton,
-                      std::span<const CgParticles<Real>> particles, const UnitBlocks& blocks);
+    void add_residual(std::span<NewtonParticles> io_newton, std::span<const CgParticles<Real>> particles,
+                      const UnitBlocks& blocks);
 
     bool bends() const { return !lane_group_.empty(); }
     const BendingArrays<Real>& arrays() const { return arrays_; }

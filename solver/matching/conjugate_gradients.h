@@ -68,9 +68,9 @@ private:
 template <class Real>
 class ConjugateGradients {
 public:
-    static constexpr int kMaxIterations = 60;    // a bar of 2560 particles at 2 MPa takes 40
+    static constexpr int kMaxIterations = 60;          // a bar of 2560 particles at 2 MPa takes 40
     static constexpr int kMaxBendingIterations = 200;  // a plate of 600: 69 at 10 MPa, 191 at 1 GPa
-    static constexpr double kTolerance = 0.005;  // of the preconditioned residual at the start of the substep
+    static constexpr double kTolerance = 0.005;        // of the preconditioned residual at the start of the substep
 
     void fit(const LaneLayout& layout);
 

@@ -31,9 +31,8 @@ void JacobiSweep::apply(const JacobiIteration& iteration, const SweepInput& in, 
     for_units(layout_, kSharedUnit, workers, [&](size_t u, size_t, const UnitBlocks& blocks) {
         Unit& unit = units_[u];
         if (iteration.number == 0) {
-            unit.is_touched = std::ranges::any_of(unit.origin, [&](uint32_t j) {
-                return j != kNone && iteration.is_touched[in.live.piece(j)];
-            });
+            unit.is_touched = std::ranges::any_of(
+                unit.origin, [&](uint32_t j) { return j != kNone && iteration.is_touched[in.live.piece(j)]; });
             unit.store.open(in, layout_, u, blocks);
             blocks([&](size_t begin, size_t end) {
                 unit.store.take_up(in, *kernels_, begin, end);

@@ -39,9 +39,9 @@ public:
     size_t n_blocks() const { return particle_.size() / kLanes; }
     size_t n_rows() const { return neighbour_.size() / kLanes; }
     std::span<const Unit> units() const { return units_; }
-    ParticleId particle(size_t lane) const { return particle_[lane]; }        // none: padding
-    uint32_t lane(ParticleIndex particle) const { return lane_[particle]; }   // kNone: a lone particle
-    std::span<const ParticleId> particles() const { return particle_; }       // (n_lanes)
+    ParticleId particle(size_t lane) const { return particle_[lane]; }       // none: padding
+    uint32_t lane(ParticleIndex particle) const { return lane_[particle]; }  // kNone: a lone particle
+    std::span<const ParticleId> particles() const { return particle_; }      // (n_lanes)
 
     // Of one unit; rows and lanes within it.
     const uint32_t* row_begin(size_t u) const {

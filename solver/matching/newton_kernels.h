@@ -11,10 +11,10 @@ namespace sunder {
 /// divided by the unit's scale.
 template <class Real>
 struct alignas(64) CgParticles {
-    Real mass[8], inertia[6][8];     // kg; H_j as Sym3, kg m2
+    Real mass[8], inertia[6][8];             // kg; H_j as Sym3, kg m2
     Real inverse_shift[8], inverse_turn[8];  // 1 / (1 + tether + brace + sum b); 0: held, or padding
     Real own_shift[8], own_turn[8];          // 1 + tether + brace + sum w b, 1 + tether + omega sum w b
-    Real residual[6][8];             // M^-1 (-gradient - H solution)
+    Real residual[6][8];                     // M^-1 (-gradient - H solution)
 };
 
 /// The same eight, as long as the solve takes.

@@ -119,8 +119,7 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
 }
 
 template <class Real, class Move>
-void NewtonStep::solve(Precision<Real>& precision, const SweepInput& in, const WorkerPool& workers,
-                       const Move& move) {
+void NewtonStep::solve(Precision<Real>& precision, const SweepInput& in, const WorkerPool& workers, const Move& move) {
     const double mean = mean_residual();
     for_units(layout_, kSharedUnit, workers, [&](size_t u, size_t slot, const UnitBlocks& blocks) {
         const LaneLayout::Unit& unit = layout_.units()[u];

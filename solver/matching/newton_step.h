@@ -49,7 +49,7 @@ private:
     template <class Real>
     struct Precision {
         ConjugateGradients<Real> gradients;
-        std::vector<CgStore<Real>> stores;  // as store_of
+        std::vector<CgStore<Real>> stores;       // as store_of
         std::vector<BendingUnit<Real>> bending;  // by unit
     };
     // Particles as a thread works on a unit.
@@ -73,16 +73,14 @@ private:
     // Calls move(unit, slot, blocks, for_free) for every unit that moves; for_free(blocks, body) calls
     // body(lane, particle, shift, turn) for all of it that is not held.
     template <class Real, class Move>
-    void solve(Precision<Real>& precision, const SweepInput& input,
-               const WorkerPool& workers, const Move& move);
+    void solve(Precision<Real>& precision, const SweepInput& input, const WorkerPool& workers, const Move& move);
     template <class Real>
     void damp_in(Precision<Real>& precision, const SweepInput& input, const WorkerPool& workers,
                  std::span<GroupGoal> io_goals, std::span<const MovingParticle> particles, std::span<Vec3> io_shift,
                  std::span<Vec3> io_turn);
     template <class Real>
-    void apply_in(Precision<Real>& precision, bool first_iteration, const SweepInput& input,
-                  const WorkerPool& workers, std::span<GroupGoal> io_goals,
-                  std::span<MovingParticle> io_particles);
+    void apply_in(Precision<Real>& precision, bool first_iteration, const SweepInput& input, const WorkerPool& workers,
+                  std::span<GroupGoal> io_goals, std::span<MovingParticle> io_particles);
     bool moves(const SweepInput& input, const LaneLayout::Unit& unit) const;  // a particle of it is free
     double mean_residual() const;
 

@@ -11,7 +11,7 @@
 namespace sunder {
 
 constexpr size_t kGroupGrain = 256, kParticleGrain = 256;  // fewest a thread is worth waking for
-constexpr size_t kSharedUnit = 64;  // blocks; the fewest that all threads work on together
+constexpr size_t kSharedUnit = 64;                         // blocks; the fewest that all threads work on together
 
 /// Blocks [0, n) of one unit, by all threads or by one.
 class UnitBlocks {

@@ -14,7 +14,7 @@ namespace {
 using Mat2 = Eigen::Matrix2d;
 using Vec2 = Eigen::Vector2d;
 
-constexpr int kLayers = 5;         // with weight
+constexpr int kLayers = 5;                            // with weight
 constexpr double kOutermost = 2 / 4.898979485566356;  // of the thickness, 2 / sqrt(24): layers lie at (i - 2) / 2 of it
 
 double log_of(double stretch) { return math::log(std::clamp(stretch, kSmallestStretch, kLargestStretch)); }

@@ -77,10 +77,6 @@ double tension(const StretchedEdge& edge, const GroupStretch& a, const GroupStre
     return std::max(tension_of(own + bent, n, nu, least), tension_of(own - bent, n, nu, least));
 }
 
-double opening_length(const Material& material, double toughness) {
-    return 2 * material.fracture_energy / (material.youngs_modulus * toughness * toughness);
-}
-
 double damage(double tension, double toughness, double length, double d0) {
     if (!(tension > toughness)) return 0;
     const double end = toughness * (1 + length / d0);

@@ -12,6 +12,7 @@
 #include "solver/data/frame_state.h"
 #include "solver/data/math.h"
 #include "solver/data/simulation_mesh.h"
+#include "solver/scene/scales.h"
 #include "solver/scene/scene.h"
 
 namespace sunder {
@@ -45,9 +46,6 @@ struct StretchedEdge {
 /// it comes to `least`.
 double tension(const StretchedEdge& edge, const GroupStretch& a, const GroupStretch& b, double poisson_ratio,
                double least);
-
-/// L, m: what a crack has to open by over the toughness, from sound to parted.
-double opening_length(const Material& material, double toughness);
 
 /// d, 0 .. 1, of an edge of length d0 (m) whose tension was that at most; 1: parted.
 double damage(double tension, double toughness, double opening_length, double d0);

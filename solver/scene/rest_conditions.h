@@ -9,8 +9,8 @@
 namespace sunder {
 
 inline bool moves(const DrivenPose& d) {
-    return !d.grip.is_rigid() ||
-           d.begin.position != d.end.position || d.begin.orientation.coeffs() != d.end.orientation.coeffs();
+    return !d.grip.is_rigid() || d.begin.position != d.end.position ||
+           d.begin.orientation.coeffs() != d.end.orientation.coeffs();
 }
 
 enum class FrameEnd { begin, end };

@@ -39,6 +39,10 @@ double automatic_damping_time(const SimulationMesh& body, double youngs_modulus)
     return std::min(kDampedWave * size / wave_speed(youngs_modulus, volume, mass), kLongestDampingTime);
 }
 
+double opening_length(const Material& material, double toughness) {
+    return 2 * material.fracture_energy / (material.youngs_modulus * toughness * toughness);
+}
+
 double automatic_fracture_energy(const SimulationMesh& body, double youngs_modulus, double toughness) {
     Vec3 least = Vec3::Constant(kNever), most = -least;
     for (size_t i = 0; i < body.n_particles(); ++i) {

@@ -59,6 +59,9 @@ constexpr double kLongestDampingTime = 1;  // s
 /// away as soon in stiff bodies as in soft ones. `body`: its particles alone.
 double automatic_damping_time(const SimulationMesh& body, double youngs_modulus);
 
+/// L, m: what a crack has to open by over the toughness, from sound to parted.
+double opening_length(const Material& material, double toughness);
+
 /// The fracture energy of "auto", J/m2: E tau^2 L / 2 with L half of the body's half size, that is a quarter of the
 /// longest side of its fragments' bounding box. `body`: its particles alone.
 double automatic_fracture_energy(const SimulationMesh& body, double youngs_modulus, double toughness);

@@ -26,9 +26,6 @@ constexpr double kRinging = 0.2;
 // Of the way that a piece is long waves run this much in a part, over the error budget: with less an implicit step
 // takes more of a bounce than the budget. Half of a bounce lasts pi / 2 ways, in each of which it loses the like.
 constexpr double kWaveInBudget = 0.45;
-// What is strained by more than that in a hit is squashed: elasticity is not that of any energy there, and gains by
-// fine steps what coarse ones take.
-constexpr double kSquashed = 0.25;
 // Of the speed that what is stored would go at. What rings moves faster even where it turns; what bears a load does
 // not.
 constexpr double kAtTheTurn = 0.05;
@@ -92,9 +89,8 @@ int HitSearch::parts_for_breaking(ParticleIndex j, double speed) const {
 int HitSearch::parts_for_budget(ParticleIndex j, double speed) const {
     if (!has_budget()) return 1;
     const double size = size_[model_.live.piece(j)];
-    const double c = wave_speed_of(j);
-    if (!(speed > calm_speed(context_.input, size) && speed < kSquashed * c)) return 1;
-    return capped(c * h_ / (kWaveInBudget * context_.settings.error_budget * size));
+    if (!(speed > calm_speed(context_.input, size))) return 1;
+    return capped(wave_speed_of(j) * h_ / (kWaveInBudget * context_.settings.error_budget * size));
 }
 
 int HitSearch::parts_for(ParticleIndex j, double speed) const {

@@ -196,7 +196,8 @@ TEST(sweep, of_newton_takes_the_inertia_of_members_as_they_are_turned) {
                                     d.rest.mass.data(),
                                     d.role.data(),
                                     nullptr,
-                                    nullptr, store.lane_particles()};
+                                    nullptr,
+                                    store.lane_particles()};
         kernels.take_in_for_newton(records, particles.data(), store.particles(), ellipsoids.data(), 0, n);
         SweepArrays<double> arrays = store.arrays();
         arrays.ellipsoids = ellipsoids.data(), arrays.newton = nullptr, arrays.newton_full = groups.data();

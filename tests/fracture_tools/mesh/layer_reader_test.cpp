@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 
 #include "fracture_tools/mesh/layer_property.h"
@@ -63,6 +64,19 @@ end_header
 3 2 3 4  6 3 2 3 3 3 4  0
 3 3 0 5  6 4 3 4 0 4 5  3
 )";
+
+// Beyond 64 bits: once turned into an integer, which is nothing that a language promises.
+TEST(LayerReader, what_no_integer_holds_is_none) {
+    std::string huge = kPyramid;
+    const std::string row = "0 2 1 -1\n";
+    huge.replace(huge.find(row), row.size(), "0 2 1 -1" + std::string(100, '7') + "\n");
+    const Result<TriMesh> mesh = read_ply(huge, "a.ply", 1);
+    ASSERT_TRUE(mesh) << mesh.error().text();
+    const auto pair = std::ranges::find(mesh->layers, std::string("pair"), &MeshLayer::name);
+    ASSERT_NE(pair, mesh->layers.end());
+    EXPECT_EQ(std::bit_cast<int32_t>(pair->values[0]), 1);
+    EXPECT_EQ(std::bit_cast<int32_t>(pair->values[1]), 0);
+}
 
 TEST(LayerReader, rows_follow_vertices_corners_and_faces_through_welding_and_triangulation) {
     const Result<TriMesh> mesh = read_ply(kPyramid, "a.ply", 1);

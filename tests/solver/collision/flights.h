@@ -136,7 +136,6 @@ struct Crumbling : Flight {
         expect_same(with, without);
         io_total += with.size();
     }
-
 };
 
 }  // namespace sunder

@@ -14,9 +14,8 @@ namespace {
 
 TEST(rank, of_equal_numbers_it_is_not_up_to_the_library_which_is_found) {
     std::vector<double> numbers = {0.0, -0.0, 1.0, -0.0, -2.0, 0.0, -0.0};  // -2, three of -0, two of 0, 1
-    std::sort(numbers.begin(), numbers.end(), [](double a, double b) {
-        return std::bit_cast<uint64_t>(a) < std::bit_cast<uint64_t>(b);
-    });
+    std::sort(numbers.begin(), numbers.end(),
+              [](double a, double b) { return std::bit_cast<uint64_t>(a) < std::bit_cast<uint64_t>(b); });
     do {
         for (const size_t rank : {1, 3, 4, 5}) {
             std::vector<double> scratch = numbers;

@@ -14,7 +14,10 @@ constexpr bool kBecomes = std::is_convertible_v<From, To>;
 template <class From, class To>
 constexpr bool kCanBeMade = std::is_constructible_v<To, From>;
 template <class A, class B>
-constexpr bool kCompare = requires(A a, B b) { a == b; } || requires(A a, B b) { a < b; };
+constexpr bool kCompare = requires(A a, B b) {
+    a == b;
+}
+|| requires(A a, B b) { a < b; };
 
 // A number wherever one is read, made of one only where it is said.
 static_assert(kBecomes<ParticleId, uint32_t> && kBecomes<ParticleId, size_t>);
@@ -41,7 +44,9 @@ static_assert(kBecomes<size_t, ParticleIndex> && kBecomes<int, ParticleIndex> &&
 static_assert(!kBecomes<EdgeId, ParticleIndex> && !kBecomes<MovableId, ParticleIndex>);
 static_assert(kBecomes<ParticleId, MovableIndex> && !kBecomes<PieceId, MovableIndex>);
 template <class Id>
-constexpr bool kHasPiece = requires(const LiveTopology& live, Id id) { live.piece(id); };
+constexpr bool kHasPiece = requires(const LiveTopology& live, Id id) {
+    live.piece(id);
+};
 static_assert(kHasPiece<ParticleId> && !kHasPiece<EdgeId> && !kHasPiece<PieceId>);
 template <class Id>
 constexpr bool kCanBreak = requires(LiveTopology& live, const SimulationMesh& rest, const std::vector<Id>& broken) {

@@ -48,9 +48,8 @@ TEST(assertion, in_a_worker_thread_ends_at_the_caller) {
     const WorkerPool workers(3);
     const auto told = [&](size_t broken) -> std::string {
         try {
-            workers.for_range(300, 1, [&](size_t begin, size_t end) {
-                SUNDER_ASSERT(broken < begin || broken >= end);
-            });
+            workers.for_range(300, 1,
+                              [&](size_t begin, size_t end) { SUNDER_ASSERT(broken < begin || broken >= end); });
         } catch (const std::logic_error& e) {
             return e.what();
         }

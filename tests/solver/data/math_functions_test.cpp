@@ -43,11 +43,37 @@ double near_one(Draws& draws) { return 1 + (share(draws) - 0.5) * std::ldexp(1.0
 double tiny_to_one(Draws& draws) { return std::ldexp(share(draws) - 0.5, 1 - static_cast<int>(draws() % 300)); }
 
 // Where C says what comes out.
-const std::vector<double> kSpecial = {0.0, -0.0, 1.0, -1.0, 0.5, -0.5, 2.0, -2.0, 3.0, -3.0, kInfinity, -kInfinity,
-                                      std::numeric_limits<double>::quiet_NaN(), kSmallest, -kSmallest,
-                                      std::numeric_limits<double>::min(), std::numeric_limits<double>::max(),
-                                      -std::numeric_limits<double>::max(), 0x1p53, 0x1p53 + 2, -0x1p53 - 2, 0x1p52 + 1,
-                                      1e300, -1e300, 1e-300, 1024.0, -1074.0, -1075.0, -1076.0, 709.78, -745.13};
+const std::vector<double> kSpecial = {0.0,
+                                      -0.0,
+                                      1.0,
+                                      -1.0,
+                                      0.5,
+                                      -0.5,
+                                      2.0,
+                                      -2.0,
+                                      3.0,
+                                      -3.0,
+                                      kInfinity,
+                                      -kInfinity,
+                                      std::numeric_limits<double>::quiet_NaN(),
+                                      kSmallest,
+                                      -kSmallest,
+                                      std::numeric_limits<double>::min(),
+                                      std::numeric_limits<double>::max(),
+                                      -std::numeric_limits<double>::max(),
+                                      0x1p53,
+                                      0x1p53 + 2,
+                                      -0x1p53 - 2,
+                                      0x1p52 + 1,
+                                      1e300,
+                                      -1e300,
+                                      1e-300,
+                                      1024.0,
+                                      -1074.0,
+                                      -1075.0,
+                                      -1076.0,
+                                      709.78,
+                                      -745.13};
 
 // The error of `got` in ulp of the nearest double.
 double ulps_apart(double got, mpfr_srcptr wanted) {
@@ -119,9 +145,7 @@ void compare(const char* name, double (*ours)(double, double), MpfrOfTwo* theirs
              const std::vector<std::pair<Kind, Kind>>& kinds) {
     Oracle oracle;
     Worst worst;
-    const auto look = [&](double x, double y) {
-        worst.look(ulps_apart(ours(x, y), oracle.value(theirs, x, y)), x, y);
-    };
+    const auto look = [&](double x, double y) { worst.look(ulps_apart(ours(x, y), oracle.value(theirs, x, y)), x, y); };
     for (const double x : kSpecial)
         for (const double y : kSpecial) look(x, y);
     Draws draws(1);
@@ -155,11 +179,15 @@ TEST(math_functions, logarithms_are_within_an_ulp) {
 
 TEST(math_functions, powers_and_roots_are_within_an_ulp) {
     compare("pow", math::pow, mpfr_pow, 0.76,
-            {{any_double, any_double}, {between(0, 4), between(-500, 500)}, {near_one, between(-1e5, 1e5)},
-             {any_double, between(-3, 3)}, {between(0, 1), between(-4, 4)}});
+            {{any_double, any_double},
+             {between(0, 4), between(-500, 500)},
+             {near_one, between(-1e5, 1e5)},
+             {any_double, between(-3, 3)},
+             {between(0, 1), between(-4, 4)}});
     compare("cbrt", math::cbrt, mpfr_cbrt, 0.67, {any_double, between(1, 8), scaled(between(0, 1), -1030)});
     compare("hypot", math::hypot, mpfr_hypot, 0.51,
-            {{any_double, any_double}, {between(-1, 1), between(-1, 1)},
+            {{any_double, any_double},
+             {between(-1, 1), between(-1, 1)},
              {scaled(between(-1, 1), -1060), scaled(between(-1, 1), -1060)},
              {scaled(between(-1, 1), 1024), scaled(between(-1, 1), 1024)}});
 }

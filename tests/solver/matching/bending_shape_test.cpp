@@ -99,8 +99,7 @@ void multiply(const Sheet& sheet, const LaneLayout& layout, const BendingArrays<
               Eigen::VectorXd& o_product) {
     const auto lane_of = [&](size_t j) { return layout.lane(j); };
     for (size_t j = 0; j < sheet.rest.n_particles(); ++j)
-        for (size_t i = 0; i < 6; ++i)
-            a.motion[8 * lane_of(j) + i + i / 3] = z[static_cast<Eigen::Index>(6 * j + i)];
+        for (size_t i = 0; i < 6; ++i) a.motion[8 * lane_of(j) + i + i / 3] = z[static_cast<Eigen::Index>(6 * j + i)];
     multiply_bending<Double4>(a, layout.row_begin(0), layout.neighbours(0), 0, layout.n_blocks());
     for (size_t block = 0; block < layout.n_blocks(); ++block)
         for (size_t lane = 0; lane < 8; lane += 4) {
@@ -178,8 +177,8 @@ TEST(bending_shape, products_are_what_a_small_motion_changes) {
             const std::vector<double> span(at.size(), 1.0);
             std::vector<Role> role(at.size(), Role::free);
             if (with_pin) role[0] = Role::held;
-            const SweepInput in{sheet.rest, sheet.live, sheet.shapes, sheet.stiffness, role, span, {}, {},
-                                &sheet.bending};
+            const SweepInput in{sheet.rest, sheet.live, sheet.shapes, sheet.stiffness, role,
+                                span,       {},         {},           &sheet.bending};
             BendingUnit<double> unit;
             ASSERT_TRUE(unit.open(in, layout, 0));
             const UnitBlocks blocks(layout.n_blocks(), nullptr);
