@@ -12,7 +12,6 @@
 #include "solver/data/frame_state.h"
 #include "solver/data/math.h"
 #include "solver/data/simulation_mesh.h"
-#include "solver/scene/scales.h"
 #include "solver/scene/scene.h"
 
 namespace sunder {

@@ -8,6 +8,7 @@
 #include "solver/data/math_functions.h"
 #include "solver/matching/group_energy.h"
 #include "solver/scene/ring_check.h"
+#include "solver/scene/scales.h"
 #include "solver/step/loops.h"
 
 namespace sunder {

@@ -58,6 +58,5 @@ def test_the_tougher_the_slower(shots):
     assert speeds[0] - speeds[1] > 5
 
 
-@pytest.mark.xfail(strict=True, reason="what is punched out comes off whole and in single fragments: no petals (docs/sheets.md)")
 def test_four_to_eight_petals_stay_on(shots):
     assert 4 <= len(petals(shots[0.01])) <= 8

@@ -50,7 +50,7 @@ def test_the_door_dents_and_then_tears(speed, least, most, tears):
     kept = hit.piece == np.bincount(hit.piece).argmax()
     moved = np.linalg.norm((hit.position - start.position)[kept], axis=1).max()
     assert least < moved < most
-    assert (np.count_nonzero(hit.edge_intact == 0) > 0) == tears
+    assert (len(sizes_of_pieces(hit)) > 1) == tears
 
 
 def test_the_can_folds_and_does_not_tear():
@@ -79,7 +79,7 @@ def test_the_wall_parts_into_large_pieces_and_chunks():
     sizes = sizes_of_pieces(torn)
     n = len(torn.piece)
     assert sizes[-1] < 0.7 * n                          # a crack has gone through it
-    assert np.sum(sizes[sizes >= 10]) > 0.8 * n         # 97 % of all fragments here; by groups a hole and crumbs
+    assert np.sum(sizes[sizes >= 10]) > 0.8 * n         # 85 % of all fragments here; by groups a hole and crumbs
     assert np.count_nonzero(sizes >= 10) >= 5
     assert np.count_nonzero(sizes == 1) < 0.1 * n
 

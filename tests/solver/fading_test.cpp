@@ -7,6 +7,7 @@
 #include <random>
 
 #include "solver/matching/group_energy.h"
+#include "solver/scene/scales.h"
 #include "tests/support/energy.h"
 #include "tests/support/lattice_scene.h"
 
@@ -64,6 +65,24 @@ TEST(Fading, an_edge_bears_its_own_stretch) {
     edge.present = Vec3(0, 0, 0.098);
     EXPECT_TRUE(edge.is_pressed());
     EXPECT_EQ(tension(edge, {}, {}, 0, 0), 0);
+}
+
+// An edge along x moves across a sheet that is thin along z: its faces are strained as a clamped beam's, and nothing
+// shears. What moves in the sheet's plane, and in a solid, shears.
+TEST(Fading, what_moves_across_a_sheet_strains_its_faces) {
+    const double d0 = 0.1, part = 0.01;
+    const GroupStretch solid;
+    GroupStretch sheet;
+    StretchedEdge edge;
+    edge.rest = d0 * Vec3::UnitX();
+    for (const double thickness : {0.002, 0.01, 0.02}) {
+        sheet.extent.z() = thickness;
+        edge.present = edge.rest + part * d0 * Vec3::UnitZ();
+        EXPECT_NEAR(tension(edge, sheet, sheet, 0, 0), 3 * thickness / d0 * part, 1e-12) << thickness;
+        EXPECT_NEAR(tension(edge, solid, solid, 0, 0), part * std::numbers::sqrt2 / 2, 1e-12);
+        edge.present = edge.rest + part * d0 * Vec3::UnitY();
+        EXPECT_NEAR(tension(edge, sheet, sheet, 0, 0), part * std::numbers::sqrt2 / 2, 1e-12) << thickness;
+    }
 }
 
 // The energy that the books are kept in is that of theory.md, damaged and flowed as well.
