@@ -82,6 +82,14 @@ FrameState Solver::initial_state(const std::vector<Material>& materials) const {
     return s;
 }
 
+Result<Settled> Solver::settle(const FrameInput& input, const SolverSettings& settings, FrameState& io_state,
+                               const Progress& progress) const {
+    if (Status ok = settings.check("solver"); !ok) return ok.error();
+    if (Status ok = check_input(impl_->scene, input); !ok) return ok.error();
+    if (Status ok = check_state(io_state); !ok) return ok.error();
+    return sunder::settle(impl_->scene, input, settings, *impl_->workers, progress, io_state);
+}
+
 Status Solver::check_state(const FrameState& state) const {
     return sunder::check_state(impl_->scene, state, *impl_->workers);
 }

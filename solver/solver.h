@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "solver/data/progress.h"
+#include "solver/frame/settling.h"
 #include "solver/scene/scene.h"
 #include "solver/threads/parallel.h"
 
@@ -24,6 +25,10 @@ public:
     const Scene& scene() const;
     /// At rest as placed, with the bodies' velocities and each body's yield from `materials` (one a body).
     FrameState initial_state(const std::vector<Material>& materials) const;
+    /// Brings what settles of an initial state to rest under the loads of `input` (solver/frame/settling.h). On an
+    /// error `io_state` is as before.
+    Result<Settled> settle(const FrameInput& input, const SolverSettings& settings, FrameState& io_state,
+                           const Progress& progress = {}) const;
 
     /// One frame, from the state `before` it to another that comes after it. On an error (input of the wrong size,
     /// numbers gone bad: particle named; cancelled) `o_after` holds nothing of use.

@@ -58,6 +58,16 @@ ParameterDescription angular_velocity_parameter() {
         .sentence = "Rate of turning at the first frame, about the centre of mass: its axis times degrees per second"};
 }
 
+ParameterDescription settle_parameter() {
+    return {.name = "settle",
+            .label = "Settle",
+            .type = ParameterType::boolean,
+            .default_value = false,
+            .sentence =
+                "Comes to rest under its own weight before the first frame, where nothing breaks and what does "
+                "not settle stands still. Else its weight arrives all at once"};
+}
+
 Vec3 radians(const Vec3& degrees) { return degrees * (std::numbers::pi / 180); }
 
 ParameterDescription radius_parameter(std::string sentence) {

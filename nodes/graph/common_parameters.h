@@ -13,6 +13,7 @@ ParameterDescription rotation_parameter(Animation animation, std::string sentenc
 ParameterDescription surface_parameter(std::string_view name);  // "friction" or "restitution", as bodies have them
 ParameterDescription velocity_parameter();                      // "velocity", m/s, at the start
 ParameterDescription angular_velocity_parameter();              // "angular_velocity", degrees/s, at the start
+ParameterDescription settle_parameter();                        // "settle", before the start
 
 ParameterDescription radius_parameter(std::string sentence);  // "radius", m
 ParameterDescription size_parameter();                        // "size" of a box, m

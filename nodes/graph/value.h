@@ -24,6 +24,7 @@ struct BodyValue {
     Pose pose;                                   // fragment coordinates -> scene, at the start
     Vec3 velocity = Vec3::Zero();                // m/s, at the start
     Vec3 angular_velocity = Vec3::Zero();        // rad/s, at the start, about the centre of mass
+    bool settles = false;                        // before the start
     Material material;                           // at the frame
 };
 

@@ -35,6 +35,7 @@ Result<BodyValue> place(CookContext& context, const Parameters& p, ContentKey ke
     body.rest = std::make_shared<const SimulationMesh>(std::move(placed));
     body.velocity = p.vector3("velocity");
     body.angular_velocity = radians(p.vector3("angular_velocity"));
+    body.settles = p.boolean("settle");
     return body;
 }
 
@@ -42,6 +43,7 @@ ContentKey placed_key(CookContext& context, const Parameters& p) {
     KeyHasher hasher;
     hasher.add(context.node()).add(context.input_key("fragments")).add(p.number("density"));
     for (const char* name : {"position", "rotation", "velocity", "angular_velocity"}) hasher.add(p.vector3(name));
+    if (p.boolean("settle")) hasher.add(std::string("settles"));
     return hasher.key();
 }
 
@@ -110,6 +112,7 @@ NodeType body_node() {
         rotation_parameter(Animation::constant, "How the fragments are turned about their origin at the first frame"),
         velocity_parameter(),
         angular_velocity_parameter(),
+        settle_parameter(),
         {.name = "density",
          .label = "Density",
          .unit = "kg/m3",
@@ -118,7 +121,7 @@ NodeType body_node() {
          .min_excluded = true,
          .default_value = 1000.0,
          .sentence = "Mass per volume"}};
-    gather(d.parameters, "Start", {"position", "rotation", "velocity", "angular_velocity"});
+    gather(d.parameters, "Start", {"position", "rotation", "velocity", "angular_velocity", "settle"});
     std::ranges::move(material_parameters(), std::back_inserter(d.parameters));
     return {.description = d, .cook = cook_body};
 }

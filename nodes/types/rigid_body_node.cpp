@@ -16,6 +16,7 @@ Result<Value> cook_rigid_body(CookContext& context) {
     body.pose = pose_of(p);
     body.velocity = p.vector3("velocity");
     body.angular_velocity = radians(p.vector3("angular_velocity"));
+    body.settles = p.boolean("settle");
     body.friction = p.number("friction");
     body.restitution = p.number("restitution");
     return make_value(std::move(body));
@@ -50,9 +51,10 @@ NodeType rigid_body_node() {
                     rotation_parameter(Animation::constant, "About the centre at the first frame"),
                     velocity_parameter(),
                     angular_velocity_parameter(),
+                    settle_parameter(),
                     surface_parameter("friction"),
                     surface_parameter("restitution")};
-    gather(d.parameters, "Start", {"position", "rotation", "velocity", "angular_velocity"});
+    gather(d.parameters, "Start", {"position", "rotation", "velocity", "angular_velocity", "settle"});
     return {.description = d, .cook = cook_rigid_body};
 }
 

@@ -19,6 +19,7 @@ struct SolverStore {
     std::shared_ptr<Solver> solver;
     std::vector<ContentKey> body_keys;
     StateCache frames;
+    std::vector<std::string> told;  // of how the start settled
 
     ContentKey node_key = 0;          // of the node when `history` was last looked at
     std::vector<ContentKey> history;  // of frame start + i
@@ -44,6 +45,35 @@ std::vector<std::string> left_out(const Scene& scene, std::span<const Material> 
         if (pin.turns_freely)
             told.push_back("pin '" + pin.name + "' holds the pose, for method " + method +
                            " knows no hinges (take projective)");
+    return told;
+}
+
+// Where an edge is: "body 'wall', between fragments 12 and 40".
+std::string place_of(const Scene& scene, EdgeId edge) {
+    const Edge& at = scene.rest.edges[edge];
+    const uint32_t a = at.a, b = at.b;
+    const Body& body = scene.bodies[scene.rest.body[a]];
+    return "body '" + body.name + "', between fragments " + std::to_string(a - body.particle_begin) + " and " +
+           std::to_string(b - body.particle_begin);
+}
+
+// What an artist has to know of how things settled.
+std::vector<std::string> told_of(const Settled& settled, const Scene& scene) {
+    std::vector<std::string> told;
+    const size_t n = scene.rest.n_particles(), moves = settled.moves.value;
+    if (!settled.at_rest)
+        told.push_back("settling ended before all was at rest: " +
+                       (moves < n ? "body '" + scene.bodies[scene.rest.body[moves]].name + "'"
+                                  : "rigid body '" + scene.rigid_bodies[moves - n].name + "'") +
+                       " still moves (what rolls or falls far does not settle)");
+    if (!settled.breaking.empty())
+        told.push_back(std::to_string(settled.breaking.size()) +
+                       " edges break under the weight that they settled to, " + "the first in " +
+                       place_of(scene, settled.breaking.front().edge) + " (raise toughness)");
+    if (!settled.weakening.empty())
+        told.push_back(std::to_string(settled.weakening.size()) +
+                       " edges begin to tear under the weight that they settled to, the first in " +
+                       place_of(scene, settled.weakening.front()) + " (raise toughness)");
     return told;
 }
 
@@ -81,6 +111,11 @@ public:
                 Result<std::vector<Material>> materials = start_materials();
                 if (!materials) return materials.error();
                 hasher.add(store_.scene_key).add(start).add(key_of(*materials));
+                if (anything_settles(store_.solver->scene())) {
+                    Result<FrameInput> input = frame_input(context_, start);
+                    if (!input) return input.error();
+                    hasher.add(key_of(*input, settings_of(context_.parameters())));
+                }
             } else {
                 Result<FrameInput> input = frame_input(context_, next);
                 if (!input) return input.error();
@@ -104,8 +139,23 @@ public:
         if (!materials) return materials.error();
         Result<ContentKey> wanted = history(start);
         if (!wanted) return wanted.error();
-        put(start, *wanted, store_.solver->initial_state(*materials), {});
+        FrameState state = store_.solver->initial_state(*materials);
+        if (Status ok = settle(state); !ok) return ok.error();
+        put(start, *wanted, std::move(state), {});
         return start;
+    }
+
+    // The start, of what settles before it.
+    Status settle(FrameState& io_state) {
+        store_.told.clear();
+        if (!anything_settles(store_.solver->scene())) return {};
+        Result<FrameInput> input = frame_input(context_, context_.start_frame());
+        if (!input) return input.error();
+        const Result<Settled> settled =
+            store_.solver->settle(*input, settings_of(context_.parameters()), io_state, context_.progress());
+        if (!settled) return in_frame(context_.start_frame(), settled.error());
+        store_.told = told_of(*settled, store_.solver->scene());
+        return {};
     }
 
     Status advance_to(int from, int frame) {
@@ -123,13 +173,7 @@ public:
             const std::shared_ptr<const FrameState> before = store_.frames.at(next - 1)->state;
             FrameState state;
             Result<StepReport> report = store_.solver->advance(*input, settings, *before, state, part);
-            if (!report) {
-                Error error = report.error();
-                if (error.code != ErrorCode::cancelled)
-                    error.where =
-                        "node '" + context_.node() + "', " + name + (error.where.empty() ? "" : ": " + error.where);
-                return error;
-            }
+            if (!report) return in_frame(next, report.error());
             put(next, *key, std::move(state), *report);
         }
         return {};
@@ -151,12 +195,20 @@ public:
         value.body_keys = store_.body_keys;
         value.report = entry.report;
         value.warnings = left_out(*value.scene, *materials, context_.parameters().text("method"));
+        std::ranges::copy(store_.told, std::back_inserter(value.warnings));
         return make_value(std::move(value));
     }
 
     Status check_state(const FrameState& state) const { return store_.solver->check_state(state); }
 
 private:
+    Error in_frame(int frame, Error error) const {
+        if (error.code != ErrorCode::cancelled)
+            error.where = "node '" + context_.node() + "', frame " + std::to_string(frame) +
+                          (error.where.empty() ? "" : ": " + error.where);
+        return error;
+    }
+
     Result<std::vector<Material>> start_materials() {
         const auto bodies = context_.inputs_as<BodyValue>("bodies", context_.start_frame());
         if (!bodies) return bodies.error();

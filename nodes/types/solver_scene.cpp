@@ -37,6 +37,7 @@ Status add_bodies(CookContext& context, SceneInput& io_input, KeyHasher& io_hash
         body.edge_end = static_cast<uint32_t>(scene.rest.n_edges());
         body.velocity = value->velocity;
         body.angular_velocity = value->angular_velocity;
+        body.settles = value->settles;
         scene.bodies.push_back(std::move(body));
         io_input.body_keys.push_back(value->key);
         io_hasher.add(value->key);
@@ -91,6 +92,7 @@ Status add_solids(CookContext& context, Scene& io_scene, KeyHasher& io_hasher) {
             .add(b.friction)
             .add(b.restitution);
         add(io_hasher, b.shape);
+        if (b.settles) io_hasher.add(std::string("settles"));
     }
     return {};
 }

@@ -49,6 +49,7 @@ struct Body {
     uint32_t edge_begin = 0, edge_end = 0;
     Vec3 velocity = Vec3::Zero();          // at the start, m/s
     Vec3 angular_velocity = Vec3::Zero();  // at the start, about the body's centre of mass, rad/s
+    bool settles = false;                  // before the start (solver/settling.h)
 };
 
 /// Particles held and moved rigidly: particle -> pose * (its rest placement), the pose being given per frame.
@@ -86,6 +87,7 @@ struct RigidBody {
     Pose pose;        // at the start
     Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();
     double friction = 0.5, restitution = 0.0;
+    bool settles = false;  // before the start (solver/settling.h)
 };
 
 struct Scene {

@@ -243,6 +243,7 @@ class AddsNodes:
         rotation: _Vector3 = ...,
         velocity: _Vector3 = ...,
         angular_velocity: _Vector3 = ...,
+        settle: bool = ...,
         density: _Number = ...,
         youngs_modulus: Union[_Number, _Animation] = ...,
         poisson_ratio: Union[_Number, _Animation] = ...,
@@ -278,6 +279,8 @@ class AddsNodes:
         velocity: Velocity at the first frame [m/s].
         angular_velocity: Rate of turning at the first frame, about the centre of mass: its axis times degrees per
             second [degrees/s].
+        settle: Comes to rest under its own weight before the first frame, where nothing breaks and what does not settle
+            stands still. Else its weight arrives all at once.
 
         Material:
         poisson_ratio: Thinning across per stretch along; solids keep their volume better as it nears 0.5.
@@ -315,6 +318,7 @@ class AddsNodes:
         rotation: _Vector3 = ...,
         velocity: _Vector3 = ...,
         angular_velocity: _Vector3 = ...,
+        settle: bool = ...,
         friction: _Number = ...,
         restitution: _Number = ...,
     ) -> Node:
@@ -331,6 +335,8 @@ class AddsNodes:
         velocity: Velocity at the first frame [m/s].
         angular_velocity: Rate of turning at the first frame, about the centre of mass: its axis times degrees per
             second [degrees/s].
+        settle: Comes to rest under its own weight before the first frame, where nothing breaks and what does not settle
+            stands still. Else its weight arrives all at once.
 
         Contact:
         friction: Coulomb friction: tangential force per normal force that a contact can bear before it slides.
