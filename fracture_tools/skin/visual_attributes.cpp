@@ -101,7 +101,7 @@ void VisualAttributes::list(const SplitTopology& topology, const RangeRunner& ru
     io_mesh.layers.resize(set_->outer_layers.size());
     for (size_t k = 0; k < layers_.size(); ++k) {
         const MeshLayer& layer = set_->outer_layers[k];
-        static_cast<LayerId&>(io_mesh.layers[k]) = layer;
+        static_cast<LayerId&>(io_mesh.layers[k]) = static_cast<const LayerId&>(layer);
         if (layer.domain == LayerDomain::point) continue;
         const size_t width = layer.width * (layer.domain == LayerDomain::face ? 1 : 3);
         fill_rows(layers_[k], io_mesh.layers[k].values, topology, n_outer, run, width,

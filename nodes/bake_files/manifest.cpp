@@ -82,6 +82,14 @@ std::string short_text(const Json& value) {
     return text.size() <= 60 ? text : text.substr(0, 57) + "...";
 }
 
+// As far as two of them are compared.
+bool is_graph(const Json& json) {
+    if (!json.is_object() || !json.contains("nodes") || !json["nodes"].is_object()) return false;
+    const auto range = json.find("frame_range");
+    if (range != json.end() && !(range->is_array() && range->size() == 2)) return false;
+    return std::ranges::all_of(json["nodes"], [](const Json& node) { return node.is_object(); });
+}
+
 void compare_nodes(const Json& baked, const Json& wanted, std::vector<std::string>& out) {
     for (const auto& [name, node] : baked.items()) {
         if (!wanted.contains(name)) {
@@ -146,8 +154,7 @@ Result<Manifest> parse_manifest(std::string_view text, const std::string& where)
 
     Manifest m;
     m.version = read.get<std::string>(json, "version");
-    if (json.contains("graph") && json["graph"].is_object() && json["graph"].contains("nodes") &&
-        json["graph"]["nodes"].is_object())
+    if (json.contains("graph") && is_graph(json["graph"]))
         m.graph = json["graph"];
     else
         read.note("graph");

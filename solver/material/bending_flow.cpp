@@ -150,8 +150,9 @@ FaceStrains flow_rod(const BendingShape& s, const BentGroup& group, const Materi
     const auto place = [&](int fibre) {  // 25 with weight, then the corners
         if (fibre >= kFibres)
             return Fibre{(fibre & 1 ? 0.5 : -0.5) * s.extent[i], ((fibre - kFibres) & 2 ? 0.5 : -0.5) * s.extent[k]};
+        const int row = fibre / kLayers;
         return Fibre{s.extent[i] * kOutermost * (0.5 * (fibre % kLayers) - 1),
-                     s.extent[k] * kOutermost * (0.5 * (fibre / kLayers) - 1)};
+                     s.extent[k] * kOutermost * (0.5 * row - 1)};
     };
     const auto strain = [&](int fibre, double mean, const Mat3& curvature) {
         const Fibre at = place(fibre);

@@ -16,7 +16,7 @@ SUNDER_INLINE void optimal_rotation(const M3& A, V (&q)[4], void (*exact)(const 
     const V even = (square(0) + square(2)) + (square(4) + square(6));
     const V odd = (square(1) + square(3)) + (square(5) + square(7));
     const V scale = root((even + odd) + square(8)), tiny = 1e-9 * scale;
-    Mask<V> active = zero < scale, lost = zero < zero;
+    Mask<V> active = zero < scale, lost = tiny < zero;  // none
     for (int iteration = 0; iteration < 12 && any(active); ++iteration) {
         M3 R, B;
         rotation_matrix(q, R);

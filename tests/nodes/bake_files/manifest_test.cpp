@@ -92,6 +92,8 @@ TEST(Manifest, wrong_types_are_refused) {
     EXPECT_TRUE(has(with("/frame_range", {1}), "frame_range"));
     EXPECT_TRUE(has(with("/graph", 3), "graph"));
     EXPECT_TRUE(has(with("/graph/nodes", 3), "graph"));
+    EXPECT_TRUE(has(with("/graph/nodes/list", {0.0, 0.4}), "graph"));  // it differed from itself
+    EXPECT_TRUE(has(with("/graph/frame_range", "1:4"), "graph"));
     EXPECT_TRUE(has(with("/format", "sunder manifest 2"), "does not know"));
 }
 
