@@ -14,6 +14,7 @@ NodeType rigid_body_node();
 NodeType collider_node();
 NodeType pin_node();
 NodeType force_node();
+NodeType blast_node();
 NodeType solver_node();
 NodeType deformer_node();
 NodeType bake_mesh_node();

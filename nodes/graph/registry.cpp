@@ -23,6 +23,7 @@ const Registry& standard_registry() {
         collider_node(),
         pin_node(),
         force_node(),
+        blast_node(),
         solver_node(),
         deformer_node(),
         bake_mesh_node(),

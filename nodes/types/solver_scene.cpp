@@ -4,6 +4,7 @@
 
 #include "nodes/graph/field_parameters.h"
 #include "solver/presets.h"
+#include "solver/scene/local_force.h"
 #include "solver/scene/scene_fields.h"
 
 namespace sunder {
@@ -130,7 +131,8 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
 
     Result<std::vector<std::shared_ptr<const Force>>> forces = context.inputs_as<Force>("forces", frame);
     if (!forces) return forces.error();
-    for (const auto& force : *forces) input.forces.push_back(*force);
+    for (const auto& force : *forces)
+        if (acts(*force)) input.forces.push_back(*force);
     Result<std::vector<std::shared_ptr<const BodyValue>>> bodies = context.inputs_as<BodyValue>("bodies", frame);
     if (!bodies) return bodies.error();
     for (const auto& body : *bodies) input.materials.push_back(body->material);
@@ -158,7 +160,10 @@ ContentKey key_of(const FrameInput& input, const SolverSettings& s) {
     hasher.add(static_cast<int>(s.method));
     add_fields(hasher, settings_fields(), s);
     hasher.add(input.duration).add(input.gravity).add(input.forces.size());
-    for (const Force& f : input.forces) hasher.add(f.acceleration).add(f.wind).add(f.drag);
+    for (const Force& f : input.forces) {
+        hasher.add(f.acceleration).add(f.wind).add(f.drag);
+        if (f.local) hasher.add(f.local->key);
+    }
     hasher.add(key_of(input.materials));
     add(hasher, input.pins);
     add(hasher, input.colliders);

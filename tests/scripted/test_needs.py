@@ -146,7 +146,7 @@ def scene(folder, node_type, mesh="cube", **given):
         cut = {"type": "prefracture", "mesh": "@file.mesh", "pieces": 12}
         nodes |= {"file": file, "block": cut, "it": {"position": {"keys": [[1, [0, 0, 0]], [3, [0, 0, 0.2]]]}, **it, "body": "@body.body"}}
         solver["pins"] = ["@it.pin"]
-    elif node_type == "force":
+    elif "force" in (s["name"] for s in sunder.node_types()[node_type]["outputs"]):
         nodes["it"], solver["forces"] = it, ["@it.force"]
     return nodes, ["solver.state"], 4
 
@@ -192,6 +192,7 @@ OTHER = {
     ("pin", "center"): [0.4, 0.4, 0.4], ("pin", "box_max"): [0.2, 0.2, 0.2], ("pin", "box_min"): [0, 0, 0],
     ("fragment_region", "center"): [0.4, 0.4, 0.4], ("fragment_region", "box_max"): [0.2, 0.2, 0.2],
     ("fragment_region", "box_min"): [0, 0, 0], ("fragment_region", "cluster"): 1, ("force", "wind"): [30, 0, 0],
+    ("blast", "direction"): [1, 0, 0],
     ("solver", "substeps"): 3, ("solver", "iterations"): 5, ("solver", "hit_substeps"): 1, ("body", "fracture_energy"): 20.0,
 }
 POINTS = [[0.5, 0.1, 0.2], [0.4, -0.3, 0.2], [-0.3, 0.2, 0.4]]

@@ -7,6 +7,7 @@
 
 #include "fracture_tools/fragments/prefracture.h"
 #include "fracture_tools/mesh/mesh_io.h"
+#include "solver/scene/local_force.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder::test {
@@ -219,9 +220,35 @@ void Shot::hold(uint64_t seed) {
     scene.pins.push_back(pin);
 }
 
-FrameInput Shot::input() const {
+void Shot::blow(uint64_t seed) {
+    Draw draw(seed);
+    Vec3 low = Vec3::Constant(kNever), high = -low;
+    for (const Vec3& x : scene.rest.rest_position) low = low.cwiseMin(x), high = high.cwiseMax(x);
+    const double size = (high - low).maxCoeff();
+    const auto add = [&](std::vector<Force>& io_forces, LocalForce::Kind kind) {
+        io_forces.emplace_back();
+        io_forces.back().local =
+            std::make_shared<LocalForce>(LocalForce{"drawn", draw.index(1 << 30), std::move(kind)});
+    };
+    const auto place = [&] { return Vec3((low + high) / 2 + draw.vector(0.6 * size)); };
+    const auto falloff = [&] {
+        return Falloff{size * draw.logarithmic(0.01, 1), draw.uniform(0, 4),
+                       draw.one_in(2) ? kNever : size * draw.logarithmic(0.1, 2)};
+    };
+    for (uint64_t n = draw.index(3); n > 0; --n) {
+        Blast blast{.center = place(), .falloff = falloff(), .speed = draw.logarithmic(0.1, 100)};
+        if (draw.one_in(4)) blast.center = scene.rest.rest_position[draw.index(scene.rest.n_particles())];
+        if (draw.one_in(3)) blast.direction = draw.vector(1).normalized(), blast.least_cosine = draw.uniform(-1, 1);
+        blast.shadow = draw.of({Shadow::none, Shadow::solids, Shadow::all});
+        add(blasts, blast);
+    }
+}
+
+FrameInput Shot::input(size_t frame) const {
     FrameInput in = quiet_input(scene, material);
     in.materials = materials(), in.gravity = Vec3(0, 0, -gravity);
+    in.forces = forces;
+    if (frame > 0 && frame % 2 == 0 && frame / 2 <= blasts.size()) in.forces.push_back(blasts[frame / 2 - 1]);
     return in;
 }
 

@@ -28,6 +28,7 @@ NodeType = Literal[
     "collider",
     "pin",
     "force",
+    "blast",
     "solver",
     "deformer",
     "bake_mesh",
@@ -443,6 +444,47 @@ class AddsNodes:
         acceleration: Added to the solver's gravity [m/s2].
         wind: Velocity of the air [m/s]. Needs drag > 0.0.
         drag: How fast the wind takes particles along: acceleration = drag x (wind - velocity); 0: no wind [1/s].
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["blast"],
+        name: str,
+        *,
+        frame: _Integer = ...,
+        position: Union[_Vector3, _Animation] = ...,
+        strength: Literal["speed", "energy"] = ...,
+        speed: _Number = ...,
+        energy: _Number = ...,
+        radius: _Number = ...,
+        falloff: _Number = ...,
+        reach: Optional[_Number] = ...,
+        spread: Literal["all", "cone"] = ...,
+        direction: Union[_Vector3, _Animation] = ...,
+        angle: _Number = ...,
+        shadow: Literal["none", "solids", "all"] = ...,
+    ) -> Node:
+        """Throws everything away from a place, at once: an explosion. What pins hold stays.
+
+        frame: When it goes off: the state of this frame is the last before it.
+        position: Its centre; where it moves, that of its frame counts [m].
+        strength: speed: everything is given a velocity, whatever it weighs; energy: the same, and as fast as makes that
+            energy of all that it reaches.
+        speed: Given at the radius, where it is largest [m/s]. Needs strength = speed.
+        energy: Kinetic energy that all would be given if nothing moved before [J]. Needs strength = energy.
+        radius: Where it is strongest: evenly weaker from there to the centre, and outwards by the falloff [m].
+        falloff: n: at distance r beyond the radius it is (radius / r)^n as strong; 0: no weaker.
+
+        Reach:
+        reach: Beyond this distance there is nothing of it; null: no such bound [m].
+        shadow: What keeps it from things that lie behind: nothing; solids, which are colliders and rigid bodies; all,
+            fragments too.
+
+        Direction:
+        spread: all: to all sides; cone: to those around a direction.
+        direction: Middle of the cone. Needs spread = cone.
+        angle: Between the middle of the cone and its side [degrees]. Needs spread = cone.
         """
 
     @overload

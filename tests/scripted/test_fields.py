@@ -1,0 +1,110 @@
+"""Forces that differ from place to place, by graphs: what they do, that they resume to the bit, and what is refused."""
+import json
+
+import numpy as np
+import pytest
+
+import sunder
+from conftest import block_scene, contents
+
+ARMS = np.array([[np.cos(2.4 * k), np.sin(2.4 * k), 0.3 * k - 1.5] for k in range(2, 11)])
+ARMS *= (0.5 * np.arange(2, 11) / np.linalg.norm(ARMS, axis=1))[:, None]  # 2 to 10 times 0.5 m
+
+
+def spheres(places, **nodes):
+    """Small free things at places, nothing else but what is given, and no gravity."""
+    graph = {"ball": {"type": "lattice", "size": [0.01] * 3, "cells": [1, 1, 1]}}
+    for k, place in enumerate(places):
+        graph[f"b{k}"] = {"type": "body", "fragments": "@ball.fragments", "position": list(map(float, place))}
+    solver = {"type": "solver", "bodies": [f"@b{k}.body" for k in range(len(places))], "gravity": [0, 0, 0]}
+    for name, node in nodes.items():
+        graph[name] = node
+        outputs = [s["name"] for s in sunder.node_types()[node["type"]]["outputs"]]
+        socket = "forces" if "force" in outputs else "colliders"
+        solver.setdefault(socket, []).append(f"@{name}.{outputs[0]}")
+    graph["sim"] = solver
+    return sunder.Graph.from_dict({"sunder": 2, "frame_rate": 24, "frame_range": [1, 20], "nodes": graph})
+
+
+def test_a_blast_throws_free_spheres_as_its_falloff_says():
+    bomb = {"type": "blast", "frame": 4, "position": [0.2, 0.1, -0.3], "speed": 7, "radius": 0.5, "falloff": 1.5}
+    graph = spheres(ARMS + bomb["position"], bomb=bomb)
+    assert not graph.evaluate("sim.state", frame=4).velocity.any()
+    velocity = graph.evaluate("sim.state", frame=5).velocity
+    distance = np.linalg.norm(ARMS, axis=1)
+    wanted = (7 * (0.5 / distance) ** 1.5 / distance)[:, None] * ARMS
+    np.testing.assert_allclose(velocity, wanted, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(graph.evaluate("sim.state", frame=9).velocity, velocity, rtol=1e-9, atol=1e-12)  # once
+
+
+def test_a_wall_keeps_a_blast_off_where_it_is_told_to():
+    wall = {"type": "collider", "shape": "box", "size": [0.1, 2, 2], "position": [1, 0, 0]}
+    for shadow, thrown in (("none", [1, 1]), ("solids", [0, 1]), ("all", [0, 1])):
+        graph = spheres([(2, 0, 0), (-2, 0, 0)], wall=wall, bomb={"type": "blast", "shadow": shadow})
+        assert (graph.evaluate("sim.state", frame=2).velocity.any(axis=1) == thrown).all(), shadow
+
+
+def test_a_blast_gives_the_energy_that_it_has():
+    graph = spheres(ARMS, bomb={"type": "blast", "strength": "energy", "energy": 3.5, "radius": 2})
+    state = graph.evaluate("sim.state", frame=2)
+    assert (0.5 * state.mass * (state.velocity**2).sum(1)).sum() == pytest.approx(3.5, rel=1e-9)
+
+
+FORCES = {
+    "blast": {"type": "blast", "frame": 3, "position": [0.05, 0, 0.1], "speed": 6, "shadow": "all"},
+}
+
+
+def blown(kind):
+    graph = block_scene((1, 8))
+    graph["nodes"]["field"] = FORCES[kind]
+    graph["nodes"]["sim"]["forces"] = ["@field.force"]
+    return graph
+
+
+@pytest.mark.parametrize("kind", FORCES)
+def test_resumed_bakes_and_any_number_of_threads_have_the_same_bits(kind, tmp_path):
+    graph = sunder.Graph.from_dict(blown(kind))
+    for folder, threads, parts in (("whole", 1, [(1, 8)]), ("threads", 2, [(1, 8)]), ("parts", 1, [(1, 2), (1, 3), (1, 4), (1, 8)])):
+        for frames in parts:
+            sunder.bake(sunder.Graph.from_dict(blown(kind)), tmp_path / folder, frames=frames, threads=threads,
+                        resume=frames != parts[0])
+    whole, threads, parts = (contents(tmp_path / name) for name in ("whole", "threads", "parts"))
+    assert whole == threads == parts
+    plain = sunder.Graph.from_dict(block_scene((1, 8)))
+    assert (graph.evaluate("sim.state", frame=6).position != plain.evaluate("sim.state", frame=6).position).any()
+
+
+def test_until_a_blast_goes_off_it_changes_no_bit():
+    plain, blasted = (sunder.Graph.from_dict(g) for g in (block_scene((1, 8)), blown("blast")))
+    for frame in (1, 2, 3):
+        one, other = (g.evaluate("sim.state", frame=frame) for g in (plain, blasted))
+        for name in one._arrays:
+            assert getattr(one, name).tobytes() == getattr(other, name).tobytes(), (frame, name)
+
+
+BAD = {
+    "a cone without a direction": ("blast", {"spread": "cone", "direction": [0, 0, 0]}, "direction"),
+    "an empty cone": ("blast", {"spread": "cone", "angle": 0}, "angle"),
+    "a place that is nowhere": ("blast", {"position": [float("nan"), 0, 0]}, "position"),
+    "no radius": ("blast", {"radius": 0}, "radius"),
+    "more energy than there is": ("blast", {"frame": 1, "strength": "energy", "energy": 1e14}, "energy"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_makes_no_sense_is_named_on_its_node(name):
+    kind, given, parameter = BAD[name]
+    with pytest.raises(sunder.Error) as caught:
+        graph = spheres(ARMS)
+        graph.add(kind, "field", **given)
+        graph["sim"]["forces"] = ["@field.force"]
+        graph.evaluate("sim.state", frame=3)
+    assert caught.value.node == "field" and caught.value.parameter == parameter, caught.value
+    assert "'field'" in str(caught.value)
+
+
+def test_graph_files_hold_them(tmp_path):
+    path = tmp_path / "shot.json"
+    path.write_text(json.dumps(blown("blast")))
+    assert sunder.Graph.load(str(path))["field"]["speed"] == 6
