@@ -14,6 +14,16 @@ void add(KeyHasher& io_hasher, const Blast& b) {
     io_hasher.add(static_cast<int>(b.shadow));
 }
 
+void add(KeyHasher& io_hasher, const PointField& f) { add(io_hasher, f.falloff).add(f.center).add(f.strength); }
+
+void add(KeyHasher& io_hasher, const VortexField& f) {
+    add(io_hasher, f.falloff).add(f.center).add(f.axis).add(f.swirl).add(f.inflow).add(f.lift);
+}
+
+void add(KeyHasher& io_hasher, const TurbulenceField& f) {
+    io_hasher.add(f.strength).add(f.size).add(f.time).add(f.octaves).add(f.seed).add(f.center).add(f.reach);
+}
+
 }  // namespace
 
 std::vector<ParameterDescription> falloff_parameters() {
@@ -52,6 +62,32 @@ ParameterDescription direction_parameter(const char* name, const char* label, st
             .animatable = true};
 }
 
+std::vector<ParameterDescription> acting_parameters() {
+    return {
+        {.name = "acts_as",
+         .label = "Acts As",
+         .type = ParameterType::choice,
+         .default_value = "wind",
+         .sentence = "wind: its numbers are velocities of the air, which drags things along; acceleration: they are "
+                     "accelerations",
+         .choices = {"wind", "acceleration"}},
+        {.name = "drag",
+         .label = "Drag",
+         .unit = "1/s",
+         .min = 0,
+         .max = 1e4,
+         .default_value = 1.0,
+         .sentence = "How fast the wind takes things along: acceleration = drag x (wind - velocity)",
+         .animatable = true,
+         .needs = {{is("acts_as", {"wind"})}}}};
+}
+
+std::optional<double> drag_of(const Parameters& p) {
+    if (p.text("acts_as") == "acceleration") return 0;
+    if (!(p.number("drag") > 0)) return {};
+    return p.number("drag");
+}
+
 Status check_direction(const std::string& node, const Parameters& p, std::string_view name) {
     if (p.vector3(name).squaredNorm() > 0) return {};
     return node_error(node, std::string(name), "has no length: it is no direction",
@@ -62,12 +98,12 @@ SocketDescription force_output() {
     return {.name = "force", .label = "Force", .type = SocketType::force, .sentence = "For a solver"};
 }
 
-Value local_force(const CookContext& context, LocalForce::Kind kind) {
+Value local_force(const CookContext& context, LocalForce::Kind kind, double drag) {
     KeyHasher hasher;
-    hasher.add(kind.index());
+    hasher.add(kind.index()).add(drag);
     std::visit([&](const auto& k) { add(hasher, k); }, kind);
     Force force;
-    force.local = std::make_shared<const LocalForce>(LocalForce{context.node(), hasher.key(), std::move(kind)});
+    force.local = std::make_shared<const LocalForce>(LocalForce{context.node(), hasher.key(), std::move(kind), drag});
     return make_value(std::move(force));
 }
 

@@ -1,6 +1,8 @@
 // What nodes of forces that differ from place to place have in common.
 #pragma once
 
+#include <optional>
+
 #include "nodes/graph/node.h"
 #include "solver/scene/local_force.h"
 
@@ -16,6 +18,11 @@ Status check_direction(const std::string& node, const Parameters& parameters, st
 
 /// The output of all nodes of forces, and what such a node gives; `Nothing` where it does nothing in this frame.
 SocketDescription force_output();
-Value local_force(const CookContext& context, LocalForce::Kind kind);
+Value local_force(const CookContext& context, LocalForce::Kind kind, double drag = 0);
+
+/// "acts_as" and "drag": whether a field's values are velocities of a wind or accelerations.
+std::vector<ParameterDescription> acting_parameters();
+/// 0 of an acceleration, 1/s; none of a wind that takes nothing along.
+std::optional<double> drag_of(const Parameters& parameters);
 
 }  // namespace sunder

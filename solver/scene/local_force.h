@@ -32,13 +32,40 @@ struct Blast {
     Shadow shadow = Shadow::none;
 };
 
+/// Away from the centre, or towards it where `strength` is negative.
+struct PointField {
+    Vec3 center = Vec3::Zero();
+    Falloff falloff = {};
+    double strength = 0;  // at the falloff's radius, m/s2
+};
+
+/// Round an axis, right-handed; the falloff goes by the distance from it.
+struct VortexField {
+    Vec3 center = Vec3::Zero(), axis = Vec3::UnitZ();  // unit
+    Falloff falloff = {};
+    double swirl = 0, inflow = 0,
+           lift = 0;  // round it, towards it and along it at the radius; in it the lift is as large
+};
+
+/// Eddies without divergence (curl_noise.h).
+struct TurbulenceField {
+    double strength = 0;  // root mean square
+    double size = 1;      // of the largest eddies, m, > 0
+    double time = 0;      // at whole numbers they are others
+    int octaves = 1;      // >= 1
+    uint32_t seed = 0;
+    Vec3 center = Vec3::Zero();  // there are none farther away than
+    double reach = kNever;       // m
+};
+
 struct Nothing {};  // in this frame
 
 struct LocalForce {
-    using Kind = std::variant<Nothing, Blast>;
+    using Kind = std::variant<Nothing, Blast, PointField, VortexField, TurbulenceField>;
     std::string name;  // of its node
     uint64_t key = 0;  // equal for equal kinds
     Kind kind;
+    double drag = 0;  // 1/s; above 0 a field is the velocity of a wind that drags so, else an acceleration
 };
 
 /// Whether it does anything in this frame.

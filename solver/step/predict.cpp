@@ -9,6 +9,25 @@
 #include "solver/step/pins.h"
 
 namespace sunder {
+namespace {
+
+// Velocities, once forces that are the same everywhere took them, as those take them that differ from place to place.
+void pull_along(const StepContext& context, double h, const LocalFields& local, std::span<const uint8_t> kept,
+                Movables& movables) {
+    const double drag = FieldsOfForce(context.input).drag;
+    movables.pull.resize(local.empty() ? 0 : movables.size());
+    if (local.empty()) return;
+    for_all(context, movables.size(), [&](size_t i) {
+        if (kept[i]) return;
+        const Pull& pull = movables.pull[i] = local.at(movables.start_position[i]);
+        if (!pull.acts()) return;
+        // (v + h (a + a')) / (1 + h (d + d')), of (v + h a) / (1 + h d)
+        const double slowed = 1 + h * drag;
+        movables.velocity[i] = (slowed * movables.velocity[i] + h * pull.acceleration) / (slowed + h * pull.drag);
+    });
+}
+
+}  // namespace
 
 void load(const StepContext& context, double h, const FrameState& state, const GroupShapes& shapes,
           std::span<const uint8_t> kept, Movables& movables) {
@@ -36,6 +55,7 @@ void load(const StepContext& context, double h, const FrameState& state, const G
         movables.start_rotation[i] = p.d;
         movables.push[i] = ContactPush();
     });
+    pull_along(context, h, LocalFields(context.input), kept, movables);
 }
 
 namespace {

@@ -52,6 +52,10 @@ def test_a_blast_gives_the_energy_that_it_has():
 
 FORCES = {
     "blast": {"type": "blast", "frame": 3, "position": [0.05, 0, 0.1], "speed": 6, "shadow": "all"},
+    "point_force": {"type": "point_force", "position": [0.05, 0, 0.1], "strength": {"keys": [[1, 0], [4, 40]]}},
+    "vortex": {"type": "vortex", "position": {"keys": [[1, [0, 0, 0]], [8, [0.1, 0, 0]]]}, "swirl": 6, "lift": 2, "drag": 4},
+    "turbulence": {"type": "turbulence", "strength": 6, "size": 0.2, "period": 0.1, "acts_as": "acceleration"},
+    "force": {"type": "force", "wind": [8, 0, 0], "drag": 2, "gusts": 0.7, "gust_time": 0.05},
 }
 
 
@@ -83,7 +87,20 @@ def test_until_a_blast_goes_off_it_changes_no_bit():
             assert getattr(one, name).tobytes() == getattr(other, name).tobytes(), (frame, name)
 
 
+def test_a_gust_grows_and_drops_the_wind_alike_on_every_run():
+    def speeds(**given):
+        graph = spheres([(0, 0, 0)], air={"type": "force", "wind": [3, 0, 0], "drag": 1e4, **given})
+        return [graph.evaluate("sim.state", frame=f).velocity[0, 0] for f in range(2, 20)]
+
+    steady, gusty = speeds(), speeds(gusts=0.5, gust_time=0.1)
+    assert np.ptp(steady) < 0.02 and min(gusty) < 2.6 and max(gusty) > 3.4 and 1.49 < min(gusty) and max(gusty) < 4.51
+    assert gusty == speeds(gusts=0.5, gust_time=0.1) != speeds(gusts=0.5, gust_time=0.1, gust_seed=1)
+
+
 BAD = {
+    "an axis without a direction": ("vortex", {"axis": [0, 0, 0]}, "axis"),
+    "eddies of no size": ("turbulence", {"size": 0}, "size"),
+    "a strength that is no number": ("point_force", {"strength": float("nan")}, "strength"),
     "a cone without a direction": ("blast", {"spread": "cone", "direction": [0, 0, 0]}, "direction"),
     "an empty cone": ("blast", {"spread": "cone", "angle": 0}, "angle"),
     "a place that is nowhere": ("blast", {"position": [float("nan"), 0, 0]}, "position"),

@@ -176,7 +176,7 @@ def graph_of(folder, node_type, given):
 
 
 IF_GIVEN = {"yield": 0.01, "toughness": 0.05, "compressive_toughness": 0.2, "substeps": 3, "iterations": 2, "hit_substeps": 2,
-            "voxel_size": 0.1, "release_frame": 2}
+            "voxel_size": 0.1, "release_frame": 2, "reach": 0.2}
 # Another value of the parameter than in the scene, where the default will not do; and what else the scene has that it be seen.
 OTHER = {
     ("prefracture", "sites"): "uniform", ("prefracture", "points"): [[0.1, 0.2, 0.3], [-0.2, 0.1, 0]], ("prefracture", "pieces"): 9,
@@ -192,7 +192,7 @@ OTHER = {
     ("pin", "center"): [0.4, 0.4, 0.4], ("pin", "box_max"): [0.2, 0.2, 0.2], ("pin", "box_min"): [0, 0, 0],
     ("fragment_region", "center"): [0.4, 0.4, 0.4], ("fragment_region", "box_max"): [0.2, 0.2, 0.2],
     ("fragment_region", "box_min"): [0, 0, 0], ("fragment_region", "cluster"): 1, ("force", "wind"): [30, 0, 0],
-    ("blast", "direction"): [1, 0, 0],
+    ("blast", "direction"): [1, 0, 0], ("turbulence", "position"): [0.2, 0.1, 0], ("force", "gusts"): 0.5, ("force", "gust_seed"): 3,
     ("solver", "substeps"): 3, ("solver", "iterations"): 5, ("solver", "hit_substeps"): 1, ("body", "fracture_energy"): 20.0,
 }
 POINTS = [[0.5, 0.1, 0.2], [0.4, -0.3, 0.2], [-0.3, 0.2, 0.4]]
@@ -205,7 +205,8 @@ ALSO = {
 ALSO_OF = {
     ("prefracture", "points"): {}, ("prefracture", "sheets"): {"mesh": "plate"}, ("prefracture", "least_piece"): {"sites": "uniform"},
     ("prefracture", "cluster_toughness"): {"pieces": 9}, ("solver", "preset"): {"substeps": 2},
-    ("solver", "over_relaxation"): {"iterations": 2},
+    ("solver", "over_relaxation"): {"iterations": 2}, ("force", "gusts"): {"wind": [30, 0, 0]},
+    ("force", "gust_time"): {"wind": [30, 0, 0]}, ("force", "gust_seed"): {"wind": [30, 0, 0]},
 }
 MESHES_OF = {
     ("prefracture", "thickness"): ("cube", "sheet"), ("prefracture", "weld_distance"): ("cube", "seam"),

@@ -225,10 +225,10 @@ void Shot::blow(uint64_t seed) {
     Vec3 low = Vec3::Constant(kNever), high = -low;
     for (const Vec3& x : scene.rest.rest_position) low = low.cwiseMin(x), high = high.cwiseMax(x);
     const double size = (high - low).maxCoeff();
-    const auto add = [&](std::vector<Force>& io_forces, LocalForce::Kind kind) {
+    const auto add = [&](std::vector<Force>& io_forces, LocalForce::Kind kind, double drag = 0) {
         io_forces.emplace_back();
         io_forces.back().local =
-            std::make_shared<LocalForce>(LocalForce{"drawn", draw.index(1 << 30), std::move(kind)});
+            std::make_shared<LocalForce>(LocalForce{"drawn", draw.index(1 << 30), std::move(kind), drag});
     };
     const auto place = [&] { return Vec3((low + high) / 2 + draw.vector(0.6 * size)); };
     const auto falloff = [&] {
@@ -242,6 +242,21 @@ void Shot::blow(uint64_t seed) {
         blast.shadow = draw.of({Shadow::none, Shadow::solids, Shadow::all});
         add(blasts, blast);
     }
+    const auto drag = [&] { return draw.one_in(2) ? 0 : draw.logarithmic(0.01, 1e3); };
+    if (draw.one_in(2)) add(forces, PointField{place(), falloff(), draw.logarithmic(0.1, 1e3) * draw.of({-1, 1})});
+    if (draw.one_in(2)) {
+        VortexField vortex{place(), draw.vector(1).normalized(), falloff()};
+        vortex.swirl = draw.logarithmic(0.1, 100), vortex.inflow = draw.uniform(-10, 10),
+        vortex.lift = draw.uniform(-10, 10);
+        add(forces, vortex, drag());
+    }
+    if (draw.one_in(2))
+        add(forces,
+            TurbulenceField{.strength = draw.logarithmic(0.1, 100),
+                            .size = size * draw.logarithmic(0.01, 10),
+                            .octaves = draw.of({1, 2, 5}),
+                            .seed = static_cast<uint32_t>(seed)},
+            drag());
 }
 
 FrameInput Shot::input(size_t frame) const {

@@ -29,6 +29,9 @@ NodeType = Literal[
     "pin",
     "force",
     "blast",
+    "point_force",
+    "vortex",
+    "turbulence",
     "solver",
     "deformer",
     "bake_mesh",
@@ -438,12 +441,20 @@ class AddsNodes:
         acceleration: Union[_Vector3, _Animation] = ...,
         wind: Union[_Vector3, _Animation] = ...,
         drag: Union[_Number, _Animation] = ...,
+        gusts: Union[_Number, _Animation] = ...,
+        gust_time: _Number = ...,
+        gust_seed: _Integer = ...,
     ) -> Node:
         """An acceleration that all particles feel, and a wind that drags them along.
 
         acceleration: Added to the solver's gravity [m/s2].
         wind: Velocity of the air [m/s]. Needs drag > 0.0.
         drag: How fast the wind takes particles along: acceleration = drag x (wind - velocity); 0: no wind [1/s].
+
+        Gusts:
+        gusts: By how much of itself the wind grows and drops, at most. Needs drag > 0.0.
+        gust_time: From gust to lull, more or less [s]. Needs drag > 0.0 and gusts > 0.0.
+        gust_seed: Other gusts. Needs drag > 0.0 and gusts > 0.0.
         """
 
     @overload
@@ -485,6 +496,97 @@ class AddsNodes:
         spread: all: to all sides; cone: to those around a direction.
         direction: Middle of the cone. Needs spread = cone.
         angle: Between the middle of the cone and its side [degrees]. Needs spread = cone.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["point_force"],
+        name: str,
+        *,
+        position: Union[_Vector3, _Animation] = ...,
+        strength: Union[_Number, _Animation] = ...,
+        radius: _Number = ...,
+        falloff: _Number = ...,
+        reach: Optional[_Number] = ...,
+    ) -> Node:
+        """Pushes everything away from a place, or draws it there, all the time.
+
+        position: Its centre [m].
+        strength: Acceleration at the radius, where it is largest; below 0 it draws in [m/s2].
+        radius: Where it is strongest: evenly weaker from there to the centre, and outwards by the falloff [m].
+        falloff: n: at distance r beyond the radius it is (radius / r)^n as strong; 0: no weaker.
+
+        Reach:
+        reach: Beyond this distance there is nothing of it; null: no such bound [m].
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["vortex"],
+        name: str,
+        *,
+        position: Union[_Vector3, _Animation] = ...,
+        axis: Union[_Vector3, _Animation] = ...,
+        swirl: Union[_Number, _Animation] = ...,
+        inflow: Union[_Number, _Animation] = ...,
+        lift: Union[_Number, _Animation] = ...,
+        radius: _Number = ...,
+        falloff: _Number = ...,
+        reach: Optional[_Number] = ...,
+        acts_as: Literal["wind", "acceleration"] = ...,
+        drag: Union[_Number, _Animation] = ...,
+    ) -> Node:
+        """Takes everything round an axis: a whirlwind.
+
+        position: A point of the axis [m].
+        axis: It turns about this, counter-clockwise as seen from its tip.
+        swirl: Round the axis, at the radius, where it is largest [m/s or m/s2].
+        radius: Where it is strongest: evenly weaker from there to the centre, and outwards by the falloff [m].
+        falloff: n: at distance r beyond the radius it is (radius / r)^n as strong; 0: no weaker.
+        acts_as: wind: its numbers are velocities of the air, which drags things along; acceleration: they are
+            accelerations.
+        drag: How fast the wind takes things along: acceleration = drag x (wind - velocity) [1/s]. Needs acts_as = wind.
+
+        Draught:
+        inflow: Towards the axis, at the radius [m/s or m/s2].
+        lift: Along the axis: so much within the radius [m/s or m/s2].
+
+        Reach:
+        reach: Beyond this distance there is nothing of it; null: no such bound [m].
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["turbulence"],
+        name: str,
+        *,
+        strength: Union[_Number, _Animation] = ...,
+        size: _Number = ...,
+        octaves: _Integer = ...,
+        seed: _Integer = ...,
+        period: Optional[_Number] = ...,
+        acts_as: Literal["wind", "acceleration"] = ...,
+        drag: Union[_Number, _Animation] = ...,
+        reach: Optional[_Number] = ...,
+        position: Union[_Vector3, _Animation] = ...,
+    ) -> Node:
+        """Eddies everywhere: what drifts in them neither gathers nor thins out.
+
+        strength: Root of the mean square of what it is everywhere [m/s or m/s2].
+        size: Of its largest eddies [m].
+        octaves: Sizes of eddies: each half as large and half as fast as the one before.
+        seed: Other eddies.
+        period: How long it takes until they are other eddies; null: they stay [s].
+        acts_as: wind: its numbers are velocities of the air, which drags things along; acceleration: they are
+            accelerations.
+        drag: How fast the wind takes things along: acceleration = drag x (wind - velocity) [1/s]. Needs acts_as = wind.
+
+        Reach:
+        reach: There are none farther away from a place; null: they are everywhere [m].
+        position: From where [m]. Needs reach is not null.
         """
 
     @overload
