@@ -18,6 +18,7 @@ NodeType blast_node();
 NodeType point_force_node();
 NodeType vortex_node();
 NodeType turbulence_node();
+NodeType guide_node();
 NodeType solver_node();
 NodeType deformer_node();
 NodeType bake_mesh_node();

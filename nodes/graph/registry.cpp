@@ -27,6 +27,7 @@ const Registry& standard_registry() {
         point_force_node(),
         vortex_node(),
         turbulence_node(),
+        guide_node(),
         solver_node(),
         deformer_node(),
         bake_mesh_node(),

@@ -24,6 +24,12 @@ void add(KeyHasher& io_hasher, const TurbulenceField& f) {
     io_hasher.add(f.strength).add(f.size).add(f.time).add(f.octaves).add(f.seed).add(f.center).add(f.reach);
 }
 
+void add(KeyHasher& io_hasher, const Guide& g) {
+    io_hasher.add(g.pose.begin).add(g.pose.end).add(g.pose.pivot).add(g.rate);
+    if (!g.targets) return;
+    for (const Pose& target : *g.targets) io_hasher.add(target);
+}
+
 }  // namespace
 
 std::vector<ParameterDescription> falloff_parameters() {
@@ -98,12 +104,13 @@ SocketDescription force_output() {
     return {.name = "force", .label = "Force", .type = SocketType::force, .sentence = "For a solver"};
 }
 
-Value local_force(const CookContext& context, LocalForce::Kind kind, double drag) {
+Value local_force(const CookContext& context, LocalForce::Kind kind, double drag, const std::string& body) {
     KeyHasher hasher;
-    hasher.add(kind.index()).add(drag);
+    hasher.add(kind.index()).add(drag).add(body);
     std::visit([&](const auto& k) { add(hasher, k); }, kind);
     Force force;
-    force.local = std::make_shared<const LocalForce>(LocalForce{context.node(), hasher.key(), std::move(kind), drag});
+    force.local =
+        std::make_shared<const LocalForce>(LocalForce{context.node(), hasher.key(), std::move(kind), drag, body});
     return make_value(std::move(force));
 }
 

@@ -18,7 +18,7 @@ Status check_direction(const std::string& node, const Parameters& parameters, st
 
 /// The output of all nodes of forces, and what such a node gives; `Nothing` where it does nothing in this frame.
 SocketDescription force_output();
-Value local_force(const CookContext& context, LocalForce::Kind kind, double drag = 0);
+Value local_force(const CookContext& context, LocalForce::Kind kind, double drag = 0, const std::string& body = {});
 
 /// "acts_as" and "drag": whether a field's values are velocities of a wind or accelerations.
 std::vector<ParameterDescription> acting_parameters();

@@ -96,6 +96,21 @@ Status add_solids(CookContext& context, Scene& io_scene, KeyHasher& io_hasher) {
     return {};
 }
 
+Status check_forces(CookContext& context, const Scene& scene) {
+    const Result<std::vector<std::shared_ptr<const Force>>> forces =
+        context.inputs_as<Force>("forces", context.start_frame());
+    if (!forces) return forces.error();
+    for (const auto& force : *forces) {
+        if (!force->local || force->local->body.empty()) continue;
+        const std::string& body = force->local->body;
+        if (std::ranges::find(scene.bodies, body, &Body::name) == scene.bodies.end())
+            return context.error(
+                "forces", "'" + force->local->name + "' acts on body '" + body + "', which this solver does not move",
+                "wire '@" + body + ".body' to bodies, or remove '" + force->local->name + "'");
+    }
+    return {};
+}
+
 }  // namespace
 
 Result<SceneInput> scene_input(CookContext& context) {
@@ -104,6 +119,7 @@ Result<SceneInput> scene_input(CookContext& context) {
     if (Status ok = add_bodies(context, input, hasher); !ok) return ok.error();
     if (Status ok = add_pins(context, input.scene, hasher); !ok) return ok.error();
     if (Status ok = add_solids(context, input.scene, hasher); !ok) return ok.error();
+    if (Status ok = check_forces(context, input.scene); !ok) return ok.error();
     input.key = hasher.add(context.start_frame())
                     .add(input.scene.bodies.size())
                     .add(input.scene.pins.size())

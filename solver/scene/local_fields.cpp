@@ -1,8 +1,10 @@
 #include "solver/scene/local_fields.h"
 
+#include <algorithm>
 #include <optional>
 
 #include "solver/scene/curl_noise.h"
+#include "solver/scene/motion.h"
 
 namespace sunder {
 namespace {
@@ -12,6 +14,7 @@ using AtPlace = std::optional<Vec3>;
 
 AtPlace value(const Nothing&, const Vec3&) { return {}; }
 AtPlace value(const Blast&, const Vec3&) { return {}; }
+AtPlace value(const Guide&, const Vec3&) { return {}; }
 
 AtPlace value(const PointField& f, const Vec3& x) {
     const Vec3 arm = x - f.center;
@@ -35,17 +38,46 @@ AtPlace value(const TurbulenceField& f, const Vec3& x) {
     return f.strength * curl_noise(x / f.size, f.time, f.octaves, f.seed);
 }
 
-}  // namespace
-
-LocalFields::LocalFields(const FrameInput& input) {
-    for (const Force& f : input.forces)
-        if (acts(f) && f.local && !std::holds_alternative<Blast>(f.local->kind)) forces_.push_back(f.local.get());
+// Of a spring to what moves steadily from one place to another in a step, the implicit step of which is
+//   v' = (v + h (w^2 (x_end - x) + 2 w v_target)) / (1 + h (2 w + h w^2)).
+Pull pull_of(const Guide& guide, const SimulationMesh& rest, const Pulled& thing) {
+    const size_t i = thing.movable;
+    const double w = guide.rate, h = thing.h;
+    const Pose own = guide.targets ? (*guide.targets)[rest.fragment[i]] : Pose{rest.rest_position[i], Quat::Identity()};
+    const Pose from = interpolate(guide.pose, thing.begin), to = interpolate(guide.pose, thing.end);
+    const Vec3 end = to.apply(own.position), velocity = (end - from.apply(own.position)) / h;
+    const Vec3 spin = rotation_vector(to.orientation * from.orientation.conjugate()) / h;
+    const Vec3 missing = rotation_vector(to.orientation * own.orientation * thing.turn.conjugate());
+    const double drag = w * (2 + h * w);
+    return {w * (w * (end - thing.place) + 2 * velocity), drag, w * (w * missing + 2 * spin), drag};
 }
 
-Pull LocalFields::at(const Vec3& place) const {
+}  // namespace
+
+LocalFields::LocalFields(const Scene& scene, const FrameInput& input) : rest_(scene.rest) {
+    for (const Force& f : input.forces) {
+        if (!f.local || !acts(f) || std::holds_alternative<Blast>(f.local->kind)) continue;
+        const auto body = std::ranges::find(scene.bodies, f.local->body, &Body::name);
+        const bool is_known = body != scene.bodies.end();
+        if (is_known || f.local->body.empty())
+            forces_.push_back({f.local.get(), is_known ? static_cast<uint32_t>(body - scene.bodies.begin()) : kNone});
+    }
+}
+
+Pull LocalFields::on(const Pulled& thing) const {
     Pull pull;
-    for (const LocalForce* force : forces_) {
-        const AtPlace v = std::visit([&](const auto& kind) { return value(kind, place); }, force->kind);
+    const size_t i = thing.movable;
+    for (const auto& [force, body] : forces_) {
+        const bool is_fragment = i < rest_.n_particles();
+        if (body != kNone && !(is_fragment && rest_.body[i] == body)) continue;
+        if (const Guide* guide = std::get_if<Guide>(&force->kind)) {
+            if (!is_fragment) continue;
+            const Pull own = pull_of(*guide, rest_, thing);
+            pull.acceleration += own.acceleration, pull.drag += own.drag;
+            pull.turn += own.turn, pull.turn_drag += own.turn_drag;
+            continue;
+        }
+        const AtPlace v = std::visit([&](const auto& kind) { return value(kind, thing.place); }, force->kind);
         if (!v) continue;
         if (force->drag > 0)
             pull.acceleration += force->drag * *v, pull.drag += force->drag;

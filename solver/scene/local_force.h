@@ -58,14 +58,22 @@ struct TurbulenceField {
     double reach = kNever;       // m
 };
 
+/// Draws the fragments of a body to a pose, each as a spring does that neither swings nor creeps.
+struct Guide {
+    DrivenPose pose = {};                                   // takes them there from the targets, over the frame
+    double rate = 0;                                        // of the spring: it is there in a few times 1 / rate, 1/s
+    std::shared_ptr<const std::vector<Pose>> targets = {};  // place and turn since rest, by fragment; null: at rest
+};
+
 struct Nothing {};  // in this frame
 
 struct LocalForce {
-    using Kind = std::variant<Nothing, Blast, PointField, VortexField, TurbulenceField>;
+    using Kind = std::variant<Nothing, Blast, PointField, VortexField, TurbulenceField, Guide>;
     std::string name;  // of its node
     uint64_t key = 0;  // equal for equal kinds
     Kind kind;
-    double drag = 0;  // 1/s; above 0 a field is the velocity of a wind that drags so, else an acceleration
+    double drag = 0;        // 1/s; above 0 a field is the velocity of a wind that drags so, else an acceleration
+    std::string body = {};  // that it acts on; empty: on all, rigid bodies too
 };
 
 /// Whether it does anything in this frame.

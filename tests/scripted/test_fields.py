@@ -55,6 +55,7 @@ FORCES = {
     "point_force": {"type": "point_force", "position": [0.05, 0, 0.1], "strength": {"keys": [[1, 0], [4, 40]]}},
     "vortex": {"type": "vortex", "position": {"keys": [[1, [0, 0, 0]], [8, [0.1, 0, 0]]]}, "swirl": 6, "lift": 2, "drag": 4},
     "turbulence": {"type": "turbulence", "strength": 6, "size": 0.2, "period": 0.1, "acts_as": "acceleration"},
+    "guide": {"type": "guide", "body": "@clay.body", "strength": {"keys": [[2, 0], [6, 30]]}, "rotation": {"keys": [[1, [0, 0, 0]], [8, [0, 0, 40]]]}},
     "force": {"type": "force", "wind": [8, 0, 0], "drag": 2, "gusts": 0.7, "gust_time": 0.05},
 }
 
@@ -95,6 +96,50 @@ def test_a_gust_grows_and_drops_the_wind_alike_on_every_run():
     steady, gusty = speeds(), speeds(gusts=0.5, gust_time=0.1)
     assert np.ptp(steady) < 0.02 and min(gusty) < 2.6 and max(gusty) > 3.4 and 1.49 < min(gusty) and max(gusty) < 4.51
     assert gusty == speeds(gusts=0.5, gust_time=0.1) != speeds(gusts=0.5, gust_time=0.1, gust_seed=1)
+
+
+def broken_scene(**guide):
+    """A block that a ball breaks, and a guide to it."""
+    graph = block_scene((1, 60))
+    nodes = graph["nodes"]
+    del nodes["skin"], nodes["out"], nodes["cache"]
+    nodes["clay"].update({"yield": None, "toughness": 0.01})
+    nodes["guide"] = {"type": "guide", "body": "@clay.body", **guide}
+    nodes["sim"].update(forces=["@guide.force"], rigid_bodies=["@ball.rigid_body"])
+    return graph
+
+
+def test_a_guide_puts_together_what_broke():
+    free, guided = (sunder.Graph.from_dict(broken_scene(strength=s)) for s in (0, {"keys": [[20, 0], [30, 40]]}))
+    start = free.evaluate("sim.state", frame=1).position
+    assert np.abs(free.evaluate("sim.state", frame=60).position - start).max() > 0.1
+    assert (guided.evaluate("sim.state", frame=20).position == free.evaluate("sim.state", frame=20).position).all()
+    back = guided.evaluate("sim.state", frame=60)
+    assert not back.edge_intact.any()
+    off = np.linalg.norm(back.position - start, axis=1)
+    assert np.quantile(off, 0.8) < 0.02 and off.max() < 0.1, off  # the ball is in the way of some
+
+
+def test_a_guide_leads_to_a_frame_of_another_solver():
+    graph = broken_scene(strength=60, target="state", target_frame=9)
+    nodes = graph["nodes"]
+    nodes["other"] = {"type": "solver", "bodies": ["@clay.body"], "gravity": [2, 0, 0]}
+    nodes["guide"]["state"] = "@other.state"
+    nodes["sim"].update(rigid_bodies=[], colliders=[], gravity=[0, 0, 0])
+    shot = sunder.Graph.from_dict(graph)
+    there, target = shot.evaluate("sim.state", frame=40).position, shot.evaluate("other.state", frame=9).position
+    np.testing.assert_allclose(there, target, atol=1e-4)
+    del nodes["guide"]["state"]
+    with pytest.raises(sunder.Error, match="no state is wired"):
+        sunder.Graph.from_dict(graph).evaluate("sim.state", frame=2)
+
+
+def test_a_guide_of_a_body_that_is_not_moved_is_refused():
+    graph = broken_scene()
+    graph["nodes"]["stone"] = {"type": "body", "fragments": "@block.fragments"}
+    graph["nodes"]["guide"]["body"] = "@stone.body"
+    with pytest.raises(sunder.Error, match="'guide' acts on body 'stone', which this solver does not move"):
+        sunder.Graph.from_dict(graph).evaluate("sim.state", frame=2)
 
 
 BAD = {

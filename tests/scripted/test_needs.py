@@ -148,6 +148,9 @@ def scene(folder, node_type, mesh="cube", **given):
         solver["pins"] = ["@it.pin"]
     elif "force" in (s["name"] for s in sunder.node_types()[node_type]["outputs"]):
         nodes["it"], solver["forces"] = it, ["@it.force"]
+        if node_type == "guide":
+            nodes["other"] = {"type": "solver", "bodies": ["@body.body"], "gravity": [1, 0, 0], "preset": "preview"}
+            it.update(body="@body.body", state="@other.state", strength=it.get("strength", 20))
     return nodes, ["solver.state"], 4
 
 
@@ -192,7 +195,7 @@ OTHER = {
     ("pin", "center"): [0.4, 0.4, 0.4], ("pin", "box_max"): [0.2, 0.2, 0.2], ("pin", "box_min"): [0, 0, 0],
     ("fragment_region", "center"): [0.4, 0.4, 0.4], ("fragment_region", "box_max"): [0.2, 0.2, 0.2],
     ("fragment_region", "box_min"): [0, 0, 0], ("fragment_region", "cluster"): 1, ("force", "wind"): [30, 0, 0],
-    ("blast", "direction"): [1, 0, 0], ("turbulence", "position"): [0.2, 0.1, 0], ("force", "gusts"): 0.5, ("force", "gust_seed"): 3,
+    ("blast", "direction"): [1, 0, 0], ("turbulence", "position"): [0.2, 0.1, 0], ("guide", "target_frame"): 6, ("force", "gusts"): 0.5, ("force", "gust_seed"): 3,
     ("solver", "substeps"): 3, ("solver", "iterations"): 5, ("solver", "hit_substeps"): 1, ("body", "fracture_energy"): 20.0,
 }
 POINTS = [[0.5, 0.1, 0.2], [0.4, -0.3, 0.2], [-0.3, 0.2, 0.4]]

@@ -257,6 +257,12 @@ void Shot::blow(uint64_t seed) {
                             .octaves = draw.of({1, 2, 5}),
                             .seed = static_cast<uint32_t>(seed)},
             drag());
+    if (draw.one_in(3)) {
+        Guide guide;
+        guide.rate = draw.logarithmic(0.01, 1e3);
+        guide.pose.begin = guide.pose.end = {size * draw.vector(0.5), turn(draw)};
+        add(forces, guide);
+    }
 }
 
 FrameInput Shot::input(size_t frame) const {

@@ -32,6 +32,7 @@ NodeType = Literal[
     "point_force",
     "vortex",
     "turbulence",
+    "guide",
     "solver",
     "deformer",
     "bake_mesh",
@@ -587,6 +588,37 @@ class AddsNodes:
         Reach:
         reach: There are none farther away from a place; null: they are everywhere [m].
         position: From where [m]. Needs reach is not null.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["guide"],
+        name: str,
+        *,
+        body: _Wire = ...,
+        state: _Wire = ...,
+        strength: Union[_Number, _Animation] = ...,
+        target: Literal["rest", "state"] = ...,
+        target_frame: _Integer = ...,
+        position: Union[_Vector3, _Animation] = ...,
+        rotation: Union[_Vector3, _Animation] = ...,
+        pivot: _Vector3 = ...,
+    ) -> Node:
+        """Draws the fragments of a body to a pose: back to where they were, or to where they shall be. What pins hold
+        stays.
+
+        body: The body that is drawn.
+        state: Of another solver that moves the same body: a frame of it is where fragments are drawn to.
+        strength: How fast: what is free has come most of the way in 4 / strength; 0: not at all [1/s].
+        target: rest: as placed at the first frame; state: as at a frame of the state.
+        target_frame: Of the state. Needs target = state.
+
+        Motion:
+        position: How far the target is moved from there [m].
+        rotation: How far the target is turned about the pivot; Euler angles XYZ: about x first, then y, then z
+            [degrees].
+        pivot: Point about which the rotation turns [m].
         """
 
     @overload

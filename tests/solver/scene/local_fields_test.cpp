@@ -22,7 +22,7 @@ Force force_of(LocalForce::Kind kind, double drag = 0) {
 Pull pull_at(const Force& force, const Vec3& x) {
     FrameInput input;
     input.forces.push_back(force);
-    return LocalFields(input).at(x);
+    return LocalFields(Scene(), input).on({size_t{0}, x, Quat::Identity(), 0.01});
 }
 
 // One loose cube of 1 cm at each place.
@@ -131,7 +131,7 @@ TEST(local_fields, a_body_is_given_the_momentum_and_the_spin_of_its_forces) {
         FrameState state = solver->initial_state(input.materials);
         const FrameState before = state;
         test::advance(*solver, input, settings, state);
-        const LocalFields fields(input);
+        const LocalFields fields(scene, input);
         for (const Body& body : scene.bodies) {
             Vec3 wanted = Vec3::Zero(), gained = wanted, wanted_spin = wanted, gained_spin = wanted, center = wanted,
                  later = wanted;
@@ -143,7 +143,7 @@ TEST(local_fields, a_body_is_given_the_momentum_and_the_spin_of_its_forces) {
             center /= mass, later /= mass;
             for (uint32_t i = body.particle_begin; i < body.particle_end; ++i) {
                 const double m = scene.rest.mass[i], h = input.duration;
-                const Pull pull = fields.at(before.position[i]);
+                const Pull pull = fields.on({i, before.position[i], Quat::Identity(), h});
                 const Vec3 given = m * h / (1 + h * pull.drag) * pull.acceleration;
                 wanted += given, gained += m * state.velocity[i], most += given.norm();
                 wanted_spin += (before.position[i] - center).cross(given);
@@ -189,6 +189,50 @@ TEST(local_fields, a_whirlwind_takes_things_along_at_its_speed) {
     for (int frame = 0; frame < 48; ++frame) test::advance(*solver, input, {}, state);
     EXPECT_NEAR(state.velocity[0].z(), 3, 1e-6);
     EXPECT_EQ(state.velocity[1], Vec3(0, 0, 0));
+}
+
+// A critically damped spring, whose step is implicit: the same for any step, and no faster than the closed form.
+TEST(local_fields, a_guide_brings_fragments_to_their_pose_and_turn) {
+    const Scene scene = cubes_at({Vec3(0.3, 0, 0), Vec3(0, 1, 0)});
+    for (const double rate : {2.0, 900.0}) {
+        Guide guide;
+        guide.rate = rate;
+        guide.pose.begin = guide.pose.end = {Vec3(0, 0, 1), Quat(std::cos(0.6), 0, 0, std::sin(0.6))};
+        Force force = force_of(guide);
+        LocalForce own = *force.local;
+        own.body = "body0";
+        force.local = std::make_shared<const LocalForce>(own);
+        FrameInput input = test::quiet_input(scene, Material());
+        input.forces.push_back(force);
+        const auto solver = test::make_solver(scene);
+        FrameState state = solver->initial_state(input.materials);
+        const FrameState before = state;
+        const Vec3 target = guide.pose.end.apply(before.position[0]);
+        for (int frame = 0; frame < 24; ++frame) test::advance(*solver, input, {}, state);
+        const double left = (state.position[0] - target).norm() / (before.position[0] - target).norm();
+        EXPECT_NEAR(left, rate > 10 ? 0 : (1 + rate) * std::exp(-rate), rate > 10 ? 1e-9 : 0.02);
+        for (int frame = 0; frame < 240; ++frame) test::advance(*solver, input, {}, state);
+        EXPECT_LT((state.position[0] - target).norm(), 1e-6);
+        const Quat turn = state.orientation[0] * before.orientation[0].conjugate();
+        EXPECT_GT(std::abs(turn.dot(guide.pose.end.orientation)), 1 - 1e-9);
+        EXPECT_EQ(state.position[1], before.position[1]) << "it is not its body";
+    }
+}
+
+TEST(local_fields, a_guide_keeps_up_with_what_moves) {
+    const Scene scene = cubes_at({Vec3(0.3, 0, 0)});
+    const auto solver = test::make_solver(scene);
+    FrameState state = solver->initial_state({Material()});
+    for (int frame = 0; frame < 48; ++frame) {
+        Guide guide;
+        guide.rate = 20;
+        guide.pose.begin.position.x() = frame / 24.0, guide.pose.end.position.x() = (frame + 1) / 24.0;
+        FrameInput input = test::quiet_input(scene, Material());
+        input.forces.push_back(force_of(guide));
+        test::advance(*solver, input, {}, state);
+    }
+    EXPECT_NEAR(state.position[0].x(), 2.3, 1e-6);
+    EXPECT_NEAR(state.velocity[0].x(), 1, 1e-6);
 }
 
 // A field that starts to push wakes what sleeps, and one that stays lets it sleep.
