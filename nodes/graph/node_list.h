@@ -19,6 +19,7 @@ NodeType point_force_node();
 NodeType vortex_node();
 NodeType turbulence_node();
 NodeType guide_node();
+NodeType grid_force_node();
 NodeType solver_node();
 NodeType deformer_node();
 NodeType bake_mesh_node();

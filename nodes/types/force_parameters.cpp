@@ -30,6 +30,8 @@ void add(KeyHasher& io_hasher, const Guide& g) {
     for (const Pose& target : *g.targets) io_hasher.add(target);
 }
 
+void add(KeyHasher& io_hasher, const GridField& f) { io_hasher.add(f.key); }
+
 }  // namespace
 
 std::vector<ParameterDescription> falloff_parameters() {

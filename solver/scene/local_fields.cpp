@@ -38,6 +38,28 @@ AtPlace value(const TurbulenceField& f, const Vec3& x) {
     return f.strength * curl_noise(x / f.size, f.time, f.octaves, f.seed);
 }
 
+AtPlace value(const GridField& f, const Vec3& x) {
+    const VectorGrid& g = *f.grid;
+    const Vec3 share = (x - g.low).cwiseQuotient(g.high - g.low);
+    if (!(share.minCoeff() >= 0 && share.maxCoeff() <= 1)) return {};
+    std::array<size_t, 3> first;
+    Vec3 beyond;  // the first node, in spacings
+    for (int i = 0; i < 3; ++i) {
+        const double at = share[i] * (g.nodes[i] - 1);
+        first[i] = std::min(static_cast<size_t>(at), size_t{g.nodes[i]} - 2);
+        beyond[i] = at - static_cast<double>(first[i]);
+    }
+    Vec3 sum = Vec3::Zero();
+    for (size_t corner = 0; corner < 8; ++corner) {
+        const std::array<size_t, 3> step = {corner >> 2, corner >> 1 & 1, corner & 1};
+        double weight = 1;
+        for (int i = 0; i < 3; ++i) weight *= step[i] == 1 ? beyond[i] : 1 - beyond[i];
+        const size_t row = (first[0] + step[0]) * g.nodes[1] + first[1] + step[1];
+        sum += weight * g.values[row * g.nodes[2] + first[2] + step[2]];
+    }
+    return sum;
+}
+
 // Of a spring to what moves steadily from one place to another in a step, the implicit step of which is
 //   v' = (v + h (w^2 (x_end - x) + 2 w v_target)) / (1 + h (2 w + h w^2)).
 Pull pull_of(const Guide& guide, const SimulationMesh& rest, const Pulled& thing) {

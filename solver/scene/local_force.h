@@ -1,8 +1,10 @@
 // Forces that differ from place to place.
 #pragma once
 
+#include <array>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "solver/scene/scene.h"
 
@@ -65,10 +67,23 @@ struct Guide {
     std::shared_ptr<const std::vector<Pose>> targets = {};  // place and turn since rest, by fragment; null: at rest
 };
 
+/// Vectors at the nodes of a box.
+struct VectorGrid {
+    std::array<uint32_t, 3> nodes = {2, 2, 2};     // along x, y, z; >= 2
+    Vec3 low = Vec3::Zero(), high = Vec3::Ones();  // its corners, m; high is above low
+    std::vector<Vec3> values;                      // (nx, ny, nz), z fastest
+};
+
+/// Trilinear between the nodes, and nothing outside of the box.
+struct GridField {
+    std::shared_ptr<const VectorGrid> grid;
+    uint64_t key = 0;  // equal for equal grids
+};
+
 struct Nothing {};  // in this frame
 
 struct LocalForce {
-    using Kind = std::variant<Nothing, Blast, PointField, VortexField, TurbulenceField, Guide>;
+    using Kind = std::variant<Nothing, Blast, PointField, VortexField, TurbulenceField, Guide, GridField>;
     std::string name;  // of its node
     uint64_t key = 0;  // equal for equal kinds
     Kind kind;

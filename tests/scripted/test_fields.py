@@ -56,6 +56,8 @@ FORCES = {
     "vortex": {"type": "vortex", "position": {"keys": [[1, [0, 0, 0]], [8, [0.1, 0, 0]]]}, "swirl": 6, "lift": 2, "drag": 4},
     "turbulence": {"type": "turbulence", "strength": 6, "size": 0.2, "period": 0.1, "acts_as": "acceleration"},
     "guide": {"type": "guide", "body": "@clay.body", "strength": {"keys": [[2, 0], [6, 30]]}, "rotation": {"keys": [[1, [0, 0, 0]], [8, [0, 0, 40]]]}},
+    "grid_force": {"type": "grid_force", "nodes": [2, 2, 2], "acts_as": "acceleration", "first_frame": 3,
+                   "values": [[0, 0, 0]] * 8 + [[20, 0, 9]] * 4 + [[0, 30, 9]] * 4},
     "force": {"type": "force", "wind": [8, 0, 0], "drag": 2, "gusts": 0.7, "gust_time": 0.05},
 }
 
@@ -142,7 +144,72 @@ def test_a_guide_of_a_body_that_is_not_moved_is_refused():
         sunder.Graph.from_dict(graph).evaluate("sim.state", frame=2)
 
 
+def saddle(places):
+    """Linear, so that a grid of it is exact."""
+    return np.stack([1 + 2 * places[:, 0], -places[:, 2], places[:, 0] + places[:, 1]], axis=1)
+
+
+def accelerations(graph, places):
+    """What free things at places gain in the first step."""
+    graph["sim"].set(substeps=1, iterations=1)
+    return graph.evaluate("sim.state", frame=2).velocity * 24
+
+
+@pytest.mark.parametrize("in_file", [False, True])
+def test_a_function_of_places_is_a_grid_force(in_file, tmp_path):
+    places = np.array([(0.1, 0.2, 0.3), (-0.9, 0.9, -0.9), (1.0, -1.0, 1.0), (0.5, 1.01, 0)])
+    given = sunder.sample_field(saddle, (-1, -1, -1), (1, 1, 1), (3, 4, 5), path=tmp_path / "saddle.json" if in_file else None)
+    assert (("values" in given), given["source"]) == (not in_file, "file" if in_file else "values")
+    graph = spheres(places)
+    graph.add("grid_force", "field", acts_as="acceleration", strength=0.5, **given)
+    graph["sim"]["forces"] = ["@field.force"]
+    wanted = 0.5 * saddle(places) * (np.abs(places).max(1) <= 1)[:, None]
+    np.testing.assert_allclose(accelerations(graph, places), wanted, rtol=1e-9, atol=1e-11)
+
+
+def test_a_function_is_asked_once_a_frame():
+    asked = []
+
+    def storm(places, frame):
+        asked.append((frame, places.shape))
+        return np.full(places.shape, [frame, 0, 0])
+
+    given = sunder.sample_field(storm, (-1, -1, -1), (1, 1, 1), (2, 2, 2), frames=(3, 5))
+    assert asked == [(f, (8, 3)) for f in (3, 4, 5)] and given["first_frame"] == 3 and len(given["values"]) == 24
+    graph = spheres([(0, 0, 0)])
+    graph.add("grid_force", "field", acts_as="acceleration", **given)
+    graph["sim"]["forces"] = ["@field.force"]
+    speeds = [graph.evaluate("sim.state", frame=f).velocity[0, 0] for f in range(1, 9)]
+    np.testing.assert_allclose(np.diff(speeds) * 24, [3, 3, 4, 5, 5, 5, 5], rtol=1e-9)
+
+
+@pytest.mark.parametrize("field, needle", [(lambda x: x[:, :2], "shape"), (lambda x: x * np.nan, "finite"),
+                                           (lambda x: x * 1e9, "million"), (lambda x: np.where(x > 0, np.inf, x), "finite")])
+def test_a_function_that_gives_no_field_is_refused(field, needle):
+    with pytest.raises(sunder.Error, match=needle):
+        sunder.sample_field(field, (-1, -1, -1), (1, 1, 1))
+
+
+@pytest.mark.parametrize("text, needle", [
+    ("{", "JSON"), ("[1]", "holds no object"), ('{"values": [[1, 2, 3]], "colour": 3}', "'colour', which no grid has"),
+    ('{"values": [[1, 2, 3]]}', "1 vectors for 8 nodes"), ('{"values": [[1, 2, 1e7]]}', "out of range"),
+    ('{"values": [[1, 2, NaN]]}', "JSON"), ('{"nodes": [1, 2, 2]}', "out of range"),
+    ('{"values": [[1, 2, 3], [1]]}', "a list of vectors")])
+def test_a_file_that_holds_no_grid_is_refused_on_its_node(text, needle, tmp_path):
+    (tmp_path / "grid.json").write_text(text)
+    graph = spheres([(0, 0, 0)], field={"type": "grid_force", "source": "file", "path": str(tmp_path / "grid.json")})
+    with pytest.raises(sunder.Error, match=needle) as caught:
+        graph.evaluate("sim.state", frame=2)
+    assert caught.value.node == "field" and caught.value.parameter == "path"
+
+
 BAD = {
+    "a field of NaN": ("grid_force", {"values": [[float("nan"), 0, 0]] * 8}, "values"),
+    "too few vectors": ("grid_force", {"values": [[1, 0, 0]] * 7}, "values"),
+    "no vectors": ("grid_force", {}, "values"),
+    "a box without volume": ("grid_force", {"values": [[1, 0, 0]] * 8, "box_max": [1, -1, 1]}, "box_min"),
+    "no file": ("grid_force", {"source": "file"}, "path"),
+    "a file that is not there": ("grid_force", {"source": "file", "path": "nowhere.json"}, "path"),
     "an axis without a direction": ("vortex", {"axis": [0, 0, 0]}, "axis"),
     "eddies of no size": ("turbulence", {"size": 0}, "size"),
     "a strength that is no number": ("point_force", {"strength": float("nan")}, "strength"),

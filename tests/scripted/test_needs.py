@@ -6,6 +6,7 @@ gives others.
 """
 import hashlib
 import itertools
+import json
 
 import pytest
 
@@ -102,6 +103,8 @@ def meshes(tmp_path_factory):
     folder = tmp_path_factory.mktemp("meshes")
     for name, text in MESHES.items():
         (folder / f"{name}.obj").write_text(text)
+    for name, vector in (("steady", [3, 0, 0]), ("swirl", [0, 3, 1])):
+        (folder / f"{name}.json").write_text(json.dumps({"values": [vector] * 8}))
     return folder
 
 
@@ -195,7 +198,9 @@ OTHER = {
     ("pin", "center"): [0.4, 0.4, 0.4], ("pin", "box_max"): [0.2, 0.2, 0.2], ("pin", "box_min"): [0, 0, 0],
     ("fragment_region", "center"): [0.4, 0.4, 0.4], ("fragment_region", "box_max"): [0.2, 0.2, 0.2],
     ("fragment_region", "box_min"): [0, 0, 0], ("fragment_region", "cluster"): 1, ("force", "wind"): [30, 0, 0],
-    ("blast", "direction"): [1, 0, 0], ("turbulence", "position"): [0.2, 0.1, 0], ("guide", "target_frame"): 6, ("force", "gusts"): 0.5, ("force", "gust_seed"): 3,
+    ("blast", "direction"): [1, 0, 0], ("turbulence", "position"): [0.2, 0.1, 0], ("guide", "target_frame"): 6,
+    ("grid_force", "values"): [[0, 9, 0]] * 8, ("grid_force", "nodes"): [2, 2, 4], ("grid_force", "first_frame"): 3,
+    ("grid_force", "path"): "swirl.json", ("force", "gusts"): 0.5, ("force", "gust_seed"): 3,
     ("solver", "substeps"): 3, ("solver", "iterations"): 5, ("solver", "hit_substeps"): 1, ("body", "fracture_energy"): 20.0,
 }
 POINTS = [[0.5, 0.1, 0.2], [0.4, -0.3, 0.2], [-0.3, 0.2, 0.4]]
@@ -204,6 +209,7 @@ ALSO = {
     "collider": {"resolution": 20},
     "pin": {"group": "Some"},
     "fragment_region": {"group": "Some"},
+    "grid_force": {"values": [[5, 0, 0]] * 8 + [[0, 5, 0]] * 8},  # two frames of 2 x 2 x 2, or one of 2 x 2 x 4
 }
 ALSO_OF = {
     ("prefracture", "points"): {}, ("prefracture", "sheets"): {"mesh": "plate"}, ("prefracture", "least_piece"): {"sites": "uniform"},
@@ -254,6 +260,11 @@ def test_without_its_needs_a_parameter_changes_nothing(meshes, node_type, name):
     idle, counting = cases_of(meshes, node_type, name)
     assert idle and counting
     kept = {name: ALSO.get(node_type, {})[name]} if name in ALSO.get(node_type, {}) else {}
+    if (node_type, name) == ("grid_force", "path"):
+        kept = {"path": str(meshes / "steady.json")}
+        counting = [{**g, "source": "file"} for g in counting]
+    elif node_type == "grid_force":
+        idle = [{**g, "path": str(meshes / "steady.json")} for g in idle]
     if (node_type, name) == ("collider", "path"):
         kept = {"path": str(meshes / "cube.obj")}
     elif node_type == "collider":

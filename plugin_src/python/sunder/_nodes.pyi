@@ -33,6 +33,7 @@ NodeType = Literal[
     "vortex",
     "turbulence",
     "guide",
+    "grid_force",
     "solver",
     "deformer",
     "bake_mesh",
@@ -619,6 +620,44 @@ class AddsNodes:
         rotation: How far the target is turned about the pivot; Euler angles XYZ: about x first, then y, then z
             [degrees].
         pivot: Point about which the rotation turns [m].
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["grid_force"],
+        name: str,
+        *,
+        source: Literal["values", "file"] = ...,
+        path: _Path = ...,
+        values: _Points = ...,
+        nodes: _Integer3 = ...,
+        box_min: _Vector3 = ...,
+        box_max: _Vector3 = ...,
+        first_frame: _Integer = ...,
+        strength: Union[_Number, _Animation] = ...,
+        acts_as: Literal["wind", "acceleration"] = ...,
+        drag: Union[_Number, _Animation] = ...,
+    ) -> Node:
+        """Any field, as vectors at the nodes of a box: what a script worked out, or another program. Between nodes it is
+        linear, outside of the box there is nothing.
+
+        source: values: they stand in the graph; file: in a file of their own.
+        path: A JSON file {"nodes": [i, j, k], "box_min": [x, y, z], "box_max": ..., "values": [[x, y, z], ...],
+            "first_frame": n}, relative to the graph file's folder. Needs source = file.
+        values: A vector for each node, z fastest, then y, then x; as often as there are frames, one after the other
+            [m/s or m/s2]. Needs source = values.
+        nodes: How many there are along each side of the box. Needs source = values.
+        box_min: Lowest corner of the box, the first node [m]. Needs source = values.
+        box_max: Highest corner of the box, the last node [m]. Needs source = values.
+        strength: A factor on the values.
+        acts_as: wind: its numbers are velocities of the air, which drags things along; acceleration: they are
+            accelerations.
+        drag: How fast the wind takes things along: acceleration = drag x (wind - velocity) [1/s]. Needs acts_as = wind.
+
+        Time:
+        first_frame: Of the first of several grids, one a frame; before and after, the first and the last one stay.
+            Needs source = values.
         """
 
     @overload

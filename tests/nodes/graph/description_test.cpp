@@ -17,7 +17,7 @@ TEST(Description, all_node_types_are_there) {
     EXPECT_EQ(types,
               (std::vector<std::string>{"mesh_file", "lattice", "prefracture", "fragment_region", "body", "rigid_body",
                                         "collider", "pin", "force", "blast", "point_force", "vortex", "turbulence",
-                                        "guide", "solver", "deformer", "bake_mesh", "bake_state"}));
+                                        "guide", "grid_force", "solver", "deformer", "bake_mesh", "bake_state"}));
 }
 
 TEST(Description, every_default_fits_its_own_description) {
