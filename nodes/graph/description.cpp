@@ -79,7 +79,7 @@ std::string_view name_of(SocketType type) {
 
 std::string_view name_of(ParameterType type) {
     constexpr std::array names = {"boolean",     "integer", "number",   "text",          "choice", "path",
-                                  "output_path", "vector3", "integer3", "vertex_groups", "points"};
+                                  "output_path", "vector3", "integer3", "vertex_groups", "points", "vectors"};
     return names[static_cast<size_t>(type)];
 }
 

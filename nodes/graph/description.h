@@ -35,6 +35,7 @@ enum class ParameterType {
     integer3,       // [i, j, k]
     vertex_groups,  // {"name": [vertex, ...], ...}
     points,         // [[x, y, z], ...]
+    vectors,        // the same, as numbers of a field
 };
 
 /// What a parameter takes that may be automatic.

@@ -35,6 +35,8 @@ std::string_view expected_text(ParameterType type) {
             return "an object {\"name\": [vertex, ...]}";
         case ParameterType::points:
             return "a list of points [[x, y, z], ...]";
+        case ParameterType::vectors:
+            return "a list of vectors [[x, y, z], ...]";
     }
     return "";
 }
@@ -85,6 +87,7 @@ public:
             case ParameterType::vertex_groups:
                 return vertex_groups(value);
             case ParameterType::points:
+            case ParameterType::vectors:
                 return points(value);
             default:
                 return text(value);

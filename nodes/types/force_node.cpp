@@ -1,5 +1,6 @@
 // force: acceleration fields and wind.
 #include "nodes/graph/node_list.h"
+#include "solver/scene/curl_noise.h"
 
 namespace sunder {
 namespace {
@@ -10,6 +11,10 @@ Result<Value> cook_force(CookContext& context) {
     force.acceleration = p.vector3("acceleration");
     force.wind = p.vector3("wind");
     force.drag = p.number("drag");
+    if (const double gusts = p.number("gusts"); gusts > 0) {
+        const double time = context.frame() / context.frame_rate() / p.number("gust_time");
+        force.wind *= 1 + gusts * noise_in_time(time, static_cast<uint32_t>(p.integer("gust_seed")));
+    }
     return make_value(force);
 }
 
@@ -48,8 +53,35 @@ NodeType force_node() {
          .max = 1e4,
          .default_value = 0.0,
          .sentence = "How fast the wind takes particles along: acceleration = drag x (wind - velocity); 0: no wind",
-         .animatable = true}};
-    return {.description = d, .cook = cook_force};
+         .animatable = true},
+        {.name = "gusts",
+         .label = "Gusts",
+         .min = 0,
+         .max = 10,
+         .default_value = 0.0,
+         .sentence = "By how much of itself the wind grows and drops, at most",
+         .animatable = true,
+         .group = "Gusts",
+         .needs = {{is_above("drag", 0)}}},
+        {.name = "gust_time",
+         .label = "Gust Time",
+         .unit = "s",
+         .min = 0,
+         .max = 1e4,
+         .min_excluded = true,
+         .default_value = 1.0,
+         .sentence = "From gust to lull, more or less",
+         .group = "Gusts",
+         .needs = {{is_above("drag", 0), is_above("gusts", 0)}}},
+        {.name = "gust_seed",
+         .label = "Gust Seed",
+         .type = ParameterType::integer,
+         .min = 0,
+         .default_value = 0,
+         .sentence = "Other gusts",
+         .group = "Gusts",
+         .needs = {{is_above("drag", 0), is_above("gusts", 0)}}}};
+    return {.description = d, .cook = cook_force, .depends_on_frame = true};
 }
 
 }  // namespace sunder

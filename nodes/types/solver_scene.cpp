@@ -4,6 +4,7 @@
 
 #include "nodes/graph/field_parameters.h"
 #include "solver/presets.h"
+#include "solver/scene/local_force.h"
 #include "solver/scene/scene_fields.h"
 
 namespace sunder {
@@ -97,6 +98,21 @@ Status add_solids(CookContext& context, Scene& io_scene, KeyHasher& io_hasher) {
     return {};
 }
 
+Status check_forces(CookContext& context, const Scene& scene) {
+    const Result<std::vector<std::shared_ptr<const Force>>> forces =
+        context.inputs_as<Force>("forces", context.start_frame());
+    if (!forces) return forces.error();
+    for (const auto& force : *forces) {
+        if (!force->local || force->local->body.empty()) continue;
+        const std::string& body = force->local->body;
+        if (std::ranges::find(scene.bodies, body, &Body::name) == scene.bodies.end())
+            return context.error(
+                "forces", "'" + force->local->name + "' acts on body '" + body + "', which this solver does not move",
+                "wire '@" + body + ".body' to bodies, or remove '" + force->local->name + "'");
+    }
+    return {};
+}
+
 }  // namespace
 
 Result<SceneInput> scene_input(CookContext& context) {
@@ -105,6 +121,7 @@ Result<SceneInput> scene_input(CookContext& context) {
     if (Status ok = add_bodies(context, input, hasher); !ok) return ok.error();
     if (Status ok = add_pins(context, input.scene, hasher); !ok) return ok.error();
     if (Status ok = add_solids(context, input.scene, hasher); !ok) return ok.error();
+    if (Status ok = check_forces(context, input.scene); !ok) return ok.error();
     input.key = hasher.add(context.start_frame())
                     .add(input.scene.bodies.size())
                     .add(input.scene.pins.size())
@@ -132,7 +149,8 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
 
     Result<std::vector<std::shared_ptr<const Force>>> forces = context.inputs_as<Force>("forces", frame);
     if (!forces) return forces.error();
-    for (const auto& force : *forces) input.forces.push_back(*force);
+    for (const auto& force : *forces)
+        if (acts(*force)) input.forces.push_back(*force);
     Result<std::vector<std::shared_ptr<const BodyValue>>> bodies = context.inputs_as<BodyValue>("bodies", frame);
     if (!bodies) return bodies.error();
     for (const auto& body : *bodies) input.materials.push_back(body->material);
@@ -160,7 +178,10 @@ ContentKey key_of(const FrameInput& input, const SolverSettings& s) {
     hasher.add(static_cast<int>(s.method));
     add_fields(hasher, settings_fields(), s);
     hasher.add(input.duration).add(input.gravity).add(input.forces.size());
-    for (const Force& f : input.forces) hasher.add(f.acceleration).add(f.wind).add(f.drag);
+    for (const Force& f : input.forces) {
+        hasher.add(f.acceleration).add(f.wind).add(f.drag);
+        if (f.local) hasher.add(f.local->key);
+    }
     hasher.add(key_of(input.materials));
     add(hasher, input.pins);
     add(hasher, input.colliders);

@@ -30,7 +30,8 @@ _VertexGroups = Mapping[str, Union[Sequence[int], npt.NDArray[Any]]]
 _Path = Union[str, PathLike[str]]
 '''
 TYPES = {"boolean": "bool", "choice": "str", "integer": "_Integer", "integer3": "_Integer3", "number": "_Number", "output_path": "_Path",
-         "path": "_Path", "points": "_Points", "text": "str", "vector3": "_Vector3", "vertex_groups": "_VertexGroups"}
+         "path": "_Path", "points": "_Points", "text": "str", "vector3": "_Vector3", "vectors": "_Points",
+         "vertex_groups": "_VertexGroups"}
 WIDTH = 120
 
 

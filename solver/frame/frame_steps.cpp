@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "solver/frame/blast.h"
 #include "solver/frame/error_budget.h"
 #include "solver/sleep/sleeping.h"
 
@@ -109,6 +110,7 @@ Result<StepReport> FrameSteps::run(const FrameInput& input, const SolverSettings
         wake_changed(scene_, input, settings.self_collision, margin_, io_state);
     else
         forget_sleep(settings.sleeping ? context.n_movables() : 0, io_state);
+    if (Status ok = give_blasts(context, io_state); !ok) return ok.error();
     StepReport report;
     enter(context, io_state);
     if (!std::exchange(has_local_hits_, false)) local_hit_.reset();

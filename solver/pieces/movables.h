@@ -6,6 +6,7 @@
 #include "solver/contacts/solve/contact_response.h"
 #include "solver/data/role.h"
 #include "solver/matching/shape_matching.h"
+#include "solver/scene/local_fields.h"
 
 namespace sunder {
 
@@ -36,6 +37,7 @@ struct Movables {
     std::vector<Vec3> base;           // m
     std::vector<Quat> base_rotation;  // since rest
     std::vector<ContactPush> push;    // what contacts did, for the momentum books
+    std::vector<Pull> pull;           // of forces that differ from place to place, or empty: there are none
 
     size_t size() const { return moving.size(); }
     size_t n_particles() const { return inertia.size(); }

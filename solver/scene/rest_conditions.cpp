@@ -2,6 +2,7 @@
 
 #include "solver/data/frame_state.h"
 #include "solver/data/invariant.h"
+#include "solver/scene/local_force.h"
 #include "solver/scene/scene_fields.h"
 
 namespace sunder {
@@ -51,8 +52,10 @@ std::vector<uint64_t> rest_conditions(const FrameInput& input, bool self_collisi
                                       const FrameState& state) {
     std::vector<uint64_t> hashes = {hash_of_sleepers(state)};
     std::vector<double> field = {double(self_collision), input.gravity.x(), input.gravity.y(), input.gravity.z()};
-    for (const Force& f : input.forces)
+    for (const Force& f : input.forces) {
         for (int i = 0; i < 3; ++i) field.insert(field.end(), {f.acceleration[i], f.wind[i], f.drag});
+        if (f.local) field.insert(field.end(), {double(f.local->key >> 32), double(f.local->key & 0xffffffffu)});
+    }
     hashes.push_back(hash_of(field));
     for (const Material& m : input.materials) hashes.push_back(hash_of(numbers_of(material_fields(), m)));
     for (const std::vector<DrivenPose>* driven : {&input.pins, &input.colliders})

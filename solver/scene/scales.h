@@ -8,7 +8,7 @@
 
 namespace sunder {
 
-/// What gravity, wind and drag make of a velocity. They are the same everywhere in a scene.
+/// What gravity, wind and drag make of a velocity, where they are the same everywhere in a scene.
 struct FieldsOfForce {
     explicit FieldsOfForce(const FrameInput& input);
     Vec3 after(double seconds, const Vec3& velocity) const {

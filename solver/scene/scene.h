@@ -98,12 +98,15 @@ struct Scene {
     std::vector<RigidBody> rigid_bodies;
 };
 
+struct LocalForce;  // local_force.h
+
 /// Wind drags particles towards its velocity: acceleration = drag * (velocity - v), drag in 1/s (0: no wind).
 /// An acceleration field adds to gravity.
 struct Force {
-    Vec3 acceleration = Vec3::Zero();  // m/s2
-    Vec3 wind = Vec3::Zero();          // m/s
-    double drag = 0;                   // 1/s, >= 0
+    Vec3 acceleration = Vec3::Zero();              // m/s2
+    Vec3 wind = Vec3::Zero();                      // m/s
+    double drag = 0;                               // 1/s, >= 0
+    std::shared_ptr<const LocalForce> local = {};  // what differs from place to place, or null
 };
 
 /// How firmly a pin holds over one frame: 1 rigidly; below, as a spring that slackens until it is gone at 0.

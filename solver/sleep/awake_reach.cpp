@@ -1,10 +1,12 @@
 #include "solver/sleep/awake_reach.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "solver/collision/movable_size.h"
 #include "solver/data/invariant.h"
 #include "solver/matching/unit_schedule.h"
+#include "solver/scene/local_fields.h"
 #include "solver/scene/motion.h"
 #include "solver/scene/scales.h"
 
@@ -15,6 +17,8 @@ std::vector<Aabb> reach(const StepContext& context, const FrameState& state, std
     const size_t n = state.n_particles();
     SUNDER_ASSERT(rests.size() == n + state.rigid_bodies.size() && seconds > 0 && skin >= 0);
     const double fall = fall_in_step(seconds, acceleration_of(context.input));
+    const LocalFields local(context.scene, context.input);
+    const double begin = std::max(0.0, end - seconds / context.input.duration);
     std::vector<Aabb> boxes(rests.size());
     std::vector<double> size(rests.size());
     const auto find = [&](size_t i) {
@@ -25,6 +29,9 @@ std::vector<Aabb> reach(const StepContext& context, const FrameState& state, std
         const double angle = seconds * (is_particle ? state.angular_velocity[i] : rigid->angular_velocity).norm();
         const double radius = reach_of(context.scene, i);
         size[i] = radius * (1 + skin + std::min(angle, 1.0)) + context.contact_margin + fall + skin * way.norm();
+        if (!local.empty())
+            size[i] +=
+                fall_in_step(seconds, local.on({i, x, Quat::Identity(), seconds, begin, end}).acceleration.norm());
         boxes[i] = ball(x, size[i]);
         boxes[i].min += way.cwiseMin(0.0), boxes[i].max += way.cwiseMax(0.0);
     };

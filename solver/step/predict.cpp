@@ -9,11 +9,32 @@
 #include "solver/step/pins.h"
 
 namespace sunder {
+namespace {
 
-void load(const StepContext& context, double h, const FrameState& state, const GroupShapes& shapes,
+// Velocities, once forces that are the same everywhere took them, as those take them that differ from place to place.
+void pull_along(const StepContext& context, const StepTime& time, std::span<const uint8_t> kept, Movables& movables) {
+    const LocalFields local(context.scene, context.input);
+    movables.pull.resize(local.empty() ? 0 : movables.size());
+    if (local.empty()) return;
+    const double h = time.h, slowed = 1 + h * FieldsOfForce(context.input).drag;
+    for_all(context, movables.size(), [&](size_t i) {
+        if (kept[i]) return;
+        Pull& pull = movables.pull[i] =
+            local.on({i, movables.start_position[i], movables.start_rotation[i], h, time.begin, time.end});
+        if (!pull.acts()) return;
+        // (v + h (a + a')) / (1 + h (d + d')), of (v + h a) / (1 + h d)
+        movables.velocity[i] = (slowed * movables.velocity[i] + h * pull.acceleration) / (slowed + h * pull.drag);
+        movables.angular_velocity[i] = (movables.angular_velocity[i] + h * pull.turn) / (1 + h * pull.turn_drag);
+    });
+}
+
+}  // namespace
+
+void load(const StepContext& context, const StepTime& time, const FrameState& state, const GroupShapes& shapes,
           std::span<const uint8_t> kept, Movables& movables) {
     const SimulationMesh& rest = context.scene.rest;
     const size_t n = context.n_particles();
+    const double h = time.h;
     const FieldsOfForce fields(context.input);
     for_all(context, movables.size(), [&](size_t i) {
         if (kept[i]) return;
@@ -36,6 +57,7 @@ void load(const StepContext& context, double h, const FrameState& state, const G
         movables.start_rotation[i] = p.d;
         movables.push[i] = ContactPush();
     });
+    pull_along(context, time, kept, movables);
 }
 
 namespace {

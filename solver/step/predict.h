@@ -10,7 +10,7 @@
 namespace sunder {
 
 /// Positions, rotations since rest, inverse masses, inertia and velocities as forces take them, of what takes the pass.
-void load(const StepContext& context, double h, const FrameState& state, const GroupShapes& shapes,
+void load(const StepContext& context, const StepTime& time, const FrameState& state, const GroupShapes& shapes,
           std::span<const uint8_t> kept, Movables& io_movables);
 
 /// Pins hold, and nothing moves what sleeps. Bends the thin groups that pins hold.

@@ -66,6 +66,8 @@ std::vector<uint8_t> pieces_left_out(const StepContext& context, const StepTime&
     }
     for (size_t i = 0; i < context.fixed.size(); ++i)
         if (context.fixed[i]) rough[piece_of(live, i)] = 1;
+    for (size_t i = 0; i < movables.pull.size(); ++i)
+        if (movables.pull[i].acts()) rough[piece_of(live, i)] = 1;
     for_pieces(live, kParticleGrain, context.workers, [&](size_t piece) {
         const auto particles = live.piece_particles(piece);
         const auto is_loose = [&](ParticleId j) {

@@ -72,7 +72,7 @@ StepOutcome Stepper::begin_pass(bool is_first) {
         if (m_.slice.is_again) begin_again(m_.problem, m_.pieces, m_.slice);
         {
             Stopwatch watch(report_.predict_s);
-            load(context_, time_.h, state_, m_.model.shapes, m_.slice.kept, m_.movables);
+            load(context_, time_, state_, m_.model.shapes, m_.slice.kept, m_.movables);
             hold(context_, time_, state_, m_.pair, m_.model, m_.movables);
             mark_held_pieces(context_, m_.model.live, m_.movables, m_.pieces);
             leave_alone(pass(), m_.movables, m_.matching);

@@ -195,13 +195,74 @@ class Forces(ObjectCase):
 
     def test_fields_that_are_no_wind_and_winds_without_drag_are_refused(self):
         tree, _, force = self.blown("VORTEX")
-        self.assertIn("has a vortex force field", self.refusal(tree))
+        self.assertIn("has a vortex force field: this node takes wind or drag", self.refusal(tree))
         force.object = self.cube(name="Still")
         self.assertIn("has no force field", self.refusal(tree))
         tree, _, force = self.blown("WIND")
         force.set_parameters(drag=0)
         self.assertIn("drag is 0", self.refusal(tree))
         self.assertIn("drag is 0", force.error)
+
+    def test_a_drag_field_holds_things_back(self):
+        tree, drag, force = self.blown("DRAG")
+        drag.field.linear_drag = 0.4
+        force.set_parameters(drag=0)
+        node = self.graph(tree)["force"]
+        np.testing.assert_allclose(node["drag"], 0.4, rtol=1e-6)
+        self.assertEqual(node["wind"], [0, 0, 0])
+
+    def placed(self, node_type, kind):
+        """A field of Blender's at (1, 2, 3) that a node stands for, its z axis along -y."""
+        bpy.ops.object.effector_add(type=kind, location=(1, 2, 3), rotation=(math.radians(90), 0, 0))
+        thing = bpy.context.object
+        tree, nodes = self.tree()
+        node = self.node(tree, node_type)
+        node.source, node.object = "OBJECT", thing
+        self.connect(node, "force", nodes["solver"], "forces")
+        return tree, thing
+
+    def test_force_fields_are_point_forces_vortices_and_turbulence(self):
+        tree, thing = self.placed("point_force", "FORCE")
+        field = thing.field
+        field.strength, field.falloff_power, field.use_max_distance, field.distance_max = -4, 1.5, True, 6
+        thing.keyframe_insert("location", frame=1)
+        thing.location.x = 3
+        thing.keyframe_insert("location", frame=6)
+        node = self.graph(tree)["point_force"]
+        self.assertEqual([node["strength"], node["falloff"], node["reach"], node.at("position", 6)], [-4, 1.5, 6, [3, 2, 3]])
+
+        tree, thing = self.placed("vortex", "VORTEX")
+        thing.field.strength, thing.field.inflow = 7, 0.5
+        node = self.graph(tree)["vortex"]
+        self.assertEqual([node["swirl"], node["inflow"], node["reach"], node["position"]], [7, 0.5, None, [1, 2, 3]])
+        np.testing.assert_allclose(node["axis"], [0, -1, 0], atol=1e-6)
+
+        tree, thing = self.placed("turbulence", "TURBULENCE")
+        thing.field.strength, thing.field.size, thing.field.seed = 3, 0.5, 12
+        node = self.graph(tree)["turbulence"]
+        self.assertEqual([node["strength"], node["size"], node["seed"]], [3, 0.5, 12])
+        self.graph(tree).evaluate("solver.state", 2)
+
+    def test_a_field_that_changed_makes_the_bake_out_of_date(self):
+        tree, thing = self.placed("vortex", "VORTEX")
+        self.bake(tree)
+        self.assertIs(self.status(tree).is_stale, False)
+        thing.field.inflow = 2
+        thing.update_tag()
+        bpy.context.view_layer.update()
+        self.assertIs(self.status(tree).is_stale, True)
+
+    def test_a_blast_goes_off_where_its_object_is(self):
+        tree, nodes = self.tree()
+        bpy.ops.object.empty_add(location=(0.2, 0, 0.1), rotation=(0, math.radians(90), 0))
+        blast = self.node(tree, "blast", frame=2, spread="cone")
+        blast.source, blast.object = "OBJECT", bpy.context.object
+        self.connect(blast, "force", nodes["solver"], "forces")
+        graph = self.graph(tree)
+        np.testing.assert_allclose(graph["blast"]["position"], [0.2, 0, 0.1], atol=1e-6)
+        np.testing.assert_allclose(graph["blast"]["direction"], [1, 0, 0], atol=1e-6)
+        before, after = (graph.evaluate("solver.state", frame).velocity for frame in (2, 3))
+        self.assertGreater(np.abs(after - before).max(), 1)
 
 
 class Solids(ObjectCase):

@@ -1,4 +1,4 @@
-"""The shots in examples/ go as docs/sheets.md and docs/cracks.md say."""
+"""The shots in examples/ go as docs/sheets.md, docs/cracks.md and docs/fields.md say."""
 import importlib.util
 from pathlib import Path
 
@@ -82,6 +82,17 @@ def test_the_wall_parts_into_large_pieces_and_chunks():
     assert np.sum(sizes[sizes >= 10]) > 0.8 * n         # 85 % of all fragments here; by groups a hole and crumbs
     assert np.count_nonzero(sizes >= 10) >= 5
     assert np.count_nonzero(sizes == 1) < 0.1 * n
+
+
+def test_the_blast_makes_a_hole_and_throws_what_was_in_it():
+    whole, blasted = states("blast", 3, 4)
+    sizes, n = sizes_of_pieces(blasted), len(blasted.piece)
+    assert len(sizes_of_pieces(whole)) == 1
+    assert 0.6 * n < sizes[-1] < 0.95 * n and len(sizes) > 20
+    off = blasted.piece != np.bincount(blasted.piece).argmax()
+    near = np.linalg.norm((whole.position - [2.6, 0, 0.8])[:, [0, 2]], axis=1)
+    assert near[off].mean() < 0.6 * near[~off].mean()
+    assert blasted.velocity[off, 1].mean() > 2 and np.abs(blasted.velocity).max() < 30
 
 
 def test_the_frame_stands():

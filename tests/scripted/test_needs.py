@@ -6,6 +6,7 @@ gives others.
 """
 import hashlib
 import itertools
+import json
 
 import pytest
 
@@ -102,6 +103,8 @@ def meshes(tmp_path_factory):
     folder = tmp_path_factory.mktemp("meshes")
     for name, text in MESHES.items():
         (folder / f"{name}.obj").write_text(text)
+    for name, vector in (("steady", [3, 0, 0]), ("swirl", [0, 3, 1])):
+        (folder / f"{name}.json").write_text(json.dumps({"values": [vector] * 8}))
     return folder
 
 
@@ -146,8 +149,11 @@ def scene(folder, node_type, mesh="cube", **given):
         cut = {"type": "prefracture", "mesh": "@file.mesh", "pieces": 12}
         nodes |= {"file": file, "block": cut, "it": {"position": {"keys": [[1, [0, 0, 0]], [3, [0, 0, 0.2]]]}, **it, "body": "@body.body"}}
         solver["pins"] = ["@it.pin"]
-    elif node_type == "force":
+    elif "force" in (s["name"] for s in sunder.node_types()[node_type]["outputs"]):
         nodes["it"], solver["forces"] = it, ["@it.force"]
+        if node_type == "guide":
+            nodes["other"] = {"type": "solver", "bodies": ["@body.body"], "gravity": [1, 0, 0], "preset": "preview"}
+            it.update(body="@body.body", state="@other.state", strength=it.get("strength", 20))
     return nodes, ["solver.state"], 4
 
 
@@ -176,7 +182,7 @@ def graph_of(folder, node_type, given):
 
 
 IF_GIVEN = {"yield": 0.01, "toughness": 0.05, "compressive_toughness": 0.2, "substeps": 3, "iterations": 2, "hit_substeps": 2,
-            "voxel_size": 0.1, "release_frame": 2}
+            "voxel_size": 0.1, "release_frame": 2, "reach": 0.2}
 # Another value of the parameter than in the scene, where the default will not do; and what else the scene has that it be seen.
 OTHER = {
     ("prefracture", "sites"): "uniform", ("prefracture", "points"): [[0.1, 0.2, 0.3], [-0.2, 0.1, 0]], ("prefracture", "pieces"): 9,
@@ -192,6 +198,9 @@ OTHER = {
     ("pin", "center"): [0.4, 0.4, 0.4], ("pin", "box_max"): [0.2, 0.2, 0.2], ("pin", "box_min"): [0, 0, 0],
     ("fragment_region", "center"): [0.4, 0.4, 0.4], ("fragment_region", "box_max"): [0.2, 0.2, 0.2],
     ("fragment_region", "box_min"): [0, 0, 0], ("fragment_region", "cluster"): 1, ("force", "wind"): [30, 0, 0],
+    ("blast", "direction"): [1, 0, 0], ("turbulence", "position"): [0.2, 0.1, 0], ("guide", "target_frame"): 6,
+    ("grid_force", "values"): [[0, 9, 0]] * 8, ("grid_force", "nodes"): [2, 2, 4], ("grid_force", "first_frame"): 3,
+    ("grid_force", "path"): "swirl.json", ("force", "gusts"): 0.5, ("force", "gust_seed"): 3,
     ("solver", "substeps"): 3, ("solver", "iterations"): 5, ("solver", "hit_substeps"): 1, ("body", "fracture_energy"): 20.0,
 }
 POINTS = [[0.5, 0.1, 0.2], [0.4, -0.3, 0.2], [-0.3, 0.2, 0.4]]
@@ -200,11 +209,13 @@ ALSO = {
     "collider": {"resolution": 20},
     "pin": {"group": "Some"},
     "fragment_region": {"group": "Some"},
+    "grid_force": {"values": [[5, 0, 0]] * 8 + [[0, 5, 0]] * 8},  # two frames of 2 x 2 x 2, or one of 2 x 2 x 4
 }
 ALSO_OF = {
     ("prefracture", "points"): {}, ("prefracture", "sheets"): {"mesh": "plate"}, ("prefracture", "least_piece"): {"sites": "uniform"},
     ("prefracture", "cluster_toughness"): {"pieces": 9}, ("solver", "preset"): {"substeps": 2},
-    ("solver", "over_relaxation"): {"iterations": 2},
+    ("solver", "over_relaxation"): {"iterations": 2}, ("force", "gusts"): {"wind": [30, 0, 0]},
+    ("force", "gust_time"): {"wind": [30, 0, 0]}, ("force", "gust_seed"): {"wind": [30, 0, 0]},
 }
 MESHES_OF = {
     ("prefracture", "thickness"): ("cube", "sheet"), ("prefracture", "weld_distance"): ("cube", "seam"),
@@ -249,6 +260,11 @@ def test_without_its_needs_a_parameter_changes_nothing(meshes, node_type, name):
     idle, counting = cases_of(meshes, node_type, name)
     assert idle and counting
     kept = {name: ALSO.get(node_type, {})[name]} if name in ALSO.get(node_type, {}) else {}
+    if (node_type, name) == ("grid_force", "path"):
+        kept = {"path": str(meshes / "steady.json")}
+        counting = [{**g, "source": "file"} for g in counting]
+    elif node_type == "grid_force":
+        idle = [{**g, "path": str(meshes / "steady.json")} for g in idle]
     if (node_type, name) == ("collider", "path"):
         kept = {"path": str(meshes / "cube.obj")}
     elif node_type == "collider":

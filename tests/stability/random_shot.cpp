@@ -7,6 +7,7 @@
 
 #include "fracture_tools/fragments/prefracture.h"
 #include "fracture_tools/mesh/mesh_io.h"
+#include "solver/scene/local_force.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder::test {
@@ -219,9 +220,56 @@ void Shot::hold(uint64_t seed) {
     scene.pins.push_back(pin);
 }
 
-FrameInput Shot::input() const {
+void Shot::blow(uint64_t seed) {
+    Draw draw(seed);
+    Vec3 low = Vec3::Constant(kNever), high = -low;
+    for (const Vec3& x : scene.rest.rest_position) low = low.cwiseMin(x), high = high.cwiseMax(x);
+    const double size = (high - low).maxCoeff();
+    const auto add = [&](std::vector<Force>& io_forces, LocalForce::Kind kind, double drag = 0) {
+        io_forces.emplace_back();
+        io_forces.back().local =
+            std::make_shared<LocalForce>(LocalForce{"drawn", draw.index(1 << 30), std::move(kind), drag});
+    };
+    const auto place = [&] { return Vec3((low + high) / 2 + draw.vector(0.6 * size)); };
+    const auto falloff = [&] {
+        return Falloff{size * draw.logarithmic(0.01, 1), draw.uniform(0, 4),
+                       draw.one_in(2) ? kNever : size * draw.logarithmic(0.1, 2)};
+    };
+    for (uint64_t n = draw.index(3); n > 0; --n) {
+        Blast blast{.center = place(), .falloff = falloff(), .speed = draw.logarithmic(0.1, 100)};
+        if (draw.one_in(4)) blast.center = scene.rest.rest_position[draw.index(scene.rest.n_particles())];
+        if (draw.one_in(3)) blast.direction = draw.vector(1).normalized(), blast.least_cosine = draw.uniform(-1, 1);
+        blast.shadow = draw.of({Shadow::none, Shadow::solids, Shadow::all});
+        add(blasts, blast);
+    }
+    const auto drag = [&] { return draw.one_in(2) ? 0 : draw.logarithmic(0.01, 1e3); };
+    if (draw.one_in(2)) add(forces, PointField{place(), falloff(), draw.logarithmic(0.1, 1e3) * draw.of({-1, 1})});
+    if (draw.one_in(2)) {
+        VortexField vortex{place(), draw.vector(1).normalized(), falloff()};
+        vortex.swirl = draw.logarithmic(0.1, 100), vortex.inflow = draw.uniform(-10, 10),
+        vortex.lift = draw.uniform(-10, 10);
+        add(forces, vortex, drag());
+    }
+    if (draw.one_in(2))
+        add(forces,
+            TurbulenceField{.strength = draw.logarithmic(0.1, 100),
+                            .size = size * draw.logarithmic(0.01, 10),
+                            .octaves = draw.of({1, 2, 5}),
+                            .seed = static_cast<uint32_t>(seed)},
+            drag());
+    if (draw.one_in(3)) {
+        Guide guide;
+        guide.rate = draw.logarithmic(0.01, 1e3);
+        guide.pose.begin = guide.pose.end = {size * draw.vector(0.5), turn(draw)};
+        add(forces, guide);
+    }
+}
+
+FrameInput Shot::input(size_t frame) const {
     FrameInput in = quiet_input(scene, material);
     in.materials = materials(), in.gravity = Vec3(0, 0, -gravity);
+    in.forces = forces;
+    if (frame > 0 && frame % 2 == 0 && frame / 2 <= blasts.size()) in.forces.push_back(blasts[frame / 2 - 1]);
     return in;
 }
 

@@ -39,7 +39,9 @@ struct Shot {
     Scene scene;  // collider 0: the floor
     Material material;
     SolverSettings settings;
-    double gravity = 9.81;  // m/s2
+    double gravity = 9.81;      // m/s2
+    std::vector<Force> forces;  // in all frames
+    std::vector<Force> blasts;  // in frames 2, 4, 6, ...
 
     explicit Shot(uint64_t seed);
     /// Takes one parameter from anywhere in its range instead; which one, and its value.
@@ -48,8 +50,10 @@ struct Shot {
     void beat_flat(uint64_t seed);
     /// Has pins hold the first body, at rest, on one side of a plane drawn at random.
     void hold(uint64_t seed);
+    /// Adds forces that differ from place to place.
+    void blow(uint64_t seed);
     std::vector<Material> materials() const { return std::vector(scene.bodies.size(), material); }
-    FrameInput input() const;  // of a frame
+    FrameInput input(size_t frame = 0) const;
 };
 
 }  // namespace sunder::test

@@ -29,8 +29,8 @@ Outcome shoot(const test::Shot& shot) {
         if (!settled) return {.error = settled.error().text()};
     }
     const double start = energy().total();
-    for (int frame = 0; frame < 36; ++frame) {
-        const auto report = solver->advance(in, shot.settings, state);
+    for (size_t frame = 0; frame < 36; ++frame) {
+        const auto report = solver->advance(shot.input(frame), shot.settings, state);
         if (!report) {
             outcome.error = report.error().text();
             break;
@@ -158,6 +158,18 @@ TEST(random_shots, panels_gain_nothing) {
     }
     std::printf("%zu torn; most energy gained: %.4f of the start, shot %d\n", torn, most, static_cast<int>(worst));
     EXPECT_GE(torn, 6u) << "else this tells little";
+}
+
+// Forces of any kind and strength anywhere: energy comes from them, and nothing else goes wrong.
+TEST(random_shots, nothing_fails_in_forces_that_differ_from_place_to_place) {
+    size_t driven = 0;
+    for (uint64_t seed = 0; seed < 40; ++seed) {
+        test::Shot shot(seed);
+        shot.blow(seed + 4000);
+        driven += !shot.blasts.empty() || !shot.forces.empty();
+        EXPECT_EQ(shoot(shot).error, "") << "shot " << seed;
+    }
+    EXPECT_GE(driven, 20u) << "else this tells little";
 }
 
 // A stiff rabbit in needles lands on the floor and vibrates. Bounces by what the needles turned by, and a fifth of

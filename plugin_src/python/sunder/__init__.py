@@ -11,6 +11,7 @@ Results hold numpy arrays that are views into Sunder's memory: read-only, and va
 SI units; Z up; quaternions are (w, x, y, z).
 """
 from .errors import Error
+from .fields import sample_field
 from .graph import Graph, Node, bake, export, node_types, read_state, verify
 from .job import Job
 from .library import version
@@ -31,6 +32,7 @@ __all__ = [
     "export",
     "node_types",
     "read_state",
+    "sample_field",
     "verify",
     "version",
 ]

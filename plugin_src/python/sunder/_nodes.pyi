@@ -28,6 +28,12 @@ NodeType = Literal[
     "collider",
     "pin",
     "force",
+    "blast",
+    "point_force",
+    "vortex",
+    "turbulence",
+    "guide",
+    "grid_force",
     "solver",
     "deformer",
     "bake_mesh",
@@ -443,12 +449,221 @@ class AddsNodes:
         acceleration: Union[_Vector3, _Animation] = ...,
         wind: Union[_Vector3, _Animation] = ...,
         drag: Union[_Number, _Animation] = ...,
+        gusts: Union[_Number, _Animation] = ...,
+        gust_time: _Number = ...,
+        gust_seed: _Integer = ...,
     ) -> Node:
         """An acceleration that all particles feel, and a wind that drags them along.
 
         acceleration: Added to the solver's gravity [m/s2].
         wind: Velocity of the air [m/s]. Needs drag > 0.0.
         drag: How fast the wind takes particles along: acceleration = drag x (wind - velocity); 0: no wind [1/s].
+
+        Gusts:
+        gusts: By how much of itself the wind grows and drops, at most. Needs drag > 0.0.
+        gust_time: From gust to lull, more or less [s]. Needs drag > 0.0 and gusts > 0.0.
+        gust_seed: Other gusts. Needs drag > 0.0 and gusts > 0.0.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["blast"],
+        name: str,
+        *,
+        frame: _Integer = ...,
+        position: Union[_Vector3, _Animation] = ...,
+        strength: Literal["speed", "energy"] = ...,
+        speed: _Number = ...,
+        energy: _Number = ...,
+        radius: _Number = ...,
+        falloff: _Number = ...,
+        reach: Optional[_Number] = ...,
+        spread: Literal["all", "cone"] = ...,
+        direction: Union[_Vector3, _Animation] = ...,
+        angle: _Number = ...,
+        shadow: Literal["none", "solids", "all"] = ...,
+    ) -> Node:
+        """Throws everything away from a place, at once: an explosion. What pins hold stays.
+
+        frame: When it goes off: the state of this frame is the last before it.
+        position: Its centre; where it moves, that of its frame counts [m].
+        strength: speed: everything is given a velocity, whatever it weighs; energy: the same, and as fast as makes that
+            energy of all that it reaches.
+        speed: Given at the radius, where it is largest [m/s]. Needs strength = speed.
+        energy: Kinetic energy that all would be given if nothing moved before [J]. Needs strength = energy.
+        radius: Where it is strongest: evenly weaker from there to the centre, and outwards by the falloff [m].
+        falloff: n: at distance r beyond the radius it is (radius / r)^n as strong; 0: no weaker.
+
+        Reach:
+        reach: Beyond this distance there is nothing of it; null: no such bound [m].
+        shadow: What keeps it from things that lie behind: nothing; solids, which are colliders and rigid bodies; all,
+            fragments too.
+
+        Direction:
+        spread: all: to all sides; cone: to those around a direction.
+        direction: Middle of the cone. Needs spread = cone.
+        angle: Between the middle of the cone and its side [degrees]. Needs spread = cone.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["point_force"],
+        name: str,
+        *,
+        position: Union[_Vector3, _Animation] = ...,
+        strength: Union[_Number, _Animation] = ...,
+        radius: _Number = ...,
+        falloff: _Number = ...,
+        reach: Optional[_Number] = ...,
+    ) -> Node:
+        """Pushes everything away from a place, or draws it there, all the time.
+
+        position: Its centre [m].
+        strength: Acceleration at the radius, where it is largest; below 0 it draws in [m/s2].
+        radius: Where it is strongest: evenly weaker from there to the centre, and outwards by the falloff [m].
+        falloff: n: at distance r beyond the radius it is (radius / r)^n as strong; 0: no weaker.
+
+        Reach:
+        reach: Beyond this distance there is nothing of it; null: no such bound [m].
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["vortex"],
+        name: str,
+        *,
+        position: Union[_Vector3, _Animation] = ...,
+        axis: Union[_Vector3, _Animation] = ...,
+        swirl: Union[_Number, _Animation] = ...,
+        inflow: Union[_Number, _Animation] = ...,
+        lift: Union[_Number, _Animation] = ...,
+        radius: _Number = ...,
+        falloff: _Number = ...,
+        reach: Optional[_Number] = ...,
+        acts_as: Literal["wind", "acceleration"] = ...,
+        drag: Union[_Number, _Animation] = ...,
+    ) -> Node:
+        """Takes everything round an axis: a whirlwind.
+
+        position: A point of the axis [m].
+        axis: It turns about this, counter-clockwise as seen from its tip.
+        swirl: Round the axis, at the radius, where it is largest [m/s or m/s2].
+        radius: Where it is strongest: evenly weaker from there to the centre, and outwards by the falloff [m].
+        falloff: n: at distance r beyond the radius it is (radius / r)^n as strong; 0: no weaker.
+        acts_as: wind: its numbers are velocities of the air, which drags things along; acceleration: they are
+            accelerations.
+        drag: How fast the wind takes things along: acceleration = drag x (wind - velocity) [1/s]. Needs acts_as = wind.
+
+        Draught:
+        inflow: Towards the axis, at the radius [m/s or m/s2].
+        lift: Along the axis: so much within the radius [m/s or m/s2].
+
+        Reach:
+        reach: Beyond this distance there is nothing of it; null: no such bound [m].
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["turbulence"],
+        name: str,
+        *,
+        strength: Union[_Number, _Animation] = ...,
+        size: _Number = ...,
+        octaves: _Integer = ...,
+        seed: _Integer = ...,
+        period: Optional[_Number] = ...,
+        acts_as: Literal["wind", "acceleration"] = ...,
+        drag: Union[_Number, _Animation] = ...,
+        reach: Optional[_Number] = ...,
+        position: Union[_Vector3, _Animation] = ...,
+    ) -> Node:
+        """Eddies everywhere: what drifts in them neither gathers nor thins out.
+
+        strength: Root of the mean square of what it is everywhere [m/s or m/s2].
+        size: Of its largest eddies [m].
+        octaves: Sizes of eddies: each half as large and half as fast as the one before.
+        seed: Other eddies.
+        period: How long it takes until they are other eddies; null: they stay [s].
+        acts_as: wind: its numbers are velocities of the air, which drags things along; acceleration: they are
+            accelerations.
+        drag: How fast the wind takes things along: acceleration = drag x (wind - velocity) [1/s]. Needs acts_as = wind.
+
+        Reach:
+        reach: There are none farther away from a place; null: they are everywhere [m].
+        position: From where [m]. Needs reach is not null.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["guide"],
+        name: str,
+        *,
+        body: _Wire = ...,
+        state: _Wire = ...,
+        strength: Union[_Number, _Animation] = ...,
+        target: Literal["rest", "state"] = ...,
+        target_frame: _Integer = ...,
+        position: Union[_Vector3, _Animation] = ...,
+        rotation: Union[_Vector3, _Animation] = ...,
+        pivot: _Vector3 = ...,
+    ) -> Node:
+        """Draws the fragments of a body to a pose: back to where they were, or to where they shall be. What pins hold
+        stays.
+
+        body: The body that is drawn.
+        state: Of another solver that moves the same body: a frame of it is where fragments are drawn to.
+        strength: How fast: what is free has come most of the way in 4 / strength; 0: not at all [1/s].
+        target: rest: as placed at the first frame; state: as at a frame of the state.
+        target_frame: Of the state. Needs target = state.
+
+        Motion:
+        position: How far the target is moved from there [m].
+        rotation: How far the target is turned about the pivot; Euler angles XYZ: about x first, then y, then z
+            [degrees].
+        pivot: Point about which the rotation turns [m].
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["grid_force"],
+        name: str,
+        *,
+        source: Literal["values", "file"] = ...,
+        path: _Path = ...,
+        values: _Points = ...,
+        nodes: _Integer3 = ...,
+        box_min: _Vector3 = ...,
+        box_max: _Vector3 = ...,
+        first_frame: _Integer = ...,
+        strength: Union[_Number, _Animation] = ...,
+        acts_as: Literal["wind", "acceleration"] = ...,
+        drag: Union[_Number, _Animation] = ...,
+    ) -> Node:
+        """Any field, as vectors at the nodes of a box: what a script worked out, or another program. Between nodes it is
+        linear, outside of the box there is nothing.
+
+        source: values: they stand in the graph; file: in a file of their own.
+        path: A JSON file {"nodes": [i, j, k], "box_min": [x, y, z], "box_max": ..., "values": [[x, y, z], ...],
+            "first_frame": n}, relative to the graph file's folder. Needs source = file.
+        values: A vector for each node, z fastest, then y, then x; as often as there are frames, one after the other
+            [m/s or m/s2]. Needs source = values.
+        nodes: How many there are along each side of the box. Needs source = values.
+        box_min: Lowest corner of the box, the first node [m]. Needs source = values.
+        box_max: Highest corner of the box, the last node [m]. Needs source = values.
+        strength: A factor on the values.
+        acts_as: wind: its numbers are velocities of the air, which drags things along; acceleration: they are
+            accelerations.
+        drag: How fast the wind takes things along: acceleration = drag x (wind - velocity) [1/s]. Needs acts_as = wind.
+
+        Time:
+        first_frame: Of the first of several grids, one a frame; before and after, the first and the last one stay.
+            Needs source = values.
         """
 
     @overload

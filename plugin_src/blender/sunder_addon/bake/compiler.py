@@ -7,7 +7,7 @@ from mathutils import Vector
 
 from ..base import core, descriptions, runtime
 from ..tree import conditions, keys, parameters, pickers, wiring
-from ..scene import animation, mesh_export, scene_input
+from ..scene import animation, field_input, mesh_export, scene_input
 
 _PATH_OF = {"deformer": ("bake_mesh", "mesh", "mesh/{}.####.ply"), "solver": ("bake_state", "state", "state/{}.####.ply")}
 
@@ -217,14 +217,24 @@ class _Compiler:
             self._channel(name, "position", position, moves)
             self._channel(name, "rotation", rotation, moves)
 
-    def _add_force(self, node, depsgraph):
+    def _add_of_object(self, node, depsgraph):
+        """Of a force that an object stands for, what may move as channels, the rest as it is at the first frame."""
         if node.source == pickers.VALUES:
             return
         thing, = scene_input.objects_of(node)
         scene_input.check_evaluated(thing, depsgraph, node)
-        if "drag" not in self.animated.get(node.name, ()) and node.parameter("drag") == 0:
+        is_dragged = pickers.is_drag(node) or node.sunder_type != "force" or "drag" in self.animated.get(node.name, ())
+        if not is_dragged and node.parameter("drag") == 0:
             raise core.Refused("drag is 0: the wind would take nothing along", node.graph_name)
-        self._channel(node.graph_name, "wind", lambda _: scene_input.wind(thing, node), animation.moves(thing))
+        may_move = {p["name"] for p in descriptions.parameters(node.sunder_type) if p["animatable"]}
+        for name, value in field_input.values(thing, node).items():
+            if name in may_move:
+                self._channel(node.graph_name, name, lambda _, name=name: field_input.values(thing, node)[name],
+                              animation.moves(thing))
+            else:
+                self.nodes[node.graph_name][name] = value
+
+    _add_force = _add_blast = _add_point_force = _add_vortex = _add_turbulence = _add_of_object
 
     def _shapes(self, node, depsgraph):
         """(graph name, object, centre in its axes) of each object that a node stands for, sizes filled in."""

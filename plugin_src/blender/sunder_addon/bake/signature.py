@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base import core, descriptions, runtime
 from ..tree import conditions, keys, parameters, pickers, wiring
-from ..scene import animation, mesh_export, mesh_layers, scene_input
+from ..scene import animation, field_input, mesh_export, mesh_layers, scene_input
 
 
 def _mesh_hash(thing, use_modifiers, with_layers=False):
@@ -87,8 +87,10 @@ def _objects(node):
         return described
     for thing in scene_input.objects_of(node):
         described.append(animation.describe_motion(thing))
-        if node.sunder_type == "force":
-            described.append([thing.field.type, round(thing.field.strength, 6)] if thing.field else [])
+        if node.sunder_type in pickers.FIELDS:
+            described.append(field_input.described(thing))
+        elif node.sunder_type == "blast":
+            continue
         elif node.sunder_type == "mesh_file":
             described.append(_mesh_hash(thing, node.use_modifiers, with_layers=True))
         elif thing.type in pickers.SURFACES:

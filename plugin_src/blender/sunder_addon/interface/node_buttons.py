@@ -17,7 +17,7 @@ def _labelled(layout, label):
 def shown(node, label):
     """The parameters of a group that have rows as the node stands."""
     return [p for p in descriptions.groups(node.sunder_type)[label]
-            if p["type"] != "vertex_groups" and conditions.is_shown(node, p["name"])]
+            if p["type"] not in ("vertex_groups", "vectors") and conditions.is_shown(node, p["name"])]
 
 
 def groups(node):

@@ -149,16 +149,6 @@ def own_bounds(thing, node, depsgraph):
     return _extremes(thing, depsgraph, matrix @ thing.matrix_world)
 
 
-def wind(thing, node):
-    """Velocity (m/s) of the air that a wind force field stands for, as the frame is now."""
-    field = thing.field
-    if field is None or field.type != "WIND":
-        kind = "no" if field is None or field.type == "NONE" else f"a {field.type.replace('_', ' ').lower()}"
-        raise core.Refused(f"object '{thing.name}' has {kind} force field: only wind blows everywhere alike",
-                           node.graph_name)
-    return vector(placement(thing.matrix_world)[1] @ Vector((0, 0, field.strength)))
-
-
 def wanted(tree, node, parameters_of):
     """Names of vertex groups, or of maps, that other nodes ask of the mesh that `node` gives."""
     found = set()

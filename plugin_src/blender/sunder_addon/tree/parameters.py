@@ -21,8 +21,9 @@ from ..base import descriptions
 _UNITS = {"m": "LENGTH", "kg": "MASS", "m/s": "VELOCITY", "m/s2": "ACCELERATION", "degrees": "ROTATION"}
 _INT_LIMIT = 2**31 - 1
 _JUST_ABOVE = 1e-6  # the least value where the range excludes its bound
-# Types without a field on the node: vertex groups and lists of points come from objects (pickers.py, scene_input.py).
-NO_FIELD = ("vertex_groups", "points")
+# Types without a field on the node: vertex groups and lists of points come from objects (pickers.py, scene_input.py), numbers of
+# fields from files.
+NO_FIELD = ("vertex_groups", "points", "vectors")
 _IF_USED = 0.1  # what a parameter that is null by default holds when it is switched on
 
 
@@ -179,8 +180,9 @@ def value(p, node):
 def set_value(p, node, given):
     """Sets what Sunder would take: the inverse of `value`."""
     if p["type"] in NO_FIELD:
-        raise AttributeError(f"'{p['name']}' is taken from an object: set `{p['name']}_object` or `{p['name']}_collection`"
-                             if p["type"] == "points" else f"'{p['name']}' is taken from the mesh's own vertex groups")
+        ways = {"points": f"an object: set `{p['name']}_object` or `{p['name']}_collection`",
+                "vectors": "a file: set `source` and `path`", "vertex_groups": "the mesh's own vertex groups"}
+        raise AttributeError(f"'{p['name']}' is taken from {ways[p['type']]}")
     if p["automatic"]:
         setattr(node, automatic(p["name"]), given == "auto")
         if given == "auto":

@@ -14,8 +14,12 @@ def has_mesh(_self, thing):
     return thing.type in SURFACES and not thing.sunder.tree
 
 
-def has_wind(_self, thing):
-    return thing.field is not None and thing.field.type == "WIND"
+# Blender's force fields that nodes stand for.
+FIELDS = {"force": ("WIND", "DRAG"), "point_force": ("FORCE",), "vortex": ("VORTEX",), "turbulence": ("TURBULENCE",)}
+
+
+def _has_field(node_type):
+    return lambda _self, thing: thing.field is not None and thing.field.type in FIELDS[node_type]
 
 
 def _not_a_result(_self, thing):
@@ -52,7 +56,7 @@ def has_source(node):
     return node.sunder_type in _SOURCED
 
 
-_SOURCED = ("mesh_file", "body", "rigid_body", "collider", "force", "pin", "fragment_region")
+_SOURCED = ("mesh_file", "body", "rigid_body", "collider", "pin", "fragment_region", "blast", *FIELDS)
 
 
 def properties(node_type, changed):
@@ -112,11 +116,16 @@ def _own_properties(node_type, changed):
             "object": thing("Object", f"{moves} and bounding box of this object, scale included"),
             "collection": things("One for each of its mesh objects"),
         }
-    if node_type == "force":
+    if node_type == "blast":
         return {
-            "source": _source("Wind of", ("Values", "Wind as numbers"), VALUES, False, changed),
-            "object": thing("Wind", "A wind force field: it blows along the object's z axis, its strength in m/s, "
-                            "everywhere alike", has_wind),
+            "source": _source("Where stands", ("Values", "Place and direction as numbers"), VALUES, False, changed),
+            "object": thing("Charge", "It goes off where this object is at its frame; a cone opens along the object's z axis"),
+        }
+    if node_type in FIELDS:
+        name, sentence = _FIELD_PICKERS[node_type]
+        return {
+            "source": _source("The force field of", ("Values", "Numbers"), VALUES, False, changed),
+            "object": thing(name, sentence, _has_field(node_type)),
         }
     if node_type == "fragment_region":
         return {
@@ -135,6 +144,15 @@ def _own_properties(node_type, changed):
     return {}
 
 
+_FIELD_PICKERS = {
+    "force": ("Wind", "A wind force field: it blows along the object's z axis, its strength in m/s, everywhere alike; or a drag "
+              "force field: its linear drag in 1/s in still air"),
+    "point_force": ("Field", "A force field of type Force: its place, strength (m/s2 at the radius), falloff power and largest "
+                    "distance"),
+    "vortex": ("Field", "A force field of type Vortex: its place and z axis, strength, inflow, falloff power and largest distance"),
+    "turbulence": ("Field", "A force field of type Turbulence: its strength, size, seed and largest distance"),
+}
+
 # Parameters that objects stand in for: values of `source` at which they do, parameters.
 REPLACED = {
     "mesh_file": ((OBJECT, COLLECTION), ("path", "scale", "rotation")),
@@ -144,7 +162,17 @@ REPLACED = {
     "fragment_region": ((OBJECT,), ("box_min", "box_max", "center", "radius")),
     "pin": ((OBJECT,), ("box_min", "box_max", "center", "radius")),
     "force": ((OBJECT,), ("wind",)),
+    "blast": ((OBJECT,), ("position", "direction")),
+    "point_force": ((OBJECT,), ("position", "strength", "falloff", "reach")),
+    "vortex": ((OBJECT,), ("position", "axis", "swirl", "inflow", "falloff", "reach")),
+    "turbulence": ((OBJECT,), ("position", "strength", "size", "seed", "reach")),
 }
+
+
+def is_drag(node):
+    """Whether a force node's object is a drag force field, which has no wind of its own."""
+    thing = node.object if node.sunder_type == "force" and node.source == OBJECT else None
+    return thing is not None and thing.field is not None and thing.field.type == "DRAG"
 
 
 def uses_motion(node):
@@ -157,6 +185,8 @@ def is_replaced(node, parameter):
     if uses_motion(node) and parameter in ("velocity", "angular_velocity"):
         return True
     if node.sunder_type == "pin" and node.motion_object and parameter in ("pivot", "position", "rotation"):
+        return True
+    if parameter == "drag" and is_drag(node):
         return True
     sources, replaced = REPLACED.get(node.sunder_type, ((), ()))
     return parameter in replaced and node.source in sources

@@ -1,0 +1,28 @@
+// What nodes of forces that differ from place to place have in common.
+#pragma once
+
+#include <optional>
+
+#include "nodes/graph/node.h"
+#include "solver/scene/local_force.h"
+
+namespace sunder {
+
+/// "radius", "falloff" and, in the group Reach, "reach".
+std::vector<ParameterDescription> falloff_parameters();
+Falloff falloff_of(const Parameters& parameters);
+
+/// A direction as a parameter; `check_direction` refuses one of no length.
+ParameterDescription direction_parameter(const char* name, const char* label, std::string sentence);
+Status check_direction(const std::string& node, const Parameters& parameters, std::string_view name);
+
+/// The output of all nodes of forces, and what such a node gives; `Nothing` where it does nothing in this frame.
+SocketDescription force_output();
+Value local_force(const CookContext& context, LocalForce::Kind kind, double drag = 0, const std::string& body = {});
+
+/// "acts_as" and "drag": whether a field's values are velocities of a wind or accelerations.
+std::vector<ParameterDescription> acting_parameters();
+/// 0 of an acceleration, 1/s; none of a wind that takes nothing along.
+std::optional<double> drag_of(const Parameters& parameters);
+
+}  // namespace sunder
