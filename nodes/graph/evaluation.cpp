@@ -35,7 +35,8 @@ public:
     std::string_view output() const override { return node_.description().outputs[output_].name; }
     int frame() const override { return frame_; }
     int start_frame() const override { return graph().frame_range[0]; }
-    double frame_rate() const override { return graph().frame_rate; }
+    double frame_rate() const override { return graph().frame_rate.per_second(); }
+    double seconds(double n_frames) const override { return graph().frame_rate.seconds(n_frames); }
     int threads() const override { return graph().threads; }
     std::shared_ptr<const WorkerPool> workers() override { return evaluation_.graph().workers(); }
     size_t cache_limit() const override { return graph().cache_limit; }

@@ -70,6 +70,7 @@ public:
     virtual int frame() const = 0;                                   // the frame that is asked for
     virtual int start_frame() const = 0;                             // first frame of the graph's range
     virtual double frame_rate() const = 0;                           // frames per second
+    virtual double seconds(double n_frames) const = 0;               // that some frames take, rounded once
     virtual int threads() const = 0;                                 // 0: all cores
     virtual std::shared_ptr<const WorkerPool> workers() = 0;         // of the graph; as many threads
     virtual size_t cache_limit() const = 0;                          // bytes that a node may keep of past frames

@@ -110,9 +110,8 @@ class _Compiler:
             runtime.is_sampling = False
         for channel in self.channels:
             channel.store()
-        rate = scene.render.fps / scene.render.fps_base
         self.result.description = {
-            "sunder": 2, "frame_rate": scene_input.decimal(rate), "frame_range": [first, last], "nodes": self.nodes,
+            "sunder": 2, "frame_rate": scene_input.frame_rate(scene), "frame_range": [first, last], "nodes": self.nodes,
         }
         return self.result
 
