@@ -48,6 +48,12 @@ public:
 
     const Parameters& parameters(int frame) override { return parameters_.emplace(node_, frame); }
 
+    double integral(std::string_view parameter, double from, double to) const override {
+        const ParameterDescription* const found = node_.description().find_parameter(parameter);
+        SUNDER_ASSERT(found && "a node reads a parameter that it does not describe");
+        return node_.value(*found).integral(from, to);
+    }
+
     Result<std::vector<Value>> inputs(std::string_view socket, int frame) override {
         const size_t index = index_of(socket);
         size_t before = 0;

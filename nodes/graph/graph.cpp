@@ -299,6 +299,14 @@ Result<Json> Graph::parameter_at(const std::string& name, const std::string& par
     return (*node)->value(**description).at(frame);
 }
 
+Result<double> Graph::integral(const std::string& name, const std::string& parameter, double from, double to) const {
+    Result<GraphNode*> node = impl_->find(name);
+    if (!node) return node.error();
+    Result<const ParameterDescription*> description = find_parameter(**node, parameter);
+    if (!description) return description.error();
+    return (*node)->value(**description).integral(from, to);
+}
+
 int Graph::version() const { return impl_->version; }
 FrameRate Graph::frame_rate() const { return impl_->frame_rate; }
 std::array<int, 2> Graph::frame_range() const { return impl_->frame_range; }

@@ -70,6 +70,9 @@ public:
     Result<Json> parameter(const std::string& node, const std::string& parameter) const;  // as given, or the default
     Result<Json> parameter_at(const std::string& node, const std::string& parameter, double frame) const;
 
+    /// Of a number from one frame to a later one.
+    Result<double> integral(const std::string& node, const std::string& parameter, double from, double to) const;
+
     // Settings of the whole.
     int version() const;  // decides what parameters are that are left out
     FrameRate frame_rate() const;

@@ -81,6 +81,9 @@ public:
     virtual const Parameters& parameters(int frame) = 0;  // valid until the next call
     const Parameters& parameters() { return parameters(frame()); }
 
+    /// Of one of the node's numbers from one frame to a later one (ParameterValue::integral).
+    virtual double integral(std::string_view parameter, double from, double to) const = 0;
+
     /// Of the whole node at every frame: type, parameters, inputs, files. Equal keys, equal results at equal frames.
     virtual ContentKey key() = 0;
     /// Of what feeds an input socket; a constant when nothing does.
