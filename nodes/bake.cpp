@@ -270,10 +270,16 @@ private:
                 return bad_input(path,
                                  "is frame " + std::to_string(file->frame) + " instead of " + std::to_string(frame),
                                  "bake anew with --restart");
-            if (Status s = graph_.seed_state(solver.node, frame, file->state, progress_.part(0, 0)); !s) return s;
+            const int grid = file->at.grid();
+            if (Status s = graph_.seed_state(solver.node, grid, file->state, progress_.part(0, 0)); !s) return s;
             const auto value = graph_.evaluate(solver.node, solver.socket, frame);
             if (!value) return value.error();
             const auto& state = std::get<std::shared_ptr<const StateValue>>(*value);
+            if (state->at.grid() != grid)
+                return bad_input(
+                    path,
+                    "is simulated frame " + std::to_string(grid) + " instead of " + std::to_string(state->at.grid()),
+                    "bake anew with --restart");
             if (Status s = require_same_scene(*file, state->scene->rest, path); !s) return s;
         }
         return {};

@@ -149,7 +149,7 @@ Result<Lines> describe_json(const std::string& path) {
     if (!graph) return graph.error();
     const auto [first, last] = graph->frame_range();
     Lines lines = {path + ": graph",
-                   format("frames         %d to %d at %g a second", first, last, graph->frame_rate())};
+                   format("frames         %d to %d at %s a second", first, last, graph->frame_rate().text().c_str())};
     for (const std::string& name : graph->node_names()) {
         const std::string& type = (*graph->describe(name))->type;
         lines.push_back("node           " + name + ": " + type);

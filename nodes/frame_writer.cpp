@@ -24,9 +24,9 @@ std::string file_name_of(const std::string& node) {
 }
 
 Result<ByteBuffer> encode(const BakeItem& item) {
-    Result<ByteBuffer> plain = item.state
-                                   ? encode_state(item.state->frame, *item.state->state, item.state->scene->rest)
-                                   : encode_mesh(uncompressed_path(item.path), item.mesh->mesh, *item.mesh->fragments);
+    Result<ByteBuffer> plain =
+        item.state ? encode_state(item.state->frame, *item.state->state, item.state->scene->rest, item.state->at)
+                   : encode_mesh(uncompressed_path(item.path), item.mesh->mesh, *item.mesh->fragments);
     return plain && is_compressed(item.path) ? compress(plain->view()) : std::move(plain);
 }
 
@@ -133,7 +133,8 @@ Status FrameWriter::write(FrameToWrite& io_frame) {
     for (size_t s = 0; s < solvers_.size(); ++s)
         if (baked_state(s, io_frame) == io_frame.items.size()) {
             const StateValue& state = *io_frame.states[s];
-            const ByteBuffer bytes = encode_state(io_frame.done.frame, *state.state, state.scene->rest);
+            const ByteBuffer bytes = encode_state(io_frame.done.frame, *state.kept, state.scene->rest,
+                                                  {static_cast<double>(state.at.grid()), state.at.scale});
             if (Status added = add(solvers_[s], resume_path(s, io_frame.done.frame), bytes); !added) return added;
         }
     if (Status s = commit(); !s) return s;
@@ -151,7 +152,9 @@ Status FrameWriter::write(FrameToWrite& io_frame) {
 }
 
 size_t FrameWriter::baked_state(size_t solver, const FrameToWrite& frame) const {
-    const auto same = [&](const auto& item) { return item->state == frame.states[solver]; };
+    const auto same = [&](const auto& item) {
+        return item->state == frame.states[solver] && item->state->kept == item->state->state;
+    };
     return static_cast<size_t>(std::find_if(frame.items.begin(), frame.items.end(), same) - frame.items.begin());
 }
 

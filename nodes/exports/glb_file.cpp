@@ -251,7 +251,8 @@ Result<ExportReport> export_glb(const Shot& bodies, const ExportSettings& settin
     Glb glb;
     Json animation = {{"name", "shot"}, {"channels", Json::array()}, {"samplers", Json::array()}};
     std::vector<float> seconds;
-    for (size_t i = 0; i < shot.frames.size(); ++i) seconds.push_back(static_cast<float>(double(i) / shot.frame_rate));
+    for (size_t i = 0; i < shot.frames.size(); ++i)
+        seconds.push_back(static_cast<float>(shot.frame_rate.seconds(double(i))));
     const size_t times = glb.accessor(seconds, "SCALAR", kFloat, 0, true);
     double deviation = 0;
     for (size_t k = 0; k < shot.meshes.size(); ++k) {

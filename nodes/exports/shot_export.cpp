@@ -106,8 +106,8 @@ Result<Shot> baked_shot(const Manifest& manifest, const fs::path& folder, const 
     auto looks = read_looks(folder);
     if (!looks) return looks.error();
     Shot shot;
-    if (const Json& graph = manifest.graph; graph.contains("frame_rate") && graph["frame_rate"].is_number())
-        shot.frame_rate = graph["frame_rate"].get<double>();
+    if (const Json& graph = manifest.graph; graph.contains("frame_rate"))
+        if (const auto rate = FrameRate::read(graph["frame_rate"])) shot.frame_rate = *rate;
     if (manifest.frames.empty()) return bad_input(folder.string(), "holds no whole frame yet", "bake it");
     const std::array<int, 2> whole = {manifest.frames.front().frame, manifest.frames.back().frame};
     const auto [first, last] = choice.frames.value_or(whole);

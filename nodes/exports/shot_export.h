@@ -13,6 +13,7 @@
 #include "nodes/exports/shot_looks.h"
 #include "nodes/files/file_io.h"
 #include "nodes/files/mesh_frame_reader.h"
+#include "nodes/graph/frame_rate.h"
 #include "solver/data/math.h"
 #include "solver/data/progress.h"
 #include "solver/data/result.h"
@@ -34,7 +35,7 @@ struct ShotSolids {
 };
 
 struct Shot {
-    double frame_rate = 24;   // 1/s
+    FrameRate frame_rate;
     std::vector<int> frames;  // numbers, ascending, without a gap
     std::vector<ShotMesh> meshes;
     std::function<Result<ShotSolids>(double extent)> solids;  // for formats that have room for them; may be empty

@@ -10,6 +10,8 @@
 #include "nodes/graph/graph.h"
 #include "nodes/graph/json.h"
 #include "nodes/types/shape_mesh.h"
+#include "nodes/types/time_scale.h"
+#include "solver/scene/motion.h"
 
 namespace sunder {
 namespace {
@@ -53,7 +55,7 @@ public:
         for (const std::string& solver : solvers)
             for (const SocketReference& wire : graph_.wires({solver, "colliders"}).take())
                 if (seen_.insert(wire.node).second)
-                    if (Status s = add(wire.node, collider_poses(wire.node), "Collider"); !s) return s.error();
+                    if (Status s = add(wire.node, collider_poses(wire.node, solver), "Collider"); !s) return s.error();
         return std::move(found_);
     }
 
@@ -62,10 +64,24 @@ private:
         return graph_.parameter_at(node, parameter, frame).take();
     }
 
-    std::vector<Pose> collider_poses(const std::string& node) const {
+    Pose collider_pose(const std::string& node, int frame) const {
+        return {vector3(at(node, "position", frame)), euler_xyz(vector3(at(node, "rotation", frame)))};
+    }
+
+    /// Keys of colliders are in simulated frames. Between two grid points they move as the solver moves them.
+    std::vector<Pose> collider_poses(const std::string& node, const std::string& solver) const {
         std::vector<Pose> poses;
-        for (int frame : source_.frames)
-            poses.push_back({vector3(at(node, "position", frame)), euler_xyz(vector3(at(node, "rotation", frame)))});
+        const int start = graph_.frame_range()[0];
+        for (int frame : source_.frames) {
+            const SceneTime time = scene_time(start, graph_.integral(solver, "time_scale", start, frame).take(), 1);
+            const Pose from = collider_pose(node, time.grid());
+            if (time.is_on_grid()) {
+                poses.push_back(from);
+                continue;
+            }
+            const Pose to = collider_pose(node, time.grid() + 1);
+            poses.push_back(interpolate(DrivenPose{.begin = from, .end = to}, time.share()));
+        }
         return poses;
     }
 

@@ -137,7 +137,7 @@ private:
         put_integer(text_, shot_.frames.back());
         for (const char* name : {"timeCodesPerSecond", "framesPerSecond"}) {
             text_ += std::string("\n    ") + name + " = ";
-            put(text_, shot_.frame_rate);
+            put(text_, shot_.frame_rate.per_second());
         }
         text_ += "\n)\n\n";
     }

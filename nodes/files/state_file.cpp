@@ -23,7 +23,10 @@ constexpr size_t kBendingDoubles = 9 + std::tuple_size_v<LayerStrain>;
 constexpr size_t kElementsOfVersion1 = 7;  // without what sleeps
 
 bool knows_bending(std::string_view version) {
-    return version == kBendingStateFileMagic || version == kDamageStateFileMagic;
+    return version == kBendingStateFileMagic || version == kDamageStateFileMagic || version == kScaledStateFileMagic;
+}
+bool knows_damage(std::string_view version) {
+    return version == kDamageStateFileMagic || version == kScaledStateFileMagic;
 }
 bool knows_rest(std::string_view version) { return version == kStateFileMagic || knows_bending(version); }
 
@@ -40,7 +43,8 @@ std::vector<PlyElement> layout(std::string_view version = kStateFileMagic) {
         {"rigid_body", 0, doubles(kPlacement)},
         {"broken_edge", 0, ints("edge") + doubles("time strain")},
         {"contact", 0, ints("a b") + contact},
-        {"clock", 0, ints("frame") + doubles("time")},
+        {"clock", 0,
+         ints("frame") + doubles(version == kScaledStateFileMagic ? "time simulated_frame time_scale" : "time")},
         {"rest", 0, doubles(is_latest ? "still_time load" : "still_time") + ply_scalars("asleep", PlyType::uint8)},
         {"rest_condition", 0, ints("low high")}};
     if (version == kStateFileMagic1) elements.resize(kElementsOfVersion1);
@@ -49,7 +53,7 @@ std::vector<PlyElement> layout(std::string_view version = kStateFileMagic) {
         for (size_t i = 0; i < std::tuple_size_v<LayerStrain>; ++i) names += " layer" + std::to_string(i);
         elements.push_back({"bending", 0, doubles(names)});
     }
-    if (version == kDamageStateFileMagic) {
+    if (knows_damage(version)) {
         elements.push_back({"damage", 0, doubles("damage hold")});
         elements.push_back({"stiffness", 0, doubles("factor")});
     }
@@ -125,6 +129,13 @@ private:
         if (e.count != 1) return fault("has " + std::to_string(e.count) + " clocks instead of one");
         out_.frame = read_number<int32_t>(row(e, 0));
         if (load(row(e, 0) + 4, &out_.state.time, 1) >= 0) return not_finite(e, 0, 1);
+        out_.at.frame = out_.frame;
+        if (version_ != kScaledStateFileMagic) return {};
+        double v[2];
+        if (const int bad = load(row(e, 0) + 12, v, 2); bad >= 0) return not_finite(e, 0, bad + 2);
+        constexpr double kFarthest = 1e6;
+        if (std::abs(v[0]) > kFarthest || v[1] < 0) return fault("lies at no simulated frame");
+        out_.at = {v[0], v[1]};
         return {};
     }
 
@@ -254,7 +265,7 @@ private:
         if (!knows_bending(version_)) return {};
         const PlyElement& e = (*elements_)[9];
         FrameState& s = out_.state;
-        if (e.count != s.n_particles() && !(e.count == 0 && version_ == kDamageStateFileMagic))
+        if (e.count != s.n_particles() && !(e.count == 0 && knows_damage(version_)))
             return fault("tells how " + std::to_string(e.count) + " particles are bent, of " +
                          std::to_string(s.n_particles()));
         s.plastic_curvature.resize(e.count), s.layer_strain.resize(e.count);
@@ -268,9 +279,10 @@ private:
     }
 
     Status read_damage() {
-        if (version_ != kDamageStateFileMagic) return {};
+        if (!knows_damage(version_)) return {};
         const PlyElement &damage = (*elements_)[10], &stiffness = (*elements_)[11];
         FrameState& s = out_.state;
+        if (version_ == kScaledStateFileMagic && damage.count == 0 && stiffness.count == 0) return {};
         if (damage.count != out_.edges.size() || stiffness.count != s.n_particles())
             return fault("tells the damage of " + std::to_string(damage.count) + " edges and the stiffness of " +
                          std::to_string(stiffness.count) + " particles, of " + std::to_string(out_.edges.size()) +
@@ -296,12 +308,13 @@ private:
 
 }  // namespace
 
-ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& rest) {
+ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& rest, const SceneTime& at) {
     const size_t n = s.n_particles();
     SUNDER_ASSERT(rest.n_particles() == n && rest.n_edges() == s.edge_intact.size());
-    const std::string_view version = !s.edge_damage.empty()        ? kDamageStateFileMagic
-                                     : s.plastic_curvature.empty() ? kStateFileMagic
-                                                                   : kBendingStateFileMagic;
+    const std::string_view version = at != SceneTime{static_cast<double>(frame)} ? kScaledStateFileMagic
+                                     : !s.edge_damage.empty()                    ? kDamageStateFileMagic
+                                     : s.plastic_curvature.empty()               ? kStateFileMagic
+                                                                                 : kBendingStateFileMagic;
     std::vector<PlyElement> elements = layout(version);
     const size_t counts[] = {n,
                              s.edge_intact.size(),
@@ -348,6 +361,7 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
         bytes.append(v, sizeof v);
     }
     bytes.number(int32_t{frame}), bytes.number(s.time);
+    if (version == kScaledStateFileMagic) bytes.number(at.frame), bytes.number(at.scale);
     for (size_t i = 0; i < s.asleep.size(); ++i)
         bytes.number(s.still_time[i]), bytes.number(s.rest_load[i]), bytes.number(s.asleep[i]);
     for (const uint64_t c : s.rest_conditions)
@@ -366,8 +380,8 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
 Result<StateFile> decode_state(std::string bytes, const std::string& where) {
     auto file = PlyFile::parse(std::move(bytes), where);
     if (!file) return file.error();
-    for (const std::string_view version :
-         {kStateFileMagic, kBendingStateFileMagic, kDamageStateFileMagic, kStateFileMagic2, kStateFileMagic1})
+    for (const std::string_view version : {kStateFileMagic, kBendingStateFileMagic, kDamageStateFileMagic,
+                                           kScaledStateFileMagic, kStateFileMagic2, kStateFileMagic1})
         if (file->has_comment(version)) return Decoder(*file, version, where).decode();
     for (const std::string& c : file->header().comments)
         if (c.starts_with(kStateFileMark))

@@ -6,7 +6,7 @@
 //   rigid_body  x y z qw qx qy qz vx vy vz wx wy wz (double)
 //   broken_edge edge (int), time strain (double): broken in the frame that ended here
 //   contact     a b (int), px py pz force fx fy fz tx ty tz (double): what the next substep's contacts start from
-//   clock       frame (int), time (double)
+//   clock       frame (int), time (double); where time is scaled, simulated_frame, time_scale (double)
 //   rest        still_time load (double), asleep (uchar): of particles, then rigid bodies
 //   rest_condition  low high (int): hashes of what acts on sleepers
 //   bending     kp00 ... kp22, layer0 ... layer28 (double): of the same particles; where a body bends by its curvature
@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "nodes/files/byte_buffer.h"
+#include "nodes/files/scene_time.h"
 #include "solver/data/frame_state.h"
 #include "solver/data/result.h"
 #include "solver/data/simulation_mesh.h"
@@ -32,20 +33,27 @@ inline constexpr std::string_view kStateFileMagic = "sunder state frame 3";
 inline constexpr std::string_view kBendingStateFileMagic = "sunder state frame 4";
 /// Of a state with damaged edges, whether something bends or not.
 inline constexpr std::string_view kDamageStateFileMagic = "sunder state frame 5";
+/// Of a state whose time is scaled, whatever else it has: not before it is needed, so that plain shots keep their
+/// bytes.
+inline constexpr std::string_view kScaledStateFileMagic = "sunder state frame 6";
 /// Before anything slept, and before sleepers knew what lay on them and contacts their torques; both are read as if all
 /// were awake.
 inline constexpr std::string_view kStateFileMagic1 = "sunder state frame 1", kStateFileMagic2 = "sunder state frame 2";
 
 struct StateFile {
     int32_t frame = 0;
+    SceneTime at;
     FrameState state;
     std::vector<uint32_t> body;                  // (n_particles)
     std::vector<uint32_t> fragment;              // (n_particles), of that body
     std::vector<std::array<uint32_t, 2>> edges;  // particles a < b (n_edges)
 };
 
-/// `rest` has as many particles and edges as `state` (asserted).
-ByteBuffer encode_state(int frame, const FrameState& state, const SimulationMesh& rest);
+/// `rest` has as many particles and edges as `state` (asserted). `at`: where time is not scaled, the frame itself.
+ByteBuffer encode_state(int frame, const FrameState& state, const SimulationMesh& rest, const SceneTime& at);
+inline ByteBuffer encode_state(int frame, const FrameState& state, const SimulationMesh& rest) {
+    return encode_state(frame, state, rest, {static_cast<double>(frame)});
+}
 
 /// Errors name `where` and what is wrong: no state frame, of a later format, truncated, an edge without its particles,
 /// a number that is not finite.

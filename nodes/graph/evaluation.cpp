@@ -35,7 +35,8 @@ public:
     std::string_view output() const override { return node_.description().outputs[output_].name; }
     int frame() const override { return frame_; }
     int start_frame() const override { return graph().frame_range[0]; }
-    double frame_rate() const override { return graph().frame_rate; }
+    double frame_rate() const override { return graph().frame_rate.per_second(); }
+    double seconds(double n_frames) const override { return graph().frame_rate.seconds(n_frames); }
     int threads() const override { return graph().threads; }
     std::shared_ptr<const WorkerPool> workers() override { return evaluation_.graph().workers(); }
     size_t cache_limit() const override { return graph().cache_limit; }
@@ -46,6 +47,12 @@ public:
     ContentKey input_key(std::string_view socket) override { return evaluation_.socket_key(node_, index_of(socket)); }
 
     const Parameters& parameters(int frame) override { return parameters_.emplace(node_, frame); }
+
+    double integral(std::string_view parameter, double from, double to) const override {
+        const ParameterDescription* const found = node_.description().find_parameter(parameter);
+        SUNDER_ASSERT(found && "a node reads a parameter that it does not describe");
+        return node_.value(*found).integral(from, to);
+    }
 
     Result<std::vector<Value>> inputs(std::string_view socket, int frame) override {
         const size_t index = index_of(socket);

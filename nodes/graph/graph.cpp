@@ -299,8 +299,16 @@ Result<Json> Graph::parameter_at(const std::string& name, const std::string& par
     return (*node)->value(**description).at(frame);
 }
 
+Result<double> Graph::integral(const std::string& name, const std::string& parameter, double from, double to) const {
+    Result<GraphNode*> node = impl_->find(name);
+    if (!node) return node.error();
+    Result<const ParameterDescription*> description = find_parameter(**node, parameter);
+    if (!description) return description.error();
+    return (*node)->value(**description).integral(from, to);
+}
+
 int Graph::version() const { return impl_->version; }
-double Graph::frame_rate() const { return impl_->frame_rate; }
+FrameRate Graph::frame_rate() const { return impl_->frame_rate; }
 std::array<int, 2> Graph::frame_range() const { return impl_->frame_range; }
 int Graph::threads() const { return impl_->threads; }
 const std::string& Graph::base_folder() const { return impl_->base_folder; }
@@ -308,10 +316,10 @@ void Graph::set_base_folder(const std::string& folder) { impl_->base_folder = fo
 void Graph::set_cut_folder(const std::string& folder) { impl_->cuts = CutFolder(folder); }
 void Graph::set_cache_limit(size_t bytes) { impl_->cache_limit = bytes; }
 
-Status Graph::set_frame_rate(double frames_per_second) {
-    if (!(frames_per_second >= 1 && frames_per_second <= 1000))
-        return bad_input("frame_rate", "out of range", "permitted: 1 to 1000 frames per second");
-    impl_->frame_rate = frames_per_second;
+Status Graph::set_frame_rate(double frames, double seconds) {
+    const Result<FrameRate> rate = FrameRate::of(frames, seconds);
+    if (!rate) return rate.error();
+    impl_->frame_rate = *rate;
     return {};
 }
 

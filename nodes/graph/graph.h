@@ -11,6 +11,7 @@
 
 #include "nodes/files/content_key.h"
 #include "nodes/graph/description.h"
+#include "nodes/graph/frame_rate.h"
 #include "nodes/graph/registry.h"
 #include "nodes/graph/value.h"
 #include "solver/data/frame_state.h"
@@ -69,15 +70,18 @@ public:
     Result<Json> parameter(const std::string& node, const std::string& parameter) const;  // as given, or the default
     Result<Json> parameter_at(const std::string& node, const std::string& parameter, double frame) const;
 
+    /// Of a number from one frame to a later one.
+    Result<double> integral(const std::string& node, const std::string& parameter, double from, double to) const;
+
     // Settings of the whole.
-    int version() const;                     // decides what parameters are that are left out
-    double frame_rate() const;               // frames per second
+    int version() const;  // decides what parameters are that are left out
+    FrameRate frame_rate() const;
     std::array<int, 2> frame_range() const;  // first and last frame, both included
     int threads() const;
     const std::string& base_folder() const;
-    Status set_frame_rate(double frames_per_second);  // 1 .. 1000
-    Status set_frame_range(int first, int last);      // within +-1000000, first <= last
-    Status set_threads(int threads);                  // 0: all cores; 1 .. 1024. Changes no result
+    Status set_frame_rate(double frames, double seconds = 1);  // 1 .. 1000 frames per second
+    Status set_frame_range(int first, int last);               // within +-1000000, first <= last
+    Status set_threads(int threads);                           // 0: all cores; 1 .. 1024. Changes no result
     void set_base_folder(const std::string& folder);
     /// What prefracture nodes cut is kept there, the last cut of each node, and read from there by whoever asks for the
     /// same. Changes no result. Empty: nowhere.

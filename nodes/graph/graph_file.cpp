@@ -34,9 +34,9 @@ Status read_settings(const Json& json, const std::string& where, Graph& io_graph
     if (!json.contains("nodes") || !json["nodes"].is_object())
         return bad_input(where, "a graph has its nodes as an object", "\"nodes\": {\"name\": {\"type\": ...}}");
     if (json.contains("frame_rate")) {
-        if (!json["frame_rate"].is_number())
-            return bad_input("frame_rate", "takes a number, not " + json["frame_rate"].dump());
-        if (Status ok = io_graph.set_frame_rate(json["frame_rate"].get<double>()); !ok) return ok;
+        const Result<FrameRate> rate = FrameRate::read(json["frame_rate"]);
+        if (!rate) return rate.error();
+        if (Status ok = io_graph.set_frame_rate(rate->numerator(), rate->denominator()); !ok) return ok;
     }
     if (json.contains("frame_range")) {
         const Json& range = json["frame_range"];
@@ -116,10 +116,8 @@ Result<Graph> Graph::load(const std::string& path, const Registry& registry) {
 }
 
 Json Graph::to_json(Defaults defaults) const {
-    const double rate = impl_->frame_rate;
-    Json json = {{"sunder", impl_->version},
-                 {"frame_rate", rate == std::trunc(rate) ? Json(static_cast<int64_t>(rate)) : Json(rate)},
-                 {"frame_range", impl_->frame_range}};
+    Json json = {
+        {"sunder", impl_->version}, {"frame_rate", impl_->frame_rate.to_json()}, {"frame_range", impl_->frame_range}};
     Json& nodes = json["nodes"] = Json::object();
     for (const auto& node : impl_->nodes) {
         const NodeDescription& description = node->description();

@@ -66,7 +66,7 @@ struct GraphImpl {
     std::vector<std::unique_ptr<GraphNode>> nodes;  // in the order in which they were added
     std::map<std::string, GraphNode*, std::less<>> by_name;
     int version = kLatestGraphVersion;
-    double frame_rate = 24;
+    FrameRate frame_rate;
     std::array<int, 2> frame_range = {1, 96};
     int threads = 0;
     std::string base_folder;

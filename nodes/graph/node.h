@@ -70,6 +70,7 @@ public:
     virtual int frame() const = 0;                                   // the frame that is asked for
     virtual int start_frame() const = 0;                             // first frame of the graph's range
     virtual double frame_rate() const = 0;                           // frames per second
+    virtual double seconds(double n_frames) const = 0;               // that some frames take, rounded once
     virtual int threads() const = 0;                                 // 0: all cores
     virtual std::shared_ptr<const WorkerPool> workers() = 0;         // of the graph; as many threads
     virtual size_t cache_limit() const = 0;                          // bytes that a node may keep of past frames
@@ -79,6 +80,9 @@ public:
 
     virtual const Parameters& parameters(int frame) = 0;  // valid until the next call
     const Parameters& parameters() { return parameters(frame()); }
+
+    /// Of one of the node's numbers from one frame to a later one (ParameterValue::integral).
+    virtual double integral(std::string_view parameter, double from, double to) const = 0;
 
     /// Of the whole node at every frame: type, parameters, inputs, files. Equal keys, equal results at equal frames.
     virtual ContentKey key() = 0;

@@ -36,7 +36,10 @@ ContentKey Evaluation::own_key(const GraphNode& node) {
         if (p.type == ParameterType::path && value.is_string())
             hasher.add(graph_.file_keys.key(graph_.resolve(value.get<std::string>())));
     }
-    if (node.type->depends_on_frame) hasher.add(graph_.frame_range[0]).add(graph_.frame_rate);
+    if (node.type->depends_on_frame) {
+        hasher.add(graph_.frame_range[0]).add(graph_.frame_rate.numerator());
+        if (graph_.frame_rate.is_ratio()) hasher.add(graph_.frame_rate.denominator());
+    }
     return hasher.key();
 }
 

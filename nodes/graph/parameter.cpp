@@ -261,6 +261,21 @@ Json ParameterValue::at(double frame) const {
     return blend(a.value, after->value, (frame - a.frame) / (after->frame - a.frame));
 }
 
+double ParameterValue::integral(double from, double to) const {
+    if (keys_.empty()) return constant_.get<double>() * (to - from);
+    const auto value = [&](double frame) { return at(frame).get<double>(); };
+    double sum = 0, begin = from;
+    for (auto next = std::ranges::upper_bound(keys_, from, {}, &Key::frame); begin < to; ++next) {
+        const bool is_last = next == keys_.end();
+        const double end = is_last ? to : std::min(to, next->frame);
+        const bool is_flat = is_last || next == keys_.begin() || interpolation_ == Interpolation::step;
+        sum += (is_flat ? value(begin) : 0.5 * (value(begin) + value(end))) * (end - begin);
+        begin = end;
+        if (is_last) break;
+    }
+    return sum;
+}
+
 Json ParameterValue::to_json() const {
     if (keys_.empty()) return constant_;
     Json keys = Json::array();

@@ -26,6 +26,8 @@ public:
     bool is_animated() const { return !keys_.empty(); }
     /// Keys hold their value before the first and after the last; between two, linear or that of the earlier one.
     Json at(double frame) const;
+    /// Of a number over frames, linear and stepped keys alike: piece after piece, each rounded once; `from` <= `to`.
+    double integral(double from, double to) const;
     Json to_json() const;  // as in files
 
 private:

@@ -8,6 +8,7 @@
 
 #include "fracture_tools/skin/visual_mesh.h"
 #include "nodes/files/content_key.h"
+#include "nodes/files/scene_time.h"
 #include "nodes/graph/description.h"
 #include "solver/data/fragment_set.h"
 #include "solver/data/tri_mesh.h"
@@ -52,11 +53,13 @@ struct PinValue {
 /// and the particles of each edge, scene->bodies the ranges of each body.
 struct StateValue {
     int frame = 0;
+    SceneTime at;  // in simulated time
     std::shared_ptr<const Scene> scene;
     std::shared_ptr<const FrameState> state;
-    std::vector<ContentKey> body_keys;       // BodyValue::key of each of scene->bodies
-    StepReport report;                       // of the step that ended in this frame; zeros at the start
-    std::vector<std::string> warnings = {};  // of what the method leaves out
+    std::vector<ContentKey> body_keys;            // BodyValue::key of each of scene->bodies
+    StepReport report;                            // of the step that ended in this frame; zeros at the start
+    std::vector<std::string> warnings = {};       // of what the method leaves out
+    std::shared_ptr<const FrameState> kept = {};  // of a solver: its latest grid point up to here; most often `state`
 };
 
 /// The visual mesh of one body at one frame.

@@ -429,6 +429,8 @@ Json info_of(const StateValue& s) {
                           {"edges", {b.edge_begin, b.edge_end}}});
     for (const RigidBody& r : s.scene->rigid_bodies) rigid.push_back(r.name);
     return {{"frame", s.frame},
+            {"simulated_frame", s.at.frame},
+            {"time_scale", s.at.scale},
             {"time", s.state->time},
             {"bodies", bodies},
             {"rigid_bodies", rigid},
@@ -485,7 +487,12 @@ Value state_value(StateFile file) {
     rest.body = std::move(file.body), rest.fragment = std::move(file.fragment);
     for (const auto& [a, b] : file.edges) rest.edges.push_back({ParticleId(a), ParticleId(b), unknown});
     build_one_rings(rest);
-    return make_value(StateValue{file.frame, scene, std::make_shared<FrameState>(std::move(file.state)), {}, {}});
+    return make_value(StateValue{.frame = file.frame,
+                                 .at = file.at,
+                                 .scene = scene,
+                                 .state = std::make_shared<FrameState>(std::move(file.state)),
+                                 .body_keys = {},
+                                 .report = {}});
 }
 
 }  // namespace sunder

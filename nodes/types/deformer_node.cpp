@@ -37,16 +37,34 @@ struct Inputs {
     std::shared_ptr<const BodyValue> body;
     std::shared_ptr<const StateValue> state;
     size_t index = 0;  // of the body among those of the state
+    // Where time is scaled, velocities as they are seen, m/s, rad/s; else empty:
+    std::vector<Vec3> velocity = {}, angular_velocity = {};
+
+    const Body& placed() const { return state->scene->bodies[index]; }
+
+    void scale_velocities() {
+        const double scale = state->at.scale;
+        if (scale == 1) return;
+        const auto scaled = [&](const std::vector<Vec3>& all) {
+            std::vector<Vec3> own;
+            for (const Vec3& v : slice(all, placed().particle_begin, placed().particle_end)) own.push_back(scale * v);
+            return own;
+        };
+        velocity = scaled(state->state->velocity), angular_velocity = scaled(state->state->angular_velocity);
+    }
 
     BodyFrame frame() const {
-        const Body& b = state->scene->bodies[index];
+        const Body& b = placed();
         const FrameState& s = *state->state;
+        const auto seen = [&](const std::vector<Vec3>& own, const std::vector<Vec3>& all) {
+            return own.empty() ? slice(all, b.particle_begin, b.particle_end) : std::span<const Vec3>(own);
+        };
         return {.position = slice(s.position, b.particle_begin, b.particle_end),
                 .orientation = slice(s.orientation, b.particle_begin, b.particle_end),
                 .plastic_deformation = slice(s.plastic_deformation, b.particle_begin, b.particle_end),
                 .edge_intact = slice(s.edge_intact, b.edge_begin, b.edge_end),
-                .velocity = slice(s.velocity, b.particle_begin, b.particle_end),
-                .angular_velocity = slice(s.angular_velocity, b.particle_begin, b.particle_end)};
+                .velocity = seen(velocity, s.velocity),
+                .angular_velocity = seen(angular_velocity, s.angular_velocity)};
     }
 };
 
@@ -57,7 +75,9 @@ Result<Inputs> read_inputs(CookContext& context) {
     if (!state) return state.error();
     Result<size_t> index = body_index(context, **state, **body);
     if (!index) return index.error();
-    return Inputs{body.take(), state.take(), *index};
+    Inputs inputs{body.take(), state.take(), *index};
+    inputs.scale_velocities();
+    return inputs;
 }
 
 /// What a node keeps, and what it is to be for.

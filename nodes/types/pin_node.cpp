@@ -87,7 +87,7 @@ Result<Value> cook_pin(CookContext& context) {
         const double since = context.frame() - p.number("release_frame"), frames = p.number("release_frames");
         pin.active = since <= frames;
         if (since > 0) pin.grip = frames > 0 ? std::max(0.0, 1 - since / frames) : 0;
-        pin.release_time = frames / context.frame_rate();
+        pin.release_time = context.seconds(frames);
     }
     return make_value(std::move(pin));
 }

@@ -1,14 +1,21 @@
 // solver: moves all bodies together; any frame may be asked for.
+#include <array>
+#include <map>
+
 #include "nodes/graph/field_parameters.h"
 #include "nodes/graph/node_list.h"
 #include "nodes/types/solver_scene.h"
+#include "nodes/types/state_between.h"
 #include "nodes/types/state_cache.h"
+#include "nodes/types/time_scale.h"
 #include "solver/presets.h"
 #include "solver/scene/scene_fields.h"
 #include "solver/solver.h"
 
 namespace sunder {
 namespace {
+
+constexpr int kFarthestSimulatedFrame = 1'000'000;
 
 /// What the node keeps. A frame's history is the key of all that led to it: the scene, the materials it started with
 /// and what drove each step. A kept frame holds as long as its history is what the inputs say now; so an edit that
@@ -23,6 +30,11 @@ struct SolverStore {
 
     ContentKey node_key = 0;          // of the node when `history` was last looked at
     std::vector<ContentKey> history;  // of frame start + i
+
+    // Where time is scaled: the grid points that the latest frame lay between, whatever the cache does.
+    int cell = 0;
+    std::array<StateCache::Entry, 2> ends;
+    std::map<int, StepReport> reports;  // of the steps that ended at grid points
 };
 
 // What a method other than projective leaves out of a scene.
@@ -77,7 +89,19 @@ std::vector<std::string> told_of(const Settled& settled, const Scene& scene) {
     return told;
 }
 
-/// The solver node at work on one request.
+// What happened in one step and in the next.
+StepReport both(const StepReport& first, const StepReport& then) {
+    StepReport sum = then;
+    sum.edges_broken += first.edges_broken, sum.contacts += first.contacts;
+    sum.substeps += first.substeps, sum.iterations += first.iterations, sum.simulated += first.simulated;
+    sum.cracks_J += first.cracks_J;
+    sum.predict_s += first.predict_s, sum.shape_s += first.shape_s, sum.contact_s += first.contact_s;
+    sum.momentum_s += first.momentum_s, sum.fracture_s += first.fracture_s;
+    return sum;
+}
+
+/// The solver node at work on one request. What it calls frames, but for that asked for, are grid points of simulated
+/// time: the frames of the output where time is not scaled.
 class SolverCook {
 public:
     explicit SolverCook(CookContext& context) : context_(context), store_(context.store().get<SolverStore>()) {}
@@ -158,13 +182,13 @@ public:
         return {};
     }
 
-    Status advance_to(int from, int frame) {
+    Status advance_to(int from, int frame, const Progress& progress) {
         const SolverSettings settings = settings_of(context_.parameters());
         if (Status ok = settings.check("node '" + context_.node() + "'"); !ok) return ok;
         for (int next = from + 1; next <= frame; ++next) {
             const double n = frame - from, done = next - 1 - from;
             const std::string name = "frame " + std::to_string(next);
-            const Progress part = context_.progress().part(done / n, (done + 1) / n);
+            const Progress part = progress.part(done / n, (done + 1) / n);
             if (!part.report(0, "simulating " + name)) return cancelled();
             Result<FrameInput> input = frame_input(context_, next);
             if (!input) return input.error();
@@ -180,20 +204,75 @@ public:
     }
 
     void put(int frame, ContentKey history, FrameState state, const StepReport& report) {
+        store_.reports[frame] = report;
         store_.frames.put(frame, {history, std::make_shared<const FrameState>(std::move(state)), report},
                           context_.cache_limit());
     }
 
-    Result<Value> value(int frame) {
-        const StateCache::Entry& entry = *store_.frames.at(frame);
-        Result<std::vector<Material>> materials = start_materials();
-        if (!materials) return materials.error();
+    /// Simulated, unless it is kept.
+    Result<StateCache::Entry> reach(int frame, const Progress& progress) {
+        Result<int> from = latest(frame);
+        if (!from) return from.error();
+        if (Status ok = advance_to(*from, frame, progress); !ok) return ok.error();
+        return *store_.frames.at(frame);
+    }
+
+    /// The states at a grid point and at the next.
+    Result<std::array<StateCache::Entry, 2>> ends_of(int cell) {
+        Result<ContentKey> begin = history(cell);
+        if (!begin) return begin.error();
+        Result<ContentKey> end = history(cell + 1);
+        if (!end) return end.error();
+        if (store_.cell == cell && store_.ends[0].state && store_.ends[0].history == *begin &&
+            store_.ends[1].history == *end)
+            return store_.ends;
+        store_.ends = {};
+        Result<StateCache::Entry> from = reach(cell, context_.progress().part(0, 0.5));
+        if (!from) return from.error();
+        Result<StateCache::Entry> to = reach(cell + 1, context_.progress().part(0.5, 1));
+        if (!to) return to.error();
+        store_.cell = cell;
+        store_.ends = {from.take(), to.take()};
+        return store_.ends;
+    }
+
+    /// Where a frame of the output lies.
+    Result<SceneTime> time_of(int frame) {
+        const int start = context_.start_frame();
+        const double passed = context_.integral("time_scale", start, frame);
+        if (start + passed > kFarthestSimulatedFrame)
+            return context_.error("time_scale", "frame " + std::to_string(frame) + " lies beyond simulated frame " +
+                                                    std::to_string(kFarthestSimulatedFrame));
+        return scene_time(start, passed, context_.parameters(frame).number("time_scale"));
+    }
+
+    /// Of the frame that is asked for, or the start: before it all is as there.
+    Result<Value> value() {
+        const int start = context_.start_frame(), frame = std::max(context_.frame(), start);
+        const Result<SceneTime> at = time_of(frame), before = time_of(std::max(frame - 1, start));
+        if (!at) return at.error();
+        if (!before) return before.error();
         StateValue value;
         value.frame = frame;
+        value.at = *at;
+        is_scaled_ = at->frame != frame;
         value.scene = std::shared_ptr<const Scene>(store_.solver, &store_.solver->scene());
-        value.state = entry.state;
+        if (at->is_on_grid()) {
+            Result<StateCache::Entry> entry = reach(at->grid(), context_.progress());
+            if (!entry) return entry.error();
+            value.state = value.kept = entry->state;
+        } else {
+            const auto ends = ends_of(at->grid());
+            if (!ends) return ends.error();
+            value.kept = (*ends)[0].state;
+            value.state = std::make_shared<const FrameState>(
+                state_between(value.scene->rest, *value.kept, *(*ends)[1].state, at->share()));
+        }
+        for (int k = frame == start ? at->grid() : before->grid() + 1; k <= at->grid(); ++k)
+            value.report = both(value.report, store_.reports[k]);
+        Result<std::vector<Material>> materials = start_materials();
+        if (!materials) return materials.error();
         value.body_keys = store_.body_keys;
-        value.report = entry.report;
         value.warnings = left_out(*value.scene, *materials, context_.parameters().text("method"));
         std::ranges::copy(store_.told, std::back_inserter(value.warnings));
         return make_value(std::move(value));
@@ -204,8 +283,8 @@ public:
 private:
     Error in_frame(int frame, Error error) const {
         if (error.code != ErrorCode::cancelled)
-            error.where = "node '" + context_.node() + "', frame " + std::to_string(frame) +
-                          (error.where.empty() ? "" : ": " + error.where);
+            error.where = "node '" + context_.node() + (is_scaled_ ? "', simulated frame " : "', frame ") +
+                          std::to_string(frame) + (error.where.empty() ? "" : ": " + error.where);
         return error;
     }
 
@@ -219,16 +298,13 @@ private:
 
     CookContext& context_;
     SolverStore& store_;
+    bool is_scaled_ = false;  // the frame that is asked for is another simulated frame
 };
 
 Result<Value> cook_solver(CookContext& context) {
     SolverCook solver(context);
     if (Status ok = solver.prepare(); !ok) return ok.error();
-    const int frame = std::max(context.frame(), context.start_frame());  // before the start all is as at the start
-    Result<int> from = solver.latest(frame);
-    if (!from) return from.error();
-    if (Status ok = solver.advance_to(*from, frame); !ok) return ok.error();
-    return solver.value(frame);
+    return solver.value();
 }
 
 Status seed(CookContext& context, int frame, FrameState state) {
@@ -332,11 +408,13 @@ std::vector<ParameterDescription> parameters() {
                            .sentence = "Acceleration of all that may move",
                            .animatable = true});
     }
+    all.push_back(time_scale_parameter());
     for (const char* name : {"substeps", "iterations"}) at(all, name).needs = {{is("error_budget", {0.0})}};
     at(all, "hit_substeps").needs = {{is("method", {"projective"})}};
     at(all, "over_relaxation").needs = {{is("method", {"jacobi"})}};
     gather(all, "Steps", {"iterations", "hit_substeps", "crack_passes", "over_relaxation"});
     gather(all, "Contact and Rest", {"damping", "depenetration_speed", "self_collision", "sleeping"});
+    gather(all, "Time", {"time_scale"});
     return all;
 }
 

@@ -144,7 +144,7 @@ SolverSettings settings_of(const Parameters& p) {
 
 Result<FrameInput> frame_input(CookContext& context, int frame) {
     FrameInput input;
-    input.duration = 1 / context.frame_rate();
+    input.duration = context.seconds(1);
     input.gravity = context.parameters(frame).vector3("gravity");
 
     Result<std::vector<std::shared_ptr<const Force>>> forces = context.inputs_as<Force>("forces", frame);

@@ -186,6 +186,14 @@ def _row_type(data, at, count, properties):
     return np.dtype(fields), lengths
 
 
+def scene_time(state):
+    """(simulated frame, time scale) of a state that `read_ply` has read: keys of all but the scale are in simulated frames."""
+    clock = state["clock"][0]
+    if "simulated_frame" not in clock.dtype.names:
+        return float(clock["frame"]), 1.0
+    return float(clock["simulated_frame"]), float(clock["time_scale"])
+
+
 def value_at(value, frame):
     """A number or list of numbers of a graph file at a frame, keys worked out; None for null."""
     if not isinstance(value, dict):

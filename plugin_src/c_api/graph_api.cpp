@@ -213,6 +213,10 @@ sunder_status sunder_graph_set_frame_rate(sunder_graph* graph, double frames_per
     return on_graph(graph, {}, [&](sunder::Graph& g) { return g.set_frame_rate(frames_per_second); });
 }
 
+sunder_status sunder_graph_set_frame_ratio(sunder_graph* graph, int32_t frames, int32_t seconds) {
+    return on_graph(graph, {}, [&](sunder::Graph& g) { return g.set_frame_rate(frames, seconds); });
+}
+
 sunder_status sunder_graph_set_frame_range(sunder_graph* graph, int32_t first, int32_t last) {
     return on_graph(graph, {}, [&](sunder::Graph& g) { return g.set_frame_range(first, last); });
 }

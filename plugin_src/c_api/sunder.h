@@ -108,6 +108,8 @@ SUNDER_API sunder_status sunder_graph_get_at(sunder_graph* graph, const char* no
 SUNDER_API sunder_status sunder_graph_reset(sunder_graph* graph, const char* node, const char* parameter);
 
 SUNDER_API sunder_status sunder_graph_set_frame_rate(sunder_graph* graph, double frames_per_second);
+/* So many frames in so many seconds, both whole: 24000 in 1001. */
+SUNDER_API sunder_status sunder_graph_set_frame_ratio(sunder_graph* graph, int32_t frames, int32_t seconds);
 SUNDER_API sunder_status sunder_graph_set_frame_range(sunder_graph* graph, int32_t first, int32_t last);
 SUNDER_API sunder_status sunder_graph_set_threads(sunder_graph* graph, int32_t threads); /* 0: all cores */
 /* Of past frames that each solver keeps. */

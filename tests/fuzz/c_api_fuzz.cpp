@@ -209,6 +209,7 @@ private:
              }},
             {"reset", [](Session& s) { s.of_graph(sunder_graph_reset(s.graph_, s.text(1), s.text(2))); }},
             {"rate", [](Session& s) { s.of_graph(sunder_graph_set_frame_rate(s.graph_, s.real(1))); }},
+            {"ratio", [](Session& s) { s.of_graph(sunder_graph_set_frame_ratio(s.graph_, s.number(1), s.number(2))); }},
             {"range", [](Session& s) { s.of_graph(sunder_graph_set_frame_range(s.graph_, s.number(1), s.number(2))); }},
             {"cache",
              [](Session& s) {

@@ -27,10 +27,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const auto& state = *std::get<std::shared_ptr<const StateValue>>(value);
     for (const std::string& name : array_names(value))
         require(static_cast<bool>(value_array(value, name)), "an array is not there");
-    const std::string written(encode_state(state.frame, *state.state, state.scene->rest).view());
+    const std::string written(encode_state(state.frame, *state.state, state.scene->rest, state.at).view());
     auto again = decode_state(written, "again");
     require(static_cast<bool>(again), "what was written is refused");
-    require(encode_state(again->frame, again->state, state.scene->rest).view() == written,
+    require(encode_state(again->frame, again->state, state.scene->rest, again->at).view() == written,
             "what was written is another state");
     return 0;
 }

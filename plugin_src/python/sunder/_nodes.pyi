@@ -690,6 +690,7 @@ class AddsNodes:
         depenetration_speed: _Number = ...,
         self_collision: bool = ...,
         sleeping: bool = ...,
+        time_scale: Union[_Number, _Animation] = ...,
     ) -> Node:
         """Moves all bodies together, dents and tears them. Frames that were simulated are kept, and a frame is reached
         from the last one before it that still holds.
@@ -731,6 +732,11 @@ class AddsNodes:
         self_collision: Particles of one body collide with one another where no edge joins them.
         sleeping: What has not moved for half a second (looked at four times a second) is left out, and costs nothing,
             until something touches it or what acts on it changes; off: everything is simulated at all times.
+
+        Time:
+        time_scale: How fast time runs: 0.1 shows a frame in ten, 0 stands still. Its keys are in frames of the output,
+            those of all else in simulated frames. Changes nothing of what happens: frames between simulated ones are
+            blended.
         """
 
     @overload

@@ -5,6 +5,7 @@ import ctypes
 import json
 import os
 from collections.abc import Iterable, Iterator, Sequence
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Optional, SupportsInt, TypedDict, Union
 
 from .errors import Error
@@ -30,6 +31,7 @@ from .library import (
     integer,
     lib,
     number,
+    whole_ratio,
 )
 from .values import State, Value, wrap
 
@@ -249,11 +251,17 @@ class Graph(AddsNodes):
 
     @property
     def frame_rate(self) -> float:
-        return float(self.to_dict()["frame_rate"])
+        """Frames per second. It takes a ratio, too, which nothing rounds: (24000, 1001), or Fraction(24000, 1001)."""
+        rate = self.to_dict()["frame_rate"]
+        return float(rate[0] / rate[1]) if isinstance(rate, list) else float(rate)
 
     @frame_rate.setter
-    def frame_rate(self, frames_per_second: float) -> None:
-        self._call("graph_set_frame_rate", number("frame_rate", frames_per_second))
+    def frame_rate(self, frames_per_second: Union[float, Fraction, Sequence[int]]) -> None:
+        ratio = whole_ratio("frame_rate", frames_per_second)
+        if ratio is None:
+            self._call("graph_set_frame_rate", number("frame_rate", frames_per_second))
+        else:
+            self._call("graph_set_frame_ratio", *ratio)
 
     def set_threads(self, threads: SupportsInt) -> None:
         """0: all cores. Changes no result."""

@@ -8,7 +8,9 @@ import os
 import platform
 import re
 import sys
+from collections.abc import Sequence
 from ctypes import POINTER, c_char_p, c_double, c_int32, c_uint32, c_uint64, c_void_p
+from fractions import Fraction
 from typing import Any, Callable, Optional, TypedDict, Union
 
 from .errors import CODES, Error
@@ -135,6 +137,7 @@ _FUNCTIONS = {  # name: (result, arguments)
     "graph_get_at": (c_int32, [c_void_p, c_char_p, c_char_p, c_double, _TEXT]),
     "graph_reset": (c_int32, [c_void_p, c_char_p, c_char_p]),
     "graph_set_frame_rate": (c_int32, [c_void_p, c_double]),
+    "graph_set_frame_ratio": (c_int32, [c_void_p, c_int32, c_int32]),
     "graph_set_frame_range": (c_int32, [c_void_p, c_int32, c_int32]),
     "graph_set_threads": (c_int32, [c_void_p, c_int32]),
     "graph_set_cache_limit": (c_int32, [c_void_p, c_uint64]),
@@ -347,6 +350,20 @@ def frame_pair(name: str, first_last: Any) -> FrameRange:
     except (TypeError, ValueError) as error:
         raise _refusal("bad_usage", name, f"{first_last!r} is no pair of frames (first, last)") from error
     return integer(name, first, FRAMES), integer(name, last, FRAMES)
+
+
+TERMS = (1, 10_000_000)  # of a ratio, as the library has it
+
+
+def whole_ratio(name: str, value: Any) -> Optional[tuple[int, int]]:
+    """(24000, 1001) and Fraction(24000, 1001) as ints; None of what is no ratio."""
+    if isinstance(value, Fraction):
+        value = value.numerator, value.denominator
+    if isinstance(value, str) or not isinstance(value, Sequence):
+        return None
+    if len(value) != 2:
+        raise _refusal("bad_usage", name, f"{value!r} is no ratio (frames, seconds)")
+    return integer(name, value[0], TERMS), integer(name, value[1], TERMS)
 
 
 def number(name: str, value: Any) -> float:

@@ -96,7 +96,8 @@ class State(Value):
     fracture energy, (0,); rigid_position, rigid_orientation,
     rigid_velocity, rigid_angular_velocity of rigid bodies; broken_edge, broken_time, broken_strain of this frame;
     rest_position, rest_orientation, radii, mass, volume at rest; particle_transform (n, 3, 4), from rest to world,
-    particle_turned (n, 3, 4) and particle_turn (n, 4), of which skins are made (Mesh); frame, time, bodies, rigid_bodies, report.
+    particle_turned (n, 3, 4) and particle_turn (n, 4), of which skins are made (Mesh); frame, time, bodies, rigid_bodies, report. Where
+    time is scaled, it lies at `simulated_frame`, most often between two that were simulated, and velocities are of simulated time.
     """
 
     position: Array
@@ -127,6 +128,8 @@ class State(Value):
     mass: Array
     particle_transform: Array
     frame: int
+    simulated_frame: float
+    time_scale: float
     time: float
     bodies: list[dict[str, Any]]
     rigid_bodies: list[str]

@@ -93,6 +93,22 @@ TEST(StateFile, what_is_bent_comes_back) {
     EXPECT_TRUE(has(fault_of(bytes_of(e)), "bending 1: layer3 is not finite"));
 }
 
+TEST(StateFile, scaled_time_comes_back_and_plain_time_takes_no_room) {
+    const Example e = example();
+    EXPECT_EQ(encode_state(24, e.state, e.rest, {24, 1}).view(), bytes_of(e));
+    for (const SceneTime at : {SceneTime{3.75, 0.1}, SceneTime{24, 0.5}, SceneTime{-2, 1}}) {
+        const std::string bytes(encode_state(24, e.state, e.rest, at).view());
+        const auto file = decode_state(bytes, "a");
+        ASSERT_TRUE(file) << file.error().text();
+        EXPECT_EQ(file->frame, 24);
+        EXPECT_EQ(file->at, at);
+        EXPECT_EQ(file->state, e.state);
+    }
+    for (const SceneTime at : {SceneTime{std::nan(""), 1}, SceneTime{1e9, 1}, SceneTime{3, -1}})
+        EXPECT_NE(fault_of(std::string(encode_state(24, e.state, e.rest, at).view())), "");
+    EXPECT_EQ(decode_state(bytes_of(e), "a")->at, SceneTime{24});
+}
+
 TEST(StateFile, what_is_damaged_comes_back_bent_or_not) {
     for (const bool is_bent : {false, true}) {
         Example e = example();

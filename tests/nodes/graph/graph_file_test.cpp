@@ -77,9 +77,24 @@ TEST(GraphFile, reads_animation_null_and_pins) {
         "bar": {"type": "lattice", "size": [0.2, 0.2, 1.0], "cells": [4, 4, 20], "neighbours": 6}}})";
     Result<Graph> graph = Graph::from_json_text(kBar, "bar.json", "");
     ASSERT_TRUE(graph) << graph.error().text();
-    EXPECT_EQ(graph->frame_rate(), 24);
+    EXPECT_EQ(graph->frame_rate().per_second(), 24);
     EXPECT_TRUE(graph->parameter("rubber", "yield")->is_null());
     EXPECT_EQ((*graph->parameter_at("head", "rotation", 24.5))[2].get<double>(), 45);
+}
+
+TEST(GraphFile, a_frame_rate_may_be_a_ratio) {
+    Result<Graph> graph = Graph::from_json_text(
+        replaced(kShot, R"("frame_rate": 24)", R"("frame_rate": [48000, 2002])"), "shot.json", "");
+    ASSERT_TRUE(graph) << graph.error().text();
+    EXPECT_EQ(graph->to_json()["frame_rate"], Json::array({24000, 1001}));  // in lowest terms
+    EXPECT_EQ(graph->frame_rate().seconds(24000 * 7.0), 7 * 1001.0);        // no drift
+    EXPECT_EQ(graph->frame_rate().text(), "24000/1001");
+    const auto keys = graph->keys();
+    ASSERT_TRUE(graph->set_frame_rate(24));
+    EXPECT_EQ(graph->to_json()["frame_rate"], 24);
+    EXPECT_NE(graph->keys(), keys);
+    ASSERT_TRUE(graph->set_frame_rate(24000, 1000));
+    EXPECT_EQ(graph->to_json()["frame_rate"], 24);
 }
 
 TEST(GraphFile, refuses_what_is_wrong_and_names_it) {
@@ -93,6 +108,10 @@ TEST(GraphFile, refuses_what_is_wrong_and_names_it) {
         {R"("frame_range": [1, 96])", R"("frame_range": [1, 99999999999999])", "", "", "two whole numbers"},
         {R"("frame_rate": 24)", R"("frame_rate": "24")", "", "", "takes a number"},
         {R"("frame_rate": 24)", R"("frame_rate": -24)", "", "", "out of range"},
+        {R"("frame_rate": 24)", R"("frame_rate": [24, 0])", "", "", "a ratio takes whole numbers"},
+        {R"("frame_rate": 24)", R"("frame_rate": [23.976, 2])", "", "", "a ratio takes whole numbers"},
+        {R"("frame_rate": 24)", R"("frame_rate": [1001, 24000])", "", "", "out of range"},
+        {R"("frame_rate": 24)", R"("frame_rate": [24000, 1001, 1])", "", "", "or a ratio"},
         {R"("type": "mesh_file")", R"("type": "mesh_fiel")", "bunny", "type", "did you mean 'mesh_file'?"},
         {R"("type": "mesh_file")", R"("type": 3)", "bunny", "type", "takes a text"},
         {R"("type": "mesh_file",   )", "", "bunny", "type", "missing"},

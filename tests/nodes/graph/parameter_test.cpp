@@ -128,5 +128,20 @@ TEST(Parameter, is_written_as_it_was_read) {
     EXPECT_TRUE(value("limit", nullptr).to_json().is_null());
 }
 
+TEST(Parameter, integrals_of_keys_are_exact) {
+    EXPECT_EQ(value("value", 0.25).integral(-3, 9), 3);
+    const Json ramp = {{"keys", {{2, 4}, {4, 0}, {8, 1}}}};  // linear: 4 before, a triangle, a slope of 1/4, 1 after
+    const ParameterValue linear = value("value", ramp);
+    EXPECT_EQ(linear.integral(0, 2), 8);
+    EXPECT_EQ(linear.integral(0, 4), 12);
+    EXPECT_EQ(linear.integral(3, 6), 1 + 0.5);
+    EXPECT_EQ(linear.integral(0, 10), 8 + 4 + 2 + 2);
+    EXPECT_EQ(linear.integral(5, 5), 0);
+    Json steps = ramp;
+    steps["interpolation"] = "step";
+    EXPECT_EQ(value("value", steps).integral(0, 10), 4 * 2 + 4 * 2 + 0 * 4 + 1 * 2);
+    EXPECT_EQ(value("value", steps).integral(2.5, 3), 2);
+}
+
 }  // namespace
 }  // namespace sunder

@@ -196,6 +196,25 @@ TEST(SolverNode, an_error_budget_chooses_the_steps) {
     EXPECT_GT(most, 8);  // the floor
 }
 
+TEST(SolverNode, scaled_time_simulates_each_grid_point_once_and_keeps_its_bits) {
+    Shot plain, slow;
+    slow.set("sim", "time_scale", 0.25);
+    for (int frame = 1; frame <= 20; ++frame) {
+        const StatePtr state = slow.state(frame);
+        const int grid = 1 + (frame - 1) / 4, share = (frame - 1) % 4;
+        // Frame 2 is the first that needs point 2, frame 6 the first that needs point 3.
+        EXPECT_EQ(slow.simulated, share == 1 ? Frames{grid + 1} : Frames{}) << frame;
+        EXPECT_EQ(state->at.frame, 1 + (frame - 1) / 4.0);
+        EXPECT_EQ(state_hash(*state->kept), plain.hash(grid)) << frame;
+        EXPECT_EQ(state->state == state->kept, share == 0) << frame;
+    }
+    // A cache with hardly any room changes nothing but the time it takes.
+    Shot narrow;
+    narrow.graph().set_cache_limit(1);
+    narrow.set("sim", "time_scale", 0.25);
+    for (int frame : {20, 3, 19, 18, 2}) EXPECT_EQ(narrow.hash(frame), slow.hash(frame)) << frame;
+}
+
 TEST(SolverNode, threads_change_nothing) {
     Shot shot;
     const uint64_t hash = shot.hash(6);

@@ -102,8 +102,10 @@ class BakeJob:
 
     def _work(self):
         """Yields the library's jobs one after the other, and None between what is done here."""
-        for solver, number, path in self._history:
-            self.graph.seed_state(solver, number, core.sunder().read_state(path))
+        for solver, _, path in self._history:
+            state = core.sunder().read_state(path)
+            if state.simulated_frame == int(state.simulated_frame):  # what lies between is made of these
+                self.graph.seed_state(solver, int(state.simulated_frame), state)
             yield None
         if not self.is_resumed:
             # What cannot be baked is refused before the bake that is there is removed. (The bake finds this frame done.)

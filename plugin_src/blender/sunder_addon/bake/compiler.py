@@ -2,6 +2,8 @@
 
 Everything is copied here, in the main thread; the bake that follows knows nothing of Blender.
 """
+import math
+
 import bpy
 from mathutils import Vector
 
@@ -105,16 +107,31 @@ class _Compiler:
                     scene.frame_set(frame)
                 for channel in self.channels:
                     channel.sample(frame)
+            for frame in self._frames_beyond(first, last) if self.is_moving else ():
+                scene.frame_set(frame)
+                for channel in self.channels:
+                    if channel.name != "time_scale":
+                        channel.sample(frame)
         finally:
             scene.frame_set(shown, subframe=sub_frame)
             runtime.is_sampling = False
         for channel in self.channels:
             channel.store()
-        rate = scene.render.fps / scene.render.fps_base
         self.result.description = {
-            "sunder": 2, "frame_rate": scene_input.decimal(rate), "frame_range": [first, last], "nodes": self.nodes,
+            "sunder": 2, "frame_rate": scene_input.frame_rate(scene), "frame_range": [first, last], "nodes": self.nodes,
         }
         return self.result
+
+    def _frames_beyond(self, first, last):
+        """Frames behind the last that are simulated, too, where time runs faster than the frames."""
+        end = last
+        for fields in self.nodes.values():
+            if fields["type"] == "solver":
+                keyed = [c.keys for c in self.channels if c.node is fields and c.name == "time_scale"]
+                scales = [scale for _, scale in keyed[0]] if keyed else [fields.get("time_scale", 1)] * (last - first + 1)
+                passed = sum((a + b) / 2 for a, b in zip(scales, scales[1:]))
+                end = max(end, math.ceil(first + passed - 1e-6))
+        return range(last + 1, end + 1)
 
     def _look_back(self, order, first):
         """Where objects whose motion is taken over were in the frame before the first."""

@@ -84,6 +84,8 @@ class Source:
             self._graph = sunder.Graph.from_dict({**graph, "nodes": nodes}, base_folder=folder)
             self._graph.set_cut_folder(cache.cuts(folder))
         self._solver, self._output = fields["state"][1:].rsplit(".", 1)
+        if self._graph[self._solver]["time_scale"] != 1:
+            self._graph[self._solver]["time_scale"] = 1  # states are those of files, each at its own frame
         self._body = fields["body"][1:].rsplit(".", 1)[0]
         self._first = graph["frame_range"][0]
         self._fragments = graph["nodes"][self._body]["fragments"][1:]
@@ -109,7 +111,8 @@ class Source:
 
     def frame(self, state_path, number, mode, limit=0.0):
         """A Frame of the state file of frame `number`. `limit`: strain of the hottest colour; 0: the body's toughness."""
-        self._graph.seed_state(self._solver, number, self._sunder.read_state(state_path))
+        kept = self._sunder.read_state(state_path)
+        self._graph.seed_state(self._solver, number, kept)
         state = self._graph.evaluate(f"{self._solver}.{self._output}", number)
         body, = (b for b in state.bodies if b["name"] == self._body)
         mine, own_edges = slice(*body["particles"]), slice(*body["edges"])
@@ -124,7 +127,7 @@ class Source:
             self._intact = intact
         made = Frame()
         made.center, made.surface = self._center, self._surface
-        made.limit = self._limit(number, limit)
+        made.limit = self._limit(kept.simulated_frame, limit)
         edges = state.edges[own_edges].astype(np.int64) - mine.start
         factor = tearing.tearing_factors(self._factors[0], edges, intact, self._factors[1])
         broken_now = np.zeros(len(state.edges), bool)

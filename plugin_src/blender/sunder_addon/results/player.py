@@ -214,7 +214,7 @@ def _attributes(folder, manifest, shown, node, frame):
     path, _ = _file(folder, manifest, shown, solver)
     state = bake_reader.read_ply(path)
     bodies, name = graph[solver]["bodies"], body[1:].rsplit(".", 1)[0]
-    toughness = bake_reader.value_at(graph[name].get("toughness"), shown)
+    toughness = bake_reader.value_at(graph[name].get("toughness"), bake_reader.scene_time(state)[0])
     index = [bodies].index(body) if isinstance(bodies, str) else bodies.index(body)
     factors = cache.note(folder).get("toughness_factors", {}).get(name)
     factor = _tearing_factors(state, index, factors) if factors else 1.0
@@ -251,7 +251,9 @@ def _show_rigid_body(thing, folder, manifest, shown, after):
 def _pose(folder, manifest, frame, solver, index, after):
     """Place and rotation `after` seconds of the motion that a rigid body has at a frame."""
     path, _ = _file(folder, manifest, frame, solver)
-    row = bake_reader.read_ply(path)["rigid_body"][index]
+    state = bake_reader.read_ply(path)
+    row = state["rigid_body"][index]
+    after *= bake_reader.scene_time(state)[1]  # velocities are of simulated time
     center, velocity, spin = (Vector([float(row[p + n]) for n in "xyz"]) for p in ("", "v", "w"))
     turned = Quaternion([float(row["q" + n]) for n in "wxyz"])
     if spin.length:

@@ -3,6 +3,7 @@
 Lengths are metres (one Blender unit is one metre), rotations Euler XYZ in degrees.
 """
 import math
+from fractions import Fraction
 
 import bpy
 import numpy as np
@@ -70,6 +71,19 @@ def degrees(rotation, before=None):
 def decimal(value):
     """Seven digits, so that noise of matrix products does not make a bake another one."""
     return float(f"{value:.7g}") if abs(value) > 1e-7 else 0.0
+
+
+_LARGEST_TERM = 10_000_000  # of a ratio, as the library has it
+
+
+def frame_rate(scene):
+    """Frames per second: a number, or the ratio that Blender's base stands for, 24 / 1.001 being [24000, 1001]."""
+    ratio = scene.render.fps / Fraction(repr(decimal(scene.render.fps_base)))
+    if ratio.denominator == 1:
+        return ratio.numerator
+    if max(ratio.numerator, ratio.denominator) > _LARGEST_TERM:
+        return decimal(float(ratio))
+    return [ratio.numerator, ratio.denominator]
 
 
 def vector(v):

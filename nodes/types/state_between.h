@@ -1,0 +1,18 @@
+// A state between two kept ones: what is shown where time is scaled. Output only: nothing is simulated from it.
+#pragma once
+
+#include "solver/data/frame_state.h"
+#include "solver/data/simulation_mesh.h"
+
+namespace sunder {
+
+/// At `share` in (0, 1) of the way from `a` to `b`, the states of one frame and the next.
+///
+/// What hangs together at the end moves as a whole: its centre along a parabola where both velocities fit one
+/// acceleration and straight where they do not, its turn steadily, as many times round as its spin tells; so it keeps
+/// its shape. What it deforms besides is blended in the frame that moves with it. Velocities are those of this motion,
+/// of simulated time. Plastic strain, strain and stiffness are blended, edges break at their own time, and all else is
+/// as in `a`. A piece that is the same in both keeps its bits.
+FrameState state_between(const SimulationMesh& rest, const FrameState& a, const FrameState& b, double share);
+
+}  // namespace sunder

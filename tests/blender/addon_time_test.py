@@ -1,0 +1,87 @@
+"""Frame rates, first frames and slow motion of Blender's scenes, as bakes have them."""
+from addon_case import AddonCase, addon, main, versions
+
+
+class TimeTest(AddonCase):
+    def compiled(self, tree):
+        return addon("bake.compiler").compile_tree(tree, self.scene).description
+
+    def test_the_rate_is_the_ratio_that_blenders_base_stands_for(self):
+        tree, _ = self.tree()
+        for fps, base, wanted in ((24, 1, 24), (24, 1.001, [24000, 1001]), (30, 1.001, [30000, 1001]), (60, 1.001, [60000, 1001]),
+                                  (24, 1.2, 20), (25, 2, [25, 2]), (24, 1.0833333, [8000000, 361111]), (97, 1.083331, 89.53865)):
+            self.scene.render.fps, self.scene.render.fps_base = fps, base
+            self.assertEqual(self.compiled(tree)["frame_rate"], wanted, (fps, base))
+
+    def test_a_shot_of_a_ratio_is_baked_and_stays_up_to_date(self):
+        self.scene.render.fps, self.scene.render.fps_base = 24, 1.001
+        tree, _ = self.tree()
+        self.bake(tree)
+        self.assertEqual(self.manifest(tree).graph["frame_rate"], [24000, 1001])
+        self.assertEqual([self.status(tree).state, self.status(tree).is_stale], ["complete", False])
+
+    def test_a_shot_may_begin_at_zero_before_it_or_far_behind(self):
+        tree, _ = self.tree()
+        result, = self.results(tree)
+        shapes = []
+        for start in (1, 0, -3, 1001):
+            tree.use_scene_range, tree.frame_start, tree.frame_end = False, start, start + 5  # scenes begin at 0 at least
+            self.bake(tree, start="RESTART")
+            self.assertEqual(self.manifest(tree).numbers, list(range(start, start + 6)))
+            played = self.played(result, range(start, start + 6))
+            self.assertNotEqual(played[0], played[5])
+            shapes.append(played)
+        self.assertTrue(all(played == shapes[0] for played in shapes))
+
+    def test_slow_motion_is_baked_played_and_gone_on_with(self):
+        tree, nodes = self.tree()
+        result, = self.results(tree)
+        self.bake(tree)
+        plain = self.played(result, range(1, 7))
+        self.scene.frame_end = 12
+        nodes["solver"].time_scale = 0.5
+        self.assertTrue(self.status(tree).is_stale)
+        self.bake(tree)
+        slow = self.played(result, range(1, 13))
+        for i in range(6):
+            self.assertEqual(slow[2 * i], plain[i], i)
+        self.assertNotIn(slow[3], plain)
+        # With another material from a frame on: states that were simulated are taken over, and no others.
+        nodes["body"].set_parameters(youngs_modulus=5e7)
+        self.assertEqual(self.bake(tree, start="FROM_FRAME", frame=7), {"FINISHED"})
+        changed = self.played(result, range(1, 13))
+        self.assertEqual(changed[:7], slow[:7])
+        self.assertNotEqual(changed[11], slow[11])
+
+    def test_keys_of_the_scale_are_in_frames_and_those_of_objects_in_simulated_ones(self):
+        tree, nodes = self.tree()
+        wall = nodes["collider"]
+        thing = self.cube(name="Wall")
+        thing.keyframe_insert("location", frame=1)
+        thing.location.x = 5
+        thing.keyframe_insert("location", frame=11)
+        wall.source, wall.object = "OBJECT", thing
+        nodes["solver"].time_scale = 1
+        nodes["solver"].keyframe_insert("time_scale", frame=1)
+        nodes["solver"].time_scale = 3
+        nodes["solver"].keyframe_insert("time_scale", frame=6)
+        for curve in versions().curves_of(tree.animation_data):
+            for point in curve.keyframe_points:
+                point.interpolation = "LINEAR"
+        graph = self.compiled(tree)["nodes"]
+        self.assertEqual([frame for frame, _ in graph["solver"]["time_scale"]["keys"]], [1, 2, 3, 4, 5, 6])
+        self.assertEqual(graph["collider"]["position"]["keys"][-1][0], 11)  # 1 + 10 simulated frames
+        tree.animation_data_clear()
+        nodes["solver"].time_scale = 1
+        self.assertEqual(self.compiled(tree)["nodes"]["collider"]["position"]["keys"][-1][0], 6)
+
+    def played(self, result, frames):
+        found = []
+        for frame in frames:
+            self.scene.frame_set(frame)
+            found.append([tuple(v.co) for v in result.data.vertices])
+        return found
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,119 @@
+// What is shown between two kept states: motions that can be worked out by hand.
+#include "nodes/types/state_between.h"
+
+#include <gtest/gtest.h>
+
+#include "solver/data/rotations.h"
+#include "solver/scene/motion.h"
+
+namespace sunder {
+namespace {
+
+constexpr double kFrame = 1.0 / 24;  // s
+
+/// Particles in a row, each joined to the next.
+SimulationMesh row(size_t n) {
+    SimulationMesh rest;
+    for (size_t i = 0; i < n; ++i) {
+        rest.rest_position.push_back(Vec3(static_cast<double>(i), 0, 0));
+        rest.rest_orientation.push_back(Quat::Identity());
+        rest.mass.push_back(1 + static_cast<double>(i));
+        if (i > 0)
+            rest.edges.push_back({ParticleId(static_cast<uint32_t>(i - 1)), ParticleId(static_cast<uint32_t>(i))});
+    }
+    return rest;
+}
+
+/// The row where a rigid motion about its centre of mass has it.
+FrameState placed(const SimulationMesh& rest, const Vec3& centre, const Quat& turn, const Vec3& velocity,
+                  const Vec3& spin) {
+    FrameState s;
+    Vec3 middle = Vec3::Zero();
+    double mass = 0;
+    for (size_t i = 0; i < rest.n_particles(); ++i)
+        middle += rest.mass[i] * rest.rest_position[i], mass += rest.mass[i];
+    for (const Vec3& x : rest.rest_position) {
+        const Vec3 arm = turn * Vec3(x - middle / mass);
+        s.position.push_back(centre + arm);
+        s.velocity.push_back(velocity + spin.cross(arm));
+    }
+    const size_t n = rest.n_particles();
+    s.orientation.assign(n, turn), s.group_rotation.assign(n, turn), s.angular_velocity.assign(n, spin);
+    s.plastic_deformation.assign(n, Mat3::Identity());
+    s.yield.assign(n, INFINITY), s.strain.assign(n, 0);
+    s.edge_intact.assign(rest.n_edges(), 1);
+    return s;
+}
+
+double farthest(const FrameState& a, const FrameState& b) {
+    double most = 0;
+    for (size_t i = 0; i < a.n_particles(); ++i) {
+        most = std::max(most, (a.position[i] - b.position[i]).norm());
+        most = std::max(most, angle_between(a.orientation[i], b.orientation[i]));
+        most = std::max(most, kFrame * (a.velocity[i] - b.velocity[i]).norm());
+        most = std::max(most, kFrame * (a.angular_velocity[i] - b.angular_velocity[i]).norm());
+    }
+    return most;
+}
+
+TEST(StateBetween, a_free_flight_with_any_spin_is_what_it_is) {
+    const SimulationMesh rest = row(5);
+    const Vec3 gravity(0, 0, -9.81), start(1, 2, 3), velocity(2, 0, 4), axis = Vec3(1, 2, -2) / 3;
+    for (const double turns : {0.0, 0.1, 0.49, 0.51, 0.9, 1.0, 3.3}) {
+        const Vec3 spin = axis * (turns * 2 * M_PI / kFrame);
+        const auto at = [&](double t) {
+            FrameState s = placed(rest, start + t * velocity + 0.5 * t * t * gravity, rotation_of(t * spin),
+                                  velocity + t * gravity, spin);
+            s.time = 10 + t;
+            return s;
+        };
+        for (const double share : {0.1, 0.5, 0.99})
+            EXPECT_LT(farthest(state_between(rest, at(0), at(kFrame), share), at(share * kFrame)), 1e-12) << turns;
+    }
+}
+
+TEST(StateBetween, what_lands_does_not_dip_below_where_it_lands) {
+    const SimulationMesh rest = row(1);
+    FrameState a = placed(rest, Vec3(0, 0, 0.01), Quat::Identity(), Vec3(0, 0, -5), Vec3::Zero());
+    FrameState b = placed(rest, Vec3::Zero(), Quat::Identity(), Vec3::Zero(), Vec3::Zero());
+    b.time = kFrame;
+    for (const double share : {0.1, 0.5, 0.9}) EXPECT_GE(state_between(rest, a, b, share).position[0].z(), 0);
+}
+
+TEST(StateBetween, an_edge_breaks_at_its_time_and_its_sides_part) {
+    const SimulationMesh rest = row(2);
+    FrameState a = placed(rest, Vec3::Zero(), Quat::Identity(), Vec3::Zero(), Vec3::Zero());
+    a.edge_damage = {0.2}, a.edge_hold = {0.9}, a.stiffness_factor = {1, 1};
+    FrameState b = a;
+    b.time = kFrame, b.position[1].x() += 0.4, b.edge_intact = {0}, b.edge_damage = {1}, b.edge_hold = {0};
+    b.broken = {{EdgeId(0), 0.5 * kFrame, 0.1}};
+    const FrameState before = state_between(rest, a, b, 0.49), after = state_between(rest, a, b, 0.5);
+    EXPECT_EQ(before.edge_intact[0], 1);
+    EXPECT_EQ(before.edge_damage[0], 0.2);
+    EXPECT_TRUE(before.broken.empty());
+    EXPECT_EQ(after.edge_intact[0], 0);
+    EXPECT_EQ(after.edge_damage[0], 1);
+    EXPECT_EQ(after.broken, b.broken);
+    EXPECT_EQ(after.position[0], a.position[0]);  // rests, to the bit
+    EXPECT_DOUBLE_EQ(after.position[1].x() - a.position[1].x(), 0.2);
+}
+
+TEST(StateBetween, rigid_bodies_move_alike_and_plastic_strain_keeps_its_volume) {
+    const SimulationMesh rest = row(1);
+    FrameState a = placed(rest, Vec3::Zero(), Quat::Identity(), Vec3::Zero(), Vec3::Zero()), b = a;
+    const Vec3 spin(0, 0, 0.4 * M_PI / kFrame);
+    a.rigid_bodies = {{Vec3::Zero(), Quat::Identity(), Vec3(1, 0, 0), spin}};
+    b.rigid_bodies = {{Vec3(kFrame, 0, 0), rotation_of(kFrame * spin), Vec3(1, 0, 0), spin}};
+    b.time = kFrame, b.plastic_deformation = {Vec3(2, 0.5, 1).asDiagonal().toDenseMatrix()}, b.yield = {0.5};
+    const FrameState s = state_between(rest, a, b, 0.25);
+    EXPECT_NEAR(s.rigid_bodies[0].position.x(), 0.25 * kFrame, 1e-15);
+    EXPECT_LT(angle_between(s.rigid_bodies[0].orientation, rotation_of(0.25 * kFrame * spin)), 1e-14);
+    EXPECT_NEAR(s.rigid_bodies[0].velocity.x(), 1, 1e-14);
+    EXPECT_NEAR(s.plastic_deformation[0].determinant(), 1, 1e-14);
+    EXPECT_GT(s.plastic_deformation[0](0, 0), 1.1);
+    EXPECT_TRUE(std::isinf(s.yield[0]));
+    EXPECT_NEAR(s.time, 0.25 * kFrame, 1e-15);
+}
+
+}  // namespace
+}  // namespace sunder
