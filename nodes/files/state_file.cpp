@@ -22,9 +22,10 @@ std::vector<PlyProperty> operator+(std::vector<PlyProperty> a, const std::vector
 constexpr size_t kBendingDoubles = 9 + std::tuple_size_v<LayerStrain>;
 constexpr size_t kElementsOfVersion1 = 7;  // without what sleeps
 
-bool knows_bending(std::string_view version) {
-    return version == kBendingStateFileMagic || version == kDamageStateFileMagic;
+bool knows_damage(std::string_view version) {
+    return version == kDamageStateFileMagic || version == kCauseStateFileMagic;
 }
+bool knows_bending(std::string_view version) { return version == kBendingStateFileMagic || knows_damage(version); }
 bool knows_rest(std::string_view version) { return version == kStateFileMagic || knows_bending(version); }
 
 // The elements in file order; counts are filled in by the writer and taken over from a file by the reader.
@@ -49,10 +50,12 @@ std::vector<PlyElement> layout(std::string_view version = kStateFileMagic) {
         for (size_t i = 0; i < std::tuple_size_v<LayerStrain>; ++i) names += " layer" + std::to_string(i);
         elements.push_back({"bending", 0, doubles(names)});
     }
-    if (version == kDamageStateFileMagic) {
+    if (knows_damage(version)) {
         elements.push_back({"damage", 0, doubles("damage hold")});
         elements.push_back({"stiffness", 0, doubles("factor")});
     }
+    if (version == kCauseStateFileMagic)
+        elements.push_back({"cause", 0, doubles("toughness") + ply_scalars("kind", PlyType::uint8) + ints("by")});
     return elements;
 }
 
@@ -89,7 +92,7 @@ public:
         for (Status (Decoder::*read)() :
              {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles, &Decoder::read_edges,
               &Decoder::read_groups, &Decoder::read_rigid_bodies, &Decoder::read_broken, &Decoder::read_contacts,
-              &Decoder::read_rest, &Decoder::read_bending, &Decoder::read_damage})
+              &Decoder::read_rest, &Decoder::read_bending, &Decoder::read_damage, &Decoder::read_cause})
             if (Status s = (this->*read)(); !s) return s.error();
         return std::move(out_);
     }
@@ -254,7 +257,7 @@ private:
         if (!knows_bending(version_)) return {};
         const PlyElement& e = (*elements_)[9];
         FrameState& s = out_.state;
-        if (e.count != s.n_particles() && !(e.count == 0 && version_ == kDamageStateFileMagic))
+        if (e.count != s.n_particles() && !(e.count == 0 && knows_damage(version_)))
             return fault("tells how " + std::to_string(e.count) + " particles are bent, of " +
                          std::to_string(s.n_particles()));
         s.plastic_curvature.resize(e.count), s.layer_strain.resize(e.count);
@@ -268,9 +271,11 @@ private:
     }
 
     Status read_damage() {
-        if (version_ != kDamageStateFileMagic) return {};
+        if (!knows_damage(version_)) return {};
         const PlyElement &damage = (*elements_)[10], &stiffness = (*elements_)[11];
         FrameState& s = out_.state;
+        const bool is_sound = version_ == kCauseStateFileMagic && damage.count == 0 && stiffness.count == 0;
+        if (is_sound) return {};
         if (damage.count != out_.edges.size() || stiffness.count != s.n_particles())
             return fault("tells the damage of " + std::to_string(damage.count) + " edges and the stiffness of " +
                          std::to_string(stiffness.count) + " particles, of " + std::to_string(out_.edges.size()) +
@@ -287,6 +292,27 @@ private:
         return {};
     }
 
+    Status read_cause() {
+        if (version_ != kCauseStateFileMagic) return {};
+        const PlyElement& e = (*elements_)[12];
+        FrameState& s = out_.state;
+        if (e.count != s.broken.size())
+            return fault("tells why " + std::to_string(e.count) + " edges broke, of " +
+                         std::to_string(s.broken.size()));
+        for (size_t i = 0; i < e.count; ++i) {
+            BrokenEdge& b = s.broken[i];
+            if (load(row(e, i), &b.toughness, 1) >= 0) return not_finite(e, i, 0);
+            const uint8_t kind = read_number<uint8_t>(row(e, i) + sizeof(double));
+            const uint32_t number = read_number<uint32_t>(row(e, i) + sizeof(double) + 1);
+            const size_t counts[] = {0, s.n_particles(), s.rigid_bodies.size(), size_t{1} << 31};  // by kind
+            if (kind >= std::size(counts) || (kind == 0 ? number != kNone : number >= counts[kind]))
+                return fault("cause " + std::to_string(i) + ": there is no thing " + std::to_string(number) +
+                             " of kind " + std::to_string(kind));
+            b.by = {static_cast<Pusher::Kind>(kind), number};
+        }
+        return {};
+    }
+
     const PlyFile& file_;
     const std::string_view version_;
     const std::string& where_;
@@ -299,7 +325,10 @@ private:
 ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& rest) {
     const size_t n = s.n_particles();
     SUNDER_ASSERT(rest.n_particles() == n && rest.n_edges() == s.edge_intact.size());
-    const std::string_view version = !s.edge_damage.empty()        ? kDamageStateFileMagic
+    const bool knows_why =
+        std::ranges::any_of(s.broken, [](const BrokenEdge& b) { return b.toughness != 0 || b.by != Pusher(); });
+    const std::string_view version = knows_why                     ? kCauseStateFileMagic
+                                     : !s.edge_damage.empty()      ? kDamageStateFileMagic
                                      : s.plastic_curvature.empty() ? kStateFileMagic
                                                                    : kBendingStateFileMagic;
     std::vector<PlyElement> elements = layout(version);
@@ -314,7 +343,8 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
                              s.rest_conditions.size(),
                              s.plastic_curvature.size(),
                              s.edge_damage.size(),
-                             s.stiffness_factor.size()};
+                             s.stiffness_factor.size(),
+                             s.broken.size()};
     size_t total = 4096;
     for (size_t e = 0; e < elements.size(); ++e) {
         elements[e].count = counts[e];
@@ -360,14 +390,18 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
     }
     for (size_t e = 0; e < s.edge_damage.size(); ++e) bytes.number(s.edge_damage[e]), bytes.number(s.edge_hold[e]);
     for (const double factor : s.stiffness_factor) bytes.number(factor);
+    if (knows_why)
+        for (const BrokenEdge& b : s.broken) {
+            bytes.number(b.toughness), bytes.number(static_cast<uint8_t>(b.by.kind)), bytes.number(b.by.number);
+        }
     return bytes;
 }
 
 Result<StateFile> decode_state(std::string bytes, const std::string& where) {
     auto file = PlyFile::parse(std::move(bytes), where);
     if (!file) return file.error();
-    for (const std::string_view version :
-         {kStateFileMagic, kBendingStateFileMagic, kDamageStateFileMagic, kStateFileMagic2, kStateFileMagic1})
+    for (const std::string_view version : {kStateFileMagic, kBendingStateFileMagic, kDamageStateFileMagic,
+                                           kCauseStateFileMagic, kStateFileMagic2, kStateFileMagic1})
         if (file->has_comment(version)) return Decoder(*file, version, where).decode();
     for (const std::string& c : file->header().comments)
         if (c.starts_with(kStateFileMark))
