@@ -23,6 +23,7 @@ struct Rows {
     Rows() {
         const SimulationMesh other = rest;
         append_body(rest, other, {Vec3(0, 1, 0), Quat::Identity()});
+        build_one_rings(rest);
         live.reset(rest, std::vector<uint8_t>(rest.n_edges(), 1));
     }
     std::vector<BrokenEdge> named(const std::vector<ActiveContact>& contacts) const {
