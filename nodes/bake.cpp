@@ -6,6 +6,7 @@
 
 #include "nodes/bake_exports.h"
 #include "nodes/bake_files/bake_folder.h"
+#include "nodes/bake_files/break_log.h"
 #include "nodes/files/output_pattern.h"
 #include "nodes/files/state_file.h"
 #include "nodes/frame_writer.h"
@@ -142,6 +143,10 @@ private:
                                  "give each its own path");
             }
         }
+        // No other file ends as the log's do.
+        for (const SocketReference& solver : solvers_)
+            for (int frame = frames_[0]; frame <= frames_[1]; ++frame)
+                owner.try_emplace(breaks_path(solver.node, frame), solver.node);
         for (const auto& [path, node] : owner)
             for (fs::path folder = fs::path(path).parent_path(); !folder.empty(); folder = folder.parent_path())
                 if (const auto file = owner.find(folder.string()); file != owner.end())
@@ -166,6 +171,9 @@ private:
         auto wanted = new_manifest(graph_, frames_);
         if (!wanted) return wanted.error();
         manifest_ = wanted.take();
+        manifest_.log = {frames_[0], {}, {}};
+        loads_.resize(solvers_.size());
+        for (size_t i = 0; i < solvers_.size(); ++i) loads_[i].node = solvers_[i].node;
         auto folder = BakeFolder::open(settings_.folder);
         if (!folder) return folder.error();
         folder_.emplace(folder.take());
@@ -206,6 +214,9 @@ private:
         if (const auto old = parse_manifest(text, settings_.folder)) {
             for (const ManifestFrame& frame : old->frames)
                 replaced_->insert(replaced_->end(), frame.files.begin(), frame.files.end());
+            if (old->log)
+                for (const auto* files : {&old->log->breaks, &old->log->loads})
+                    replaced_->insert(replaced_->end(), files->begin(), files->end());
             for (const ManifestFile& f : *replaced_)
                 if (folder_->is_own(f)) own.insert(f.path);
             for (const ManifestFile& f : old->exports) own.insert(f.path), replaced_->push_back(f);
@@ -219,7 +230,7 @@ private:
             if (Status s = folder_->remove_own(f); !s) return s;
         replaced_.reset();
         if (Status s = folder_->write_manifest(manifest_); !s) return s;
-        return folder_->prune_resume_states({});
+        return folder_->prune_resume_states(manifest_);
     }
 
     Status resume(const std::string& text) {
@@ -246,6 +257,7 @@ private:
         manifest_.frames = old->frames;
         manifest_.resume = old->resume;
         manifest_.exports = old->exports;
+        manifest_.log = old->log.value_or(ManifestLog{next_frame(), {}, {}});
         // A shorter range than what is there leaves it as it is.
         const int last_whole = next_frame() - 1;
         manifest_.frame_range[1] = std::max(manifest_.frame_range[1], last_whole);
@@ -256,6 +268,7 @@ private:
     }
 
     Status seed_solvers(int frame) {
+        if (Status s = take_up_loads(); !s) return s;
         for (const SocketReference& solver : solvers_) {
             const auto saved = std::find_if(manifest_.resume.begin(), manifest_.resume.end(),
                                             [&](const ManifestFile& f) { return f.node == solver.node; });
@@ -282,6 +295,34 @@ private:
                     "bake anew with --restart");
             if (Status s = require_same_scene(*file, state->scene->rest, path); !s) return s;
         }
+        return {};
+    }
+
+    // What fragments bore before: of an earlier Sunder's frames nothing.
+    Status take_up_loads() {
+        for (const ManifestFile& file : manifest_.log->loads)
+            for (FragmentLoads& loads : loads_) {
+                if (loads.node != file.node) continue;
+                const std::string path = (folder_->path() / file.path).string();
+                auto text = read_file(path);
+                if (!text) return text.error();
+                auto known = decode_loads(*text, path);
+                if (!known) return known.error();
+                loads = known.take();
+            }
+        return {};
+    }
+
+    Status count_loads(size_t solver, const StateValue& state) {
+        std::vector<Material> materials;
+        const auto wires = graph_.wires({solvers_[solver].node, "bodies"});
+        if (!wires) return wires.error();
+        for (const SocketReference& wire : *wires) {
+            const Result<Value> body = graph_.evaluate(wire.node, wire.socket, state.frame);
+            if (!body) return body.error();
+            materials.push_back(std::get<std::shared_ptr<const BodyValue>>(*body)->material);
+        }
+        add_loads(state, materials, loads_[solver]);
         return {};
     }
 
@@ -329,6 +370,7 @@ private:
             if (!value) return value.error();
             states.push_back(std::get<std::shared_ptr<const StateValue>>(*value));
             add(states.back()->report, done.step);
+            if (Status s = count_loads(i, *states.back()); !s) return s;
         }
         done.simulate_s = seconds_since(begin);
 
@@ -342,7 +384,7 @@ private:
         if (!progress.report(1, text)) return cancelled();
 
         if (Status s = remove_replaced(); !s) return s;
-        return writer.put({std::move(items), std::move(states), done});
+        return writer.put({std::move(items), std::move(states), loads_, done});
     }
 
     static void add(const StepReport& from, StepReport& to) {
@@ -359,6 +401,7 @@ private:
     std::vector<WantedExport> exports_;
     std::array<int, 2> frames_ = {0, 0};
     std::map<std::string, std::string> paths_;           // every file of the bake -> its node
+    std::vector<FragmentLoads> loads_;                   // as solvers_
     Manifest manifest_;                                  // as on disk, once nothing is to be replaced
     std::optional<std::vector<ManifestFile>> replaced_;  // of an earlier bake, until they go
     BakeReport report_;

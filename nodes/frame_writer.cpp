@@ -2,26 +2,16 @@
 
 #include <algorithm>
 #include <chrono>
+#include <span>
 #include <utility>
 
 #include "nodes/files/compression.h"
 #include "nodes/files/mesh_frame_file.h"
+#include "nodes/files/output_pattern.h"
 #include "nodes/files/state_file.h"
 
 namespace sunder {
 namespace {
-
-// Node names may hold any character; in a file's name only these stay as they are.
-std::string file_name_of(const std::string& node) {
-    constexpr const char* kDigits = "0123456789abcdef";
-    std::string name;
-    for (unsigned char c : node)
-        if (std::isalnum(c) || c == '_' || c == '-')
-            name += static_cast<char>(c);
-        else
-            name += '%', name += kDigits[c >> 4], name += kDigits[c & 15];
-    return name;
-}
 
 Result<ByteBuffer> encode(const BakeItem& item) {
     Result<ByteBuffer> plain =
@@ -29,6 +19,39 @@ Result<ByteBuffer> encode(const BakeItem& item) {
                    : encode_mesh(uncompressed_path(item.path), item.mesh->mesh, *item.mesh->fragments);
     return plain && is_compressed(item.path) ? compress(plain->view()) : std::move(plain);
 }
+
+bool breaks(size_t solver, const FrameToWrite& frame) { return !frame.states[solver]->state->broken.empty(); }
+
+// Files that are to appear together.
+class FrameFiles {
+public:
+    explicit FrameFiles(const BakeFolder& folder) : folder_(folder) {}
+
+    Status add(const std::string& node, const std::string& path, std::string_view bytes) {
+        auto file = folder_.begin(path, bytes);
+        if (!file) return file.error();
+        begun_.push_back(file.take()), written_.push_back({node, path, {}});
+        constexpr size_t kMostOpen = 64;
+        return begun_.size() < kMostOpen ? Status() : commit();
+    }
+
+    Status commit() {
+        const auto stamps = FileWriter::commit(begun_);
+        if (!stamps) return stamps.error();
+        size_t at = written_.size() - begun_.size();
+        for (const FileStamp& stamp : *stamps) written_[at++].stamp = stamp;
+        begun_.clear();
+        return {};
+    }
+
+    /// In the order in which they came.
+    const std::vector<ManifestFile>& written() const { return written_; }
+
+private:
+    const BakeFolder& folder_;
+    std::vector<FileWriter> begun_;
+    std::vector<ManifestFile> written_;
+};
 
 }  // namespace
 
@@ -104,51 +127,55 @@ void FrameWriter::work() {
 
 // All files of a frame first, then the disk is waited for: once for every few files instead of twice for each.
 Status FrameWriter::write(FrameToWrite& io_frame) {
-    ManifestFrame entry{io_frame.done.frame, {}};
-    std::vector<ManifestFile> resume;
-    std::vector<FileWriter> begun;
-    std::vector<ManifestFile> written;
-    const auto commit = [&]() -> Status {
-        const auto stamps = FileWriter::commit(begun);
-        if (!stamps) return stamps.error();
-        for (const FileStamp& stamp : *stamps) {
-            written[written.size() - begun.size() + static_cast<size_t>(&stamp - stamps->data())].stamp = stamp;
-            ++io_frame.done.n_files, io_frame.done.bytes += stamp.size;
-        }
-        begun.clear();
-        return {};
-    };
-    const auto add = [&](const std::string& node, const std::string& path, const ByteBuffer& bytes) -> Status {
-        auto file = folder_.begin(path, bytes.view());
-        if (!file) return file.error();
-        begun.push_back(file.take()), written.push_back({node, path, {}});
-        constexpr size_t kMostOpen = 64;
-        return begun.size() < kMostOpen ? Status() : commit();
-    };
+    const int frame = io_frame.done.frame;
+    FrameFiles files(folder_);
     for (size_t i = 0; i < io_frame.items.size(); ++i) {
         auto bytes = encode(*io_frame.items[i]);
         if (!bytes) return bytes.error();
-        if (Status s = add(bake_nodes_[i], io_frame.items[i]->path, *bytes); !s) return s;
+        if (Status s = files.add(bake_nodes_[i], io_frame.items[i]->path, bytes->view()); !s) return s;
     }
     for (size_t s = 0; s < solvers_.size(); ++s)
         if (baked_state(s, io_frame) == io_frame.items.size()) {
             const StateValue& state = *io_frame.states[s];
-            const ByteBuffer bytes = encode_state(io_frame.done.frame, *state.kept, state.scene->rest,
+            const ByteBuffer bytes = encode_state(frame, *state.kept, state.scene->rest,
                                                   {static_cast<double>(state.at.grid()), state.at.scale});
-            if (Status added = add(solvers_[s], resume_path(s, io_frame.done.frame), bytes); !added) return added;
+            if (Status ok = files.add(solvers_[s], own_path(s, frame, "ply"), bytes.view()); !ok) return ok;
         }
-    if (Status s = commit(); !s) return s;
-    entry.files.assign(written.begin(), written.begin() + static_cast<std::ptrdiff_t>(io_frame.items.size()));
-    size_t own = io_frame.items.size();
+    const size_t n_wanted = files.written().size();  // the log is no work of the graph's
     for (size_t s = 0; s < solvers_.size(); ++s) {
-        const size_t item = baked_state(s, io_frame);
-        const ManifestFile& file = written[item < io_frame.items.size() ? item : own++];
-        resume.push_back({solvers_[s], file.path, file.stamp});
+        if (breaks(s, io_frame)) {
+            const std::string text = encode_breaks(breaks_of(solvers_[s], *io_frame.states[s]));
+            if (Status ok = files.add(solvers_[s], breaks_path(solvers_[s], frame), text); !ok) return ok;
+        }
+        if (io_frame.loads[s].matter())
+            if (Status ok = files.add(solvers_[s], own_path(s, frame, "loads.json"), encode_loads(io_frame.loads[s]));
+                !ok)
+                return ok;
     }
-    manifest_.frames.push_back(std::move(entry));
-    manifest_.resume = std::move(resume);
+    if (Status s = files.commit(); !s) return s;
+    io_frame.done.n_files = n_wanted;
+    for (const ManifestFile& file : std::span(files.written()).first(n_wanted)) io_frame.done.bytes += file.stamp.size;
+    return list(io_frame, files.written());
+}
+
+Status FrameWriter::list(const FrameToWrite& frame, const std::vector<ManifestFile>& written) {
+    const auto items_end = written.begin() + static_cast<std::ptrdiff_t>(frame.items.size());
+    manifest_.frames.push_back({frame.done.frame, {written.begin(), items_end}});
+    manifest_.resume.clear();
+    auto own = items_end;
+    for (size_t s = 0; s < solvers_.size(); ++s) {
+        const size_t item = baked_state(s, frame);
+        const ManifestFile& file = item < frame.items.size() ? written[item] : *own++;
+        manifest_.resume.push_back({solvers_[s], file.path, file.stamp});
+    }
+    if (!manifest_.log) manifest_.log = {frame.done.frame, {}, {}};
+    manifest_.log->loads.clear();
+    for (size_t s = 0; s < solvers_.size(); ++s) {
+        if (breaks(s, frame)) manifest_.log->breaks.push_back(*own++);
+        if (frame.loads[s].matter()) manifest_.log->loads.push_back(*own++);
+    }
     if (Status s = folder_.write_manifest(manifest_); !s) return s;
-    return folder_.prune_resume_states(manifest_.resume);
+    return folder_.prune_resume_states(manifest_);
 }
 
 size_t FrameWriter::baked_state(size_t solver, const FrameToWrite& frame) const {
@@ -158,9 +185,10 @@ size_t FrameWriter::baked_state(size_t solver, const FrameToWrite& frame) const 
     return static_cast<size_t>(std::find_if(frame.items.begin(), frame.items.end(), same) - frame.items.begin());
 }
 
-// Two names take turns, so that the state that the manifest on disk speaks of is there until the next manifest is.
-std::string FrameWriter::resume_path(size_t solver, int frame) const {
-    return std::string(kResumeFolder) + "/" + file_name_of(solvers_[solver]) + (frame % 2 ? ".odd.ply" : ".even.ply");
+// Two names take turns, so that the file that the manifest on disk speaks of is there until the next manifest is.
+std::string FrameWriter::own_path(size_t solver, int frame, const std::string& ending) const {
+    return std::string(kResumeFolder) + "/" + file_name_of(solvers_[solver]) + (frame % 2 ? ".odd." : ".even.") +
+           ending;
 }
 
 }  // namespace sunder

@@ -11,6 +11,7 @@
 
 #include "nodes/bake.h"
 #include "nodes/bake_files/bake_folder.h"
+#include "nodes/bake_files/break_log.h"
 #include "nodes/bake_files/manifest.h"
 #include "nodes/files/byte_buffer.h"
 #include "nodes/graph/value.h"
@@ -21,6 +22,7 @@ namespace sunder {
 struct FrameToWrite {
     std::vector<std::shared_ptr<const BakeItem>> items;     // of each bake node
     std::vector<std::shared_ptr<const StateValue>> states;  // of each solver
+    std::vector<FragmentLoads> loads;                       // likewise
     BakedFrame done;                                        // number and times so far
 };
 
@@ -49,10 +51,13 @@ public:
 private:
     void work();
     Status write(FrameToWrite& io_frame);
+    /// Lists a frame whose files are on disk, the items first.
+    Status list(const FrameToWrite& frame, const std::vector<ManifestFile>& written);
     /// Which of the frame's items is the solver's state, n_items: none.
     size_t baked_state(size_t solver, const FrameToWrite& frame) const;
-    /// File of our own for the state of a solver that no item is.
-    std::string resume_path(size_t solver, int frame) const;
+    /// File of our own for what the next frame replaces: the state of a solver that no item is ("ply"), and its
+    /// fragments' loads ("loads.json").
+    std::string own_path(size_t solver, int frame, const std::string& ending) const;
 
     const BakeFolder& folder_;
     Manifest& manifest_;

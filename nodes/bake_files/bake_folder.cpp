@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "nodes/bake_files/break_log.h"
 #include "nodes/files/compression.h"
 #include "nodes/files/mesh_frame_file.h"
 #include "nodes/files/state_file.h"
@@ -29,7 +30,8 @@ bool bears_mark(const fs::path& path) {
     ::close(fd);
     head.resize(n > 0 ? static_cast<size_t>(n) : 0);
     const std::string text = compressed ? decompress_head(head, kMarkBytes) : head;
-    return text.find(kStateFileMark) != std::string_view::npos || text.find(kMeshFileMagic) != std::string_view::npos;
+    return text.find(kStateFileMark) != std::string_view::npos || text.find(kMeshFileMagic) != std::string_view::npos ||
+           text.starts_with(kBreaksMark) || text.starts_with(kLoadsMark);
 }
 
 bool is_there(const fs::path& path) {
@@ -145,14 +147,19 @@ Status BakeFolder::remove_own(const ManifestFile& file) const {
     return is_own(file) ? remove_file(path_ / file.path) : Status();
 }
 
-Status BakeFolder::prune_resume_states(const std::vector<ManifestFile>& keep) const {
+Status BakeFolder::prune_resume_states(const Manifest& manifest) const {
     const fs::path folder = path_ / kResumeFolder;
     std::error_code code;
     std::vector<fs::path> stale;
+    const auto is_kept = [&](const std::string& path) {
+        const auto lists = [&](const std::vector<ManifestFile>& files) {
+            return std::ranges::find(files, path, &ManifestFile::path) != files.end();
+        };
+        return lists(manifest.resume) || (manifest.log && lists(manifest.log->loads));
+    };
     for (fs::directory_iterator it(folder, code), end; !code && it != end; it.increment(code)) {
         const std::string path = std::string(kResumeFolder) + "/" + it->path().filename().string();
-        const bool kept = std::any_of(keep.begin(), keep.end(), [&](const ManifestFile& f) { return f.path == path; });
-        if (!kept && (path.ends_with(kTemporarySuffix) || bears_mark(it->path()))) stale.push_back(it->path());
+        if (!is_kept(path) && (path.ends_with(kTemporarySuffix) || bears_mark(it->path()))) stale.push_back(it->path());
     }
     for (const fs::path& path : stale)
         if (Status s = remove_file(path); !s) return s;
@@ -165,6 +172,9 @@ std::set<std::string> listed_paths(const Manifest& manifest) {
         for (const ManifestFile& f : frame.files) paths.insert(f.path);
     for (const ManifestFile& f : manifest.resume) paths.insert(f.path);
     for (const ManifestFile& f : manifest.exports) paths.insert(f.path);
+    if (manifest.log)
+        for (const auto* files : {&manifest.log->breaks, &manifest.log->loads})
+            for (const ManifestFile& f : *files) paths.insert(f.path);
     return paths;
 }
 

@@ -47,8 +47,8 @@ public:
     bool is_own(const ManifestFile& file) const;
     /// Removes it if it is. Leaves all others alone.
     Status remove_own(const ManifestFile& file) const;
-    /// Removes the states to resume from that `keep` does not list.
-    Status prune_resume_states(const std::vector<ManifestFile>& keep) const;
+    /// Removes what lies beside the states to resume from and the manifest does not list.
+    Status prune_resume_states(const Manifest& manifest) const;
 
 private:
     BakeFolder(std::filesystem::path path, int lock) : path_(std::move(path)), lock_(lock) {}

@@ -130,6 +130,8 @@ Json to_json(const Manifest& m) {
     json["frames"] = std::move(frames);
     json["resume"] = to_json(m.resume);
     if (!m.exports.empty()) json["exports"] = to_json(m.exports);
+    if (m.log)
+        json["log"] = {{"from", m.log->from}, {"breaks", to_json(m.log->breaks)}, {"loads", to_json(m.log->loads)}};
     return json;
 }
 
@@ -174,6 +176,10 @@ Result<Manifest> parse_manifest(std::string_view text, const std::string& where)
         m.frames.push_back({read.get<int>(f, "frame"), read.files(f, "files")});
     m.resume = read.files(json, "resume");
     if (json.contains("exports")) m.exports = read.files(json, "exports");
+    if (json.contains("log")) {
+        const Json& log = json["log"];
+        m.log = {read.get<int>(log, "from"), read.files(log, "breaks"), read.files(log, "loads")};
+    }
     if (!read.fault.empty()) return bad_input(where, "is not a whole manifest: " + read.fault, mend);
     for (size_t i = 0; i < m.frames.size(); ++i)
         if (m.frames[i].frame != m.frame_range[0] + static_cast<int>(i) || m.frames[i].frame > m.frame_range[1])
@@ -287,6 +293,9 @@ Result<BakeCheck> verify_files(const Manifest& manifest, const fs::path& folder,
                                                      }) != manifest.frames.back().files.end();
         if (!is_baked) look_at(f, " (state to resume from)");
     }
+    if (manifest.log)
+        for (const auto* files : {&manifest.log->breaks, &manifest.log->loads})
+            for (const ManifestFile& f : *files) look_at(f, " (log)");
     const int next = manifest.frame_range[0] + static_cast<int>(manifest.frames.size());
     for (int f = next; f <= manifest.frame_range[1]; ++f) check.missing_frames.push_back(f);
     if (!check.missing_frames.empty())

@@ -40,6 +40,14 @@ struct ManifestInput {
     bool operator==(const ManifestInput&) const = default;
 };
 
+/// What broke and why, from a frame on (break_log.h).
+struct ManifestLog {
+    int from = 1;                      // an earlier Sunder baked the frames before it
+    std::vector<ManifestFile> breaks;  // one for each frame and solver of which something broke, in their order
+    std::vector<ManifestFile> loads;   // of each solver of which something can break, up to the last whole frame
+    bool operator==(const ManifestLog&) const = default;
+};
+
 struct Manifest {
     std::string version = SUNDER_VERSION;  // of the Sunder that baked
     Json graph;                            // as run, defaults written out
@@ -49,6 +57,7 @@ struct Manifest {
     std::vector<ManifestFrame> frames;        // whole ones, from frame_range[0] on, without a gap
     std::vector<ManifestFile> resume;         // state of each solver at the last whole frame
     std::vector<ManifestFile> exports;        // files of all frames; a stamp of zeros while one is being written
+    std::optional<ManifestLog> log;           // none: of a Sunder that kept none
 
     bool operator==(const Manifest&) const = default;
 };

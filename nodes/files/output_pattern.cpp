@@ -44,4 +44,15 @@ std::string shot_path(const std::string& pattern, const std::string& extension) 
     return stem + extension;
 }
 
+std::string file_name_of(const std::string& node) {
+    constexpr const char* kDigits = "0123456789abcdef";
+    std::string name;
+    for (unsigned char c : node)
+        if (std::isalnum(c) || c == '_' || c == '-')
+            name += static_cast<char>(c);
+        else
+            name += '%', name += kDigits[c >> 4], name += kDigits[c & 15];
+    return name;
+}
+
 }  // namespace sunder

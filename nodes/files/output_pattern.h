@@ -16,4 +16,8 @@ std::string output_path(const std::string& pattern, int frame);
 /// The file of all frames beside them: "mesh/bunny.####.ply" and ".usda" give "mesh/bunny.usda".
 std::string shot_path(const std::string& pattern, const std::string& extension);
 
+/// A node's name as part of a file's: names may hold any character, here only letters, digits, _ and - stay as they
+/// are.
+std::string file_name_of(const std::string& node);
+
 }  // namespace sunder

@@ -22,12 +22,11 @@ std::vector<PlyProperty> operator+(std::vector<PlyProperty> a, const std::vector
 constexpr size_t kBendingDoubles = 9 + std::tuple_size_v<LayerStrain>;
 constexpr size_t kElementsOfVersion1 = 7;  // without what sleeps
 
-bool knows_bending(std::string_view version) {
-    return version == kBendingStateFileMagic || version == kDamageStateFileMagic || version == kScaledStateFileMagic;
+bool knows_cause(std::string_view version) {
+    return version == kCauseStateFileMagic || version == kScaledStateFileMagic;
 }
-bool knows_damage(std::string_view version) {
-    return version == kDamageStateFileMagic || version == kScaledStateFileMagic;
-}
+bool knows_damage(std::string_view version) { return version == kDamageStateFileMagic || knows_cause(version); }
+bool knows_bending(std::string_view version) { return version == kBendingStateFileMagic || knows_damage(version); }
 bool knows_rest(std::string_view version) { return version == kStateFileMagic || knows_bending(version); }
 
 // The elements in file order; counts are filled in by the writer and taken over from a file by the reader.
@@ -57,6 +56,8 @@ std::vector<PlyElement> layout(std::string_view version = kStateFileMagic) {
         elements.push_back({"damage", 0, doubles("damage hold")});
         elements.push_back({"stiffness", 0, doubles("factor")});
     }
+    if (knows_cause(version))
+        elements.push_back({"cause", 0, doubles("toughness") + ply_scalars("kind", PlyType::uint8) + ints("by")});
     return elements;
 }
 
@@ -93,7 +94,7 @@ public:
         for (Status (Decoder::*read)() :
              {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles, &Decoder::read_edges,
               &Decoder::read_groups, &Decoder::read_rigid_bodies, &Decoder::read_broken, &Decoder::read_contacts,
-              &Decoder::read_rest, &Decoder::read_bending, &Decoder::read_damage})
+              &Decoder::read_rest, &Decoder::read_bending, &Decoder::read_damage, &Decoder::read_cause})
             if (Status s = (this->*read)(); !s) return s.error();
         return std::move(out_);
     }
@@ -282,7 +283,8 @@ private:
         if (!knows_damage(version_)) return {};
         const PlyElement &damage = (*elements_)[10], &stiffness = (*elements_)[11];
         FrameState& s = out_.state;
-        if (version_ == kScaledStateFileMagic && damage.count == 0 && stiffness.count == 0) return {};
+        const bool is_sound = knows_cause(version_) && damage.count == 0 && stiffness.count == 0;
+        if (is_sound) return {};
         if (damage.count != out_.edges.size() || stiffness.count != s.n_particles())
             return fault("tells the damage of " + std::to_string(damage.count) + " edges and the stiffness of " +
                          std::to_string(stiffness.count) + " particles, of " + std::to_string(out_.edges.size()) +
@@ -299,6 +301,27 @@ private:
         return {};
     }
 
+    Status read_cause() {
+        if (!knows_cause(version_)) return {};
+        const PlyElement& e = (*elements_)[12];
+        FrameState& s = out_.state;
+        if (e.count != s.broken.size())
+            return fault("tells why " + std::to_string(e.count) + " edges broke, of " +
+                         std::to_string(s.broken.size()));
+        for (size_t i = 0; i < e.count; ++i) {
+            BrokenEdge& b = s.broken[i];
+            if (load(row(e, i), &b.toughness, 1) >= 0) return not_finite(e, i, 0);
+            const uint8_t kind = read_number<uint8_t>(row(e, i) + sizeof(double));
+            const uint32_t number = read_number<uint32_t>(row(e, i) + sizeof(double) + 1);
+            const size_t counts[] = {0, s.n_particles(), s.rigid_bodies.size(), size_t{1} << 31};  // by kind
+            if (kind >= std::size(counts) || (kind == 0 ? number != kNone : number >= counts[kind]))
+                return fault("cause " + std::to_string(i) + ": there is no thing " + std::to_string(number) +
+                             " of kind " + std::to_string(kind));
+            b.by = {static_cast<Pusher::Kind>(kind), number};
+        }
+        return {};
+    }
+
     const PlyFile& file_;
     const std::string_view version_;
     const std::string& where_;
@@ -311,7 +334,10 @@ private:
 ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& rest, const SceneTime& at) {
     const size_t n = s.n_particles();
     SUNDER_ASSERT(rest.n_particles() == n && rest.n_edges() == s.edge_intact.size());
+    const bool knows_why =
+        std::ranges::any_of(s.broken, [](const BrokenEdge& b) { return b.toughness != 0 || b.by != Pusher(); });
     const std::string_view version = at != SceneTime{static_cast<double>(frame)} ? kScaledStateFileMagic
+                                     : knows_why                                 ? kCauseStateFileMagic
                                      : !s.edge_damage.empty()                    ? kDamageStateFileMagic
                                      : s.plastic_curvature.empty()               ? kStateFileMagic
                                                                                  : kBendingStateFileMagic;
@@ -327,7 +353,8 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
                              s.rest_conditions.size(),
                              s.plastic_curvature.size(),
                              s.edge_damage.size(),
-                             s.stiffness_factor.size()};
+                             s.stiffness_factor.size(),
+                             s.broken.size()};
     size_t total = 4096;
     for (size_t e = 0; e < elements.size(); ++e) {
         elements[e].count = counts[e];
@@ -374,6 +401,10 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
     }
     for (size_t e = 0; e < s.edge_damage.size(); ++e) bytes.number(s.edge_damage[e]), bytes.number(s.edge_hold[e]);
     for (const double factor : s.stiffness_factor) bytes.number(factor);
+    if (knows_cause(version))
+        for (const BrokenEdge& b : s.broken) {
+            bytes.number(b.toughness), bytes.number(static_cast<uint8_t>(b.by.kind)), bytes.number(b.by.number);
+        }
     return bytes;
 }
 
@@ -381,7 +412,8 @@ Result<StateFile> decode_state(std::string bytes, const std::string& where) {
     auto file = PlyFile::parse(std::move(bytes), where);
     if (!file) return file.error();
     for (const std::string_view version : {kStateFileMagic, kBendingStateFileMagic, kDamageStateFileMagic,
-                                           kScaledStateFileMagic, kStateFileMagic2, kStateFileMagic1})
+                                           kCauseStateFileMagic, kScaledStateFileMagic, kStateFileMagic2,
+                                           kStateFileMagic1})
         if (file->has_comment(version)) return Decoder(*file, version, where).decode();
     for (const std::string& c : file->header().comments)
         if (c.starts_with(kStateFileMark))

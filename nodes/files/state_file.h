@@ -10,6 +10,8 @@
 //   rest        still_time load (double), asleep (uchar): of particles, then rigid bodies
 //   rest_condition  low high (int): hashes of what acts on sleepers
 //   bending     kp00 ... kp22, layer0 ... layer28 (double): of the same particles; where a body bends by its curvature
+//   damage      damage hold (double) of the edges, and stiffness  factor (double) of the particles: where edges fade
+//   cause       toughness (double), kind (uchar), by (int): of broken_edge; where edges broke
 //
 // docs/files.md says more. Yield may be infinite ("never"); every other number is finite.
 #pragma once
@@ -33,9 +35,11 @@ inline constexpr std::string_view kStateFileMagic = "sunder state frame 3";
 inline constexpr std::string_view kBendingStateFileMagic = "sunder state frame 4";
 /// Of a state with damaged edges, whether something bends or not.
 inline constexpr std::string_view kDamageStateFileMagic = "sunder state frame 5";
+/// Of a frame in which edges broke, with why; whether something bends or is damaged, or not.
+inline constexpr std::string_view kCauseStateFileMagic = "sunder state frame 6";
 /// Of a state whose time is scaled, whatever else it has: not before it is needed, so that plain shots keep their
 /// bytes.
-inline constexpr std::string_view kScaledStateFileMagic = "sunder state frame 6";
+inline constexpr std::string_view kScaledStateFileMagic = "sunder state frame 7";
 /// Before anything slept, and before sleepers knew what lay on them and contacts their torques; both are read as if all
 /// were awake.
 inline constexpr std::string_view kStateFileMagic1 = "sunder state frame 1", kStateFileMagic2 = "sunder state frame 2";

@@ -152,6 +152,11 @@ ArrayView turns(const StateValue& s) {
     return quaternions(turn);
 }
 
+template <class N, class Get>
+ArrayView of_broken(const StateValue& s, const Get& get) {
+    return made<N, 1>(s.state->broken, [&](const BrokenEdge& b) { return std::array<N, 1>{get(b)}; });
+}
+
 template <class T>
 struct Entry {
     const char* name;
@@ -199,17 +204,15 @@ const std::vector<Entry<StateValue>>& entries_of(const StateValue*) {
         {"piece", [](const S& s) { return own(connected_pieces(s.scene->rest, s.state->edge_intact)); }},
         {"asleep", [](const S& s) { return as_is<uint8_t>(s.state->asleep); }},
         {"edge_intact", [](const S& s) { return as_is<uint8_t>(s.state->edge_intact); }},
-        {"broken_edge",
+        {"broken_edge", [](const S& s) { return of_broken<uint32_t>(s, [](auto& b) { return b.edge.value; }); }},
+        {"broken_time", [](const S& s) { return of_broken<double>(s, [](auto& b) { return b.time; }); }},
+        {"broken_strain", [](const S& s) { return of_broken<double>(s, [](auto& b) { return b.strain; }); }},
+        {"broken_toughness", [](const S& s) { return of_broken<double>(s, [](auto& b) { return b.toughness; }); }},
+        {"broken_by",
          [](const S& s) {
-             return made<uint32_t, 1>(s.state->broken, [](const BrokenEdge& b) { return std::array{b.edge.value}; });
-         }},
-        {"broken_time",
-         [](const S& s) {
-             return made<double, 1>(s.state->broken, [](const BrokenEdge& b) { return std::array{b.time}; });
-         }},
-        {"broken_strain",
-         [](const S& s) {
-             return made<double, 1>(s.state->broken, [](const BrokenEdge& b) { return std::array{b.strain}; });
+             return made<int32_t, 2>(s.state->broken, [](const BrokenEdge& b) {
+                 return std::array{static_cast<int32_t>(b.by.kind), static_cast<int32_t>(b.by.number)};
+             });
          }},
         {"rigid_position",
          [](const S& s) {

@@ -188,6 +188,11 @@ SUNDER_API sunder_status sunder_graph_bake(sunder_graph* graph, const sunder_bak
 /* {"files": N, "bytes": N, "faults": [...], "missing_frames": [...]} of a bake compared with its manifest. */
 SUNDER_API sunder_status sunder_graph_verify_bake(sunder_graph* graph, const char* folder,
                                                   const sunder_progress* progress, const char** out_json);
+/* What broke in a bake, when and why (docs/report.md tells the fields), complete or not. `fragments` names those whose
+ * largest loads are told, too: {"all": true, "body": NAME, "fragments": [1, 2], "box": [[x, y, z], [x, y, z]]}, each of
+ * which may be absent; NULL: none. Errors are told by the graph, which is not read. */
+SUNDER_API sunder_status sunder_graph_report_bake(sunder_graph* graph, const char* folder, const char* fragments,
+                                                  const char** out_json);
 typedef struct sunder_export_settings {
     uint32_t struct_size;
     int32_t overwrite; /* 0: a file that is there already is an error */

@@ -5,6 +5,7 @@
 
 #include "nodes/bake.h"
 #include "nodes/bake_files/manifest.h"
+#include "nodes/break_report.h"
 #include "nodes/exports/fragment_folder.h"
 #include "nodes/exports/shot_export.h"
 #include "nodes/graph/json.h"
@@ -191,6 +192,19 @@ sunder_status sunder_graph_verify_bake(sunder_graph* graph, const char* folder, 
                            {"faults", check->faults},
                            {"missing_frames", check->missing_frames}};
         graph->told.text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+        *out_json = graph->told.text.c_str();
+        return {};
+    });
+}
+
+sunder_status sunder_graph_report_bake(sunder_graph* graph, const char* folder, const char* fragments,
+                                       const char** out_json) {
+    return long_call(graph, folder && out_json, nullptr, [&](const sunder::Progress&) -> Status {
+        const auto choice = sunder::fragment_choice(fragments ? fragments : "{}");
+        if (!choice) return choice.error();
+        const auto report = sunder::break_report(folder, *choice);
+        if (!report) return report.error();
+        graph->told.text = to_json(*report).dump(-1, ' ', false, Json::error_handler_t::replace);
         *out_json = graph->told.text.c_str();
         return {};
     });

@@ -20,6 +20,7 @@ void add_bake_command(CLI::App& app, Run& out_run);
 void add_export_command(CLI::App& app, Run& out_run);
 void add_info_command(CLI::App& app, Run& out_run);
 void add_verify_command(CLI::App& app, Run& out_run);
+void add_report_command(CLI::App& app, Run& out_run);
 
 /// "A:B", or "A" alone, of --frames.
 Result<std::array<int, 2>> to_frames(const std::string& text);

@@ -27,6 +27,7 @@ int run_program(int argc, char** argv) {
     add_export_command(app, run);
     add_info_command(app, run);
     add_verify_command(app, run);
+    add_report_command(app, run);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

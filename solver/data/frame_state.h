@@ -11,11 +11,22 @@
 
 namespace sunder {
 
-/// An edge that broke: when, and at which principal log strain of the group that cut it.
+/// What pushed: a thing of the scene.
+struct Pusher {
+    enum class Kind : uint8_t { nothing, particle, rigid_body, collider };
+    Kind kind = Kind::nothing;
+    uint32_t number = kNone;  // among those of its kind; of nothing: kNone
+    bool operator==(const Pusher&) const = default;
+};
+
+/// An edge that broke: when, at which principal log strain of the group that cut it, and why: which strain it bore at
+/// most, and what pressed hardest on its piece. No step reads why.
 struct BrokenEdge {
     EdgeId edge;
-    double time = 0;    // s
-    double strain = 0;  // -
+    double time = 0;       // s
+    double strain = 0;     // -, below 0: pressed
+    double toughness = 0;  // |strain| at which it breaks there, -; 0: not told (files of before)
+    Pusher by;             // nothing: its own weight, pins or waves did it
     bool operator==(const BrokenEdge&) const = default;
 };
 
@@ -77,7 +88,8 @@ struct FrameState {
     bool operator==(const FrameState& other) const;
 };
 
-/// Hash of every bit of the state; equal states hash equal on every machine of the same byte order.
+/// Hash of every bit of the state but why edges broke (BrokenEdge::toughness, by), which no step reads; equal states
+/// hash equal on every machine of the same byte order.
 uint64_t state_hash(const FrameState& state);
 
 /// Hash of the bits of some numbers.

@@ -162,7 +162,8 @@ void cut_group(const LiveGroups& groups, std::span<const GroupStrain> strains, P
     for (uint32_t s = live.begin(g); s < live.end(g); ++s)
         if (live.member(s) != g && at.plane.parts(particles[live.member(s)].x) &&
             (!is_uneven || factor_of(groups, s) < reach))
-            io_cuts.push_back({live.edge(s), time, strains[g].strain});
+            io_cuts.push_back(
+                {live.edge(s), time, strains[g].strain, std::abs(strains[g].strain) / strains[g].load, {}});
 }
 
 }  // namespace

@@ -310,6 +310,8 @@ void AwakeScene::leave(const WorkerPool& workers, FrameState& io_state) {
         s.edge_damage[edge_[e]] = state_.edge_damage[e], s.edge_hold[edge_[e]] = state_.edge_hold[e];
     for (BrokenEdge b : state_.broken) {
         b.edge = edge_[b.edge];
+        if (b.by.kind == Pusher::Kind::particle) b.by.number = particle_[b.by.number];
+        if (b.by.kind == Pusher::Kind::rigid_body) b.by.number = rigid_body_[b.by.number];
         s.broken.push_back(b);
     }
     state_.broken.clear();

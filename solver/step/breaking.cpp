@@ -10,6 +10,7 @@
 #include "solver/scene/ring_check.h"
 #include "solver/scene/scales.h"
 #include "solver/step/loops.h"
+#include "solver/step/pushers.h"
 
 namespace sunder {
 namespace {
@@ -22,7 +23,7 @@ constexpr double kStressed = 0.5;    // of the toughness: less stress than that,
 // An edge that is to fade to this damage.
 struct Fade {
     EdgeId edge;
-    double damage, tension;
+    double damage, tension, toughness;
 };
 
 class FadeSearch {
@@ -68,12 +69,12 @@ Fade FadeSearch::look_at(EdgeId e) const {
     const double had = pass_.state.edge_damage[e], tau = toughness_of(e);
     const StretchedEdge at = stretched(e);
     const bool bends = model_.bends(edge.a) || model_.bends(edge.b);
-    if (!(tau < kNever) || (had == 0 && !bends && at.is_pressed())) return {e, had, 0};
+    if (!(tau < kNever) || (had == 0 && !bends && at.is_pressed())) return {e, had, 0, tau};
     const Material& material = pass_.context.material(edge.a);
     const double pull =
         tension(at, breaking_.stretch[edge.a], breaking_.stretch[edge.b], material.poisson_ratio, kStressed * tau);
     const double now = damage(pull, tau, opening_length(material, tau), at.rest.norm());
-    return {e, now == 1 || now > had + kLeastRise ? now : had, pull};
+    return {e, now == 1 || now > had + kLeastRise ? now : had, pull, tau};
 }
 
 // Of edges that part at once: whether it is the most loaded about it.
@@ -108,7 +109,7 @@ std::vector<Fade> FadeSearch::run() {
         return !(pass_.context.material(rest().edges[fade.edge].a).fracture_energy > 0);
     };
     for (const Fade& fade : found)
-        if (parts_at_once(fade)) load[fade.edge] = fade.tension / toughness_of(fade.edge);
+        if (parts_at_once(fade)) load[fade.edge] = fade.tension / fade.toughness;
     std::erase_if(found, [&](const Fade& fade) { return parts_at_once(fade) && !leads(fade, load); });
     return found;
 }
@@ -240,7 +241,7 @@ double breaking_strain(const StepContext& context, const FrameState& state, cons
 }
 
 Broken break_edges(const Pass& pass, double leading, const Movables& movables, std::span<const GroupGoal> goals,
-                   LiveModel& model, Breaking& breaking, FrameState& state) {
+                   std::span<const ActiveContact> contacts, LiveModel& model, Breaking& breaking, FrameState& state) {
     const StepContext& context = pass.context;
     const SimulationMesh& rest = context.scene.rest;
     const double time = state.time + pass.time.h;
@@ -257,12 +258,13 @@ Broken break_edges(const Pass& pass, double leading, const Movables& movables, s
     for (const Fade& fade : fading) {
         if (fade.damage - state.edge_damage[fade.edge] > kMuch) broken.weakened.push_back(rest.edges[fade.edge].a);
         weaken(rest, fade, model, breaking, state);
-        if (fade.damage == 1) cuts.push_back({fade.edge, time, fade.tension});
+        if (fade.damage == 1) cuts.push_back({fade.edge, time, fade.tension, fade.toughness, {}});
     }
     for (const BrokenEdge& c : cuts) broken.weakened.push_back(rest.edges[c.edge].a);
     std::ranges::sort(broken.weakened);
     std::ranges::sort(cuts, {}, &BrokenEdge::edge);
     broken.n_cuts = cuts.size();
+    name_pushers(rest, model.live, contacts, cuts);
     cut(rest, cuts, model, breaking, state);
     make_shapes_anew(context, model, breaking, state);
     if (fading.empty()) return broken;

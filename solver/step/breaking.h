@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "solver/contacts/solve/contact_response.h"
 #include "solver/matching/live_model.h"
 #include "solver/material/fading.h"
 #include "solver/material/fracture.h"
@@ -46,7 +47,9 @@ struct Broken {
 /// half of its energy. Hence a group gets stiffness back, as much as its energy was lowered by, here and where the step
 /// began, and no more than its ring lost; where its energy would rise (shapes of other rings are not monotone) it loses
 /// some. So no change of an edge adds energy. An edge that fades does not profit of it.
+/// `contacts`: of the step, with their impulses; what is cut is told what pushed it (pushers.h).
 Broken break_edges(const Pass& pass, double leading, const Movables& movables, std::span<const GroupGoal> goals,
-                   LiveModel& io_model, Breaking& io_breaking, FrameState& io_state);
+                   std::span<const ActiveContact> contacts, LiveModel& io_model, Breaking& io_breaking,
+                   FrameState& io_state);
 
 }  // namespace sunder

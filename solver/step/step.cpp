@@ -110,7 +110,8 @@ Broken Stepper::flow_and_break(double leading) {
                                          m_.matching.goals, state_);
     has_flowed_ = true;
     if (!found.changed && !found.overloaded && m_.breaking.stretch.empty()) return {};
-    Broken broken = break_edges(pass(), leading, m_.movables, m_.matching.goals, m_.model, m_.breaking, state_);
+    Broken broken = break_edges(pass(), leading, m_.movables, m_.matching.goals, m_.problem.contacts, m_.model,
+                                m_.breaking, state_);
     report_.edges_broken += broken.n_cuts;
     report_.cracks_J += broken.dissipated;
     if (broken.n_cuts == 0) return broken;

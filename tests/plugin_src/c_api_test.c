@@ -180,6 +180,9 @@ static void files(sunder_graph* graph, const char* folder) {
     CHECK(sunder_graph_bake(graph, &settings, NULL, NULL) == SUNDER_BAD_USAGE);
     const char* json = NULL;
     CHECK(sunder_graph_verify_bake(graph, folder, NULL, &json) == SUNDER_OK && strstr(json, "\"faults\":[]") != NULL);
+    CHECK(sunder_graph_report_bake(graph, folder, NULL, &json) == SUNDER_OK && strstr(json, "\"breaks\":[") != NULL);
+    CHECK(sunder_graph_report_bake(graph, folder, "[1]", &json) == SUNDER_BAD_INPUT);
+    CHECK(sunder_graph_report_bake(graph, NULL, NULL, &json) == SUNDER_BAD_USAGE);
 
     char path[1000];
     sunder_export_settings wanted;
@@ -283,6 +286,7 @@ static int refused(sunder_graph* graph, const char* folder, const char* sentence
     REFUSED(sunder_graph_read_state(graph, "x.ply", &value));
     REFUSED(sunder_graph_bake(graph, &bake, NULL, NULL));
     REFUSED(sunder_graph_verify_bake(graph, folder, NULL, &json));
+    REFUSED(sunder_graph_report_bake(graph, folder, NULL, &json));
     REFUSED(sunder_graph_export_bake(graph, &export, NULL, &json));
     REFUSED(sunder_graph_start_evaluate(graph, "sim.state", 2, &job));
     REFUSED(sunder_graph_start_evaluate_all(graph, outputs, 1, 2, &job));

@@ -187,7 +187,7 @@ def baked(sunder, scene, tmp_path):
         (lambda b: b[:70], ["truncated"]),
         (lambda b: b + b"x", ["more than its header"]),
         (lambda b: b"", []),
-        (lambda b: b.replace(b"state frame 3", b"state frame 7"), ["state frame 7"]),
+        (lambda b: b.replace(b"state frame 3", b"state frame 9").replace(b"state frame 6", b"state frame 9"), ["state frame 9"]),
         (lambda b: b.replace(b"binary_little_endian", b"binary_big_endian"), ["another kind"]),
     ],
 )

@@ -10,6 +10,7 @@
 Results hold numpy arrays that are views into Sunder's memory: read-only, and valid as long as they are referred to.
 SI units; Z up; quaternions are (w, x, y, z).
 """
+from .break_report import Break, FragmentLoad, Pieces, Report, report
 from .errors import Error
 from .fields import sample_field
 from .graph import Graph, Node, bake, export, node_types, read_state, verify
@@ -19,19 +20,24 @@ from .values import Fragments, Interfaces, Mesh, State, Value
 
 __version__ = version()
 __all__ = [
+    "Break",
     "Error",
+    "FragmentLoad",
     "Fragments",
     "Graph",
     "Interfaces",
     "Job",
     "Mesh",
     "Node",
+    "Pieces",
+    "Report",
     "State",
     "Value",
     "bake",
     "export",
     "node_types",
     "read_state",
+    "report",
     "sample_field",
     "verify",
     "version",

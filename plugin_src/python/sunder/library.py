@@ -158,6 +158,7 @@ _FUNCTIONS = {  # name: (result, arguments)
     "job_finish": (c_int32, [c_void_p, POINTER(BakeReport)]),
     "job_free": (None, [c_void_p]),
     "graph_verify_bake": (c_int32, [c_void_p, c_char_p, _PROGRESS, _TEXT]),
+    "graph_report_bake": (c_int32, [c_void_p, c_char_p, c_char_p, _TEXT]),
     "graph_export_bake": (c_int32, [c_void_p, POINTER(ExportSettings), _PROGRESS, _TEXT]),
     "value_free": (None, [c_void_p]),
     "value_error": (None, [c_void_p, POINTER(ErrorStruct)]),

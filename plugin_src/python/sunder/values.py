@@ -94,7 +94,8 @@ class State(Value):
     plastic_curvature (n, 3, 3) or, where no body bends by its curvature, (0, 3, 3), rad/m, yield_ (n,), strain (n,),
     body (n,), fragment (n,), piece (n,), edges (m, 2), edge_intact (m,), edge_damage (m,) or, where no body has a
     fracture energy, (0,); rigid_position, rigid_orientation,
-    rigid_velocity, rigid_angular_velocity of rigid bodies; broken_edge, broken_time, broken_strain of this frame;
+    rigid_velocity, rigid_angular_velocity of rigid bodies; broken_edge, broken_time, broken_strain, broken_toughness of this frame, and
+    broken_by (b, 2), what pressed hardest: 0 nothing, 1 a particle, 2 a rigid body, 3 a collider, and its number (of nothing -1);
     rest_position, rest_orientation, radii, mass, volume at rest; particle_transform (n, 3, 4), from rest to world,
     particle_turned (n, 3, 4) and particle_turn (n, 4), of which skins are made (Mesh); frame, time, bodies, rigid_bodies, report. Where
     time is scaled, it lies at `simulated_frame`, most often between two that were simulated, and velocities are of simulated time.
@@ -117,6 +118,8 @@ class State(Value):
     broken_edge: Array
     broken_time: Array
     broken_strain: Array
+    broken_toughness: Array
+    broken_by: Array
     rigid_position: Array
     rigid_orientation: Array
     rigid_velocity: Array

@@ -175,6 +175,27 @@ TEST(StateFile, frames_of_former_versions_are_awake) {
     EXPECT_EQ(file->state, e.state);
 }
 
+TEST(StateFile, tells_why_edges_broke_where_that_is_known) {
+    Example e = example();
+    e.state.broken = {{EdgeId(0), 0.125, 0.3, 0.25, {Pusher::Kind::rigid_body, 0}}, {EdgeId(1), 0.125, -0.4, 0.25, {}}};
+    const std::string bytes = bytes_of(e);
+    EXPECT_TRUE(has(bytes, "comment sunder state frame 6\n"));
+    const auto file = decode_state(bytes, "a");
+    ASSERT_TRUE(file) << file.error().text();
+    EXPECT_EQ(file->state, e.state);
+    EXPECT_EQ(state_hash(file->state), state_hash([&] {
+                  FrameState before = e.state;
+                  for (BrokenEdge& b : before.broken) b.toughness = 0, b.by = {};
+                  return before;
+              }()));
+    for (const Pusher by :
+         {Pusher{Pusher::Kind::rigid_body, 1}, Pusher{Pusher::Kind::particle, 3}, Pusher{Pusher::Kind::nothing, 0}}) {
+        e.state.broken[0].by = by;
+        EXPECT_TRUE(has(fault_of(bytes_of(e)), "cause 0: there is no thing"));
+    }
+    for (size_t n = 0; n < bytes.size(); n += 7) EXPECT_NE(fault_of(bytes.substr(0, n)), "");
+}
+
 TEST(StateFile, keeps_the_columns_that_scripts_rely_on) {
     const std::string text = bytes_of(example());
     std::string expected = "element particle 3\n";

@@ -33,7 +33,9 @@ class Manifest:
         self.hashes = {f["frame"]: {file["node"]: file["hash"] for file in f["files"]} for f in content["frames"]}
         self.graph, self.interval, self.version = content["graph"], content["frame_range"], content["version"]
         self.files = [file["path"] for f in content["frames"] for file in f["files"]]
-        self.files += [file["path"] for file in content["resume"] + content.get("exports", [])]
+        log = content.get("log", {})
+        own = content["resume"] + content.get("exports", []) + log.get("breaks", []) + log.get("loads", [])
+        self.files += [file["path"] for file in own]
 
     def shown(self, frame):
         """The frame to show at a frame: itself, else the last one before it, else the first; None if there is none."""

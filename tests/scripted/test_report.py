@@ -1,0 +1,192 @@
+"""What a bake tells of what broke: when, where and why, and of what did not; however the bake went."""
+import json
+import shutil
+import signal
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sunder as package
+from conftest import PROGRAM, block_scene, contents
+
+OLD = Path(__file__).resolve().parents[1] / "data/version_0_1_0"
+
+
+def strip(toughness=0.05, **body):
+    """A strip held at one end, whose other end is drawn away."""
+    return {"sunder": 2, "frame_rate": 24, "frame_range": [1, 24], "nodes": {
+        "cut": {"type": "lattice", "size": [1, 0.1, 0.1], "cells": [10, 1, 1]},
+        "strip": {"type": "body", "fragments": "@cut.fragments", "toughness": toughness, "fracture_energy": None, **body},
+        "held": {"type": "pin", "body": "@strip.body", "region": "box", "box_min": [-1, -1, -1], "box_max": [-0.41, 1, 1]},
+        "drawn": {"type": "pin", "body": "@strip.body", "region": "box", "box_min": [0.41, -1, -1], "box_max": [1, 1, 1],
+                  "position": {"keys": [[1, [0, 0, 0]], [24, [0.12, 0, 0]]]}},
+        "sim": {"type": "solver", "bodies": ["@strip.body"], "pins": ["@held.pin", "@drawn.pin"], "gravity": [0, 0, 0]},
+        "cache": {"type": "bake_state", "state": "@sim.state", "path": "state/sim.####.ply"}}}
+
+
+def baked(graph, folder, **options):
+    package.bake(package.Graph.from_dict(graph), folder, **options)
+    return package.report(folder)
+
+
+def without_states(graph):
+    del graph["nodes"]["cache"]
+    return graph
+
+
+@pytest.fixture(scope="module")
+def hit(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("hit")
+    return folder, baked(block_scene(), folder)
+
+
+def test_a_hit_names_the_ball_when_it_hits(hit):
+    _, told = hit
+    first = told["first"]
+    assert first == min(told["breaks"], key=lambda b: b["time"]) and told["complete"] and told["frames"] == [1, 10]
+    assert (first["by"], first["by_kind"], first["body"], first["solver"]) == ("ball", "rigid_body", "clay", "sim")
+    reaches = (-6 + (6**2 + 2 * 9.81 * 0.15) ** 0.5) / 9.81  # s, that the ball takes for 0.15 m
+    assert reaches < first["time"] < reaches + 0.02
+    assert all(abs(b["toughness"] - 0.06) < 1e-12 and b["strain"] > 0.06 for b in told["breaks"])
+    assert all(b["by_kind"] in ("nothing", "rigid_body", "collider", "body") for b in told["breaks"])
+
+
+def test_it_is_what_the_states_tell(hit):
+    folder, told = hit
+    frames = [package.read_state(folder / f"state/sim.{frame:04d}.ply") for frame in range(1, 11)]
+    assert told["broken"] == len(told["breaks"]) == (frames[-1].edge_intact == 0).sum() > 0
+    for state in frames:
+        rows = [b for b in told["breaks"] if b["frame"] == state.frame]
+        assert [b["edge"] for b in rows] == list(state.broken_edge)
+        assert [b["time"] for b in rows] == list(state.broken_time)
+        assert [b["strain"] for b in rows] == list(state.broken_strain)
+        assert [b["toughness"] for b in rows] == list(state.broken_toughness)
+        kinds = ["nothing", "body", "rigid_body", "collider"]
+        assert [b["by_kind"] for b in rows] == [kinds[kind] for kind, _ in state.broken_by]
+        for b in rows:
+            ends = state.edges[b["edge"]]
+            assert b["fragments"] == list(state.fragment[ends])
+            assert np.allclose(b["position"], state.position[ends].mean(axis=0), atol=1e-12)
+        for pieces in told["pieces"]:
+            if pieces["frame"] == state.frame:
+                sizes = np.sort(np.bincount(state.piece))[::-1]
+                assert (pieces["pieces"], pieces["largest"]) == (len(sizes), list(sizes[:5])) and pieces["edges"] == len(rows)
+    assert {p["frame"] for p in told["pieces"]} == {b["frame"] for b in told["breaks"]}
+
+
+def test_the_log_needs_no_states_and_changes_nothing_else(hit, tmp_path):
+    folder, told = hit
+    assert baked(without_states(block_scene()), tmp_path / "bare") == told
+    breaks = sorted(p.name for p in (tmp_path / "bare/breaks").iterdir())
+    assert breaks == [f"sim.{pieces['frame']:04d}.json" for pieces in told["pieces"]]
+    assert contents(folder / "breaks") == contents(tmp_path / "bare/breaks")
+
+
+def test_the_program_tells_the_same(hit, sunder):
+    folder, told = hit
+    assert json.loads(sunder("report", folder, "--json").out) == told
+    table = sunder("report", folder)
+    assert table.status == 0 and f"{told['broken']} edges broken" in table.out
+    assert "first: clay" in table.out and "pushed by ball" in table.out and "toughness" in table.out
+    lines = sunder("report", folder, "--fragments", "0,3-5", "--body", "clay").out.splitlines()
+    assert sum(line.startswith("clay") for line in lines) == 4
+
+
+def test_what_a_pin_draws_is_pushed_by_nothing(tmp_path):
+    told = baked(strip(), tmp_path / "out")
+    assert told["broken"] > 0 and {b["by_kind"] for b in told["breaks"]} == {"nothing"}
+    assert told["first"]["by"] is None and abs(told["first"]["toughness"] - 0.05) < 1e-12
+    assert 0.05 < told["first"]["strain"] < 0.07  # the strip is drawn slowly
+
+
+def test_why_it_did_not_break(tmp_path):
+    """The strip is drawn by 0.12 m of 0.8 m between pins: log strain 0.14 in the middle, of a toughness of 0.5."""
+    told = baked(strip(0.5), tmp_path / "out")
+    assert told["breaks"] == told["pieces"] == told["fragments"] == [] and told["first"] is None
+    assert not (tmp_path / "out/breaks").exists()
+    states = [package.read_state(tmp_path / f"out/state/sim.{frame:04d}.ply") for frame in range(1, 25)]
+    strains = np.array([state.strain for state in states])
+    rows = package.report(tmp_path / "out", fragments="all")["fragments"]
+    assert [row["fragment"] for row in rows] == list(range(10))
+    for row in rows:
+        own = strains[:, row["fragment"]]
+        assert row["strain"] == own.max() and row["toughness"] == 0.5 and row["share"] == own.max() / 0.5 < 1
+        assert row["frame"] == states[own.argmax()].frame
+        assert (row["broken_edges"], row["first_broken"]) == (0, None)
+    middle, = package.report(tmp_path / "out", box=[[0, -1, -1], [0.1, 1, 1]])["fragments"]
+    assert middle == rows[5] and 0.1 < middle["strain"] < 0.2
+    assert package.report(tmp_path / "out", fragments=[5], body="strip")["fragments"] == [middle]
+    for choice in ({"fragments": [10]}, {"body": "nobody"}, {"box": [[5, 5, 5], [6, 6, 6]]}):
+        with pytest.raises(package.Error, match="none is chosen"):
+            package.report(tmp_path / "out", **choice)
+
+
+def test_what_broke_has_borne_more_than_its_share(hit):
+    folder, told = hit
+    rows = package.report(folder, fragments="all")["fragments"]
+    broken = {fragment for b in told["breaks"] for fragment in b["fragments"]}
+    for row in rows:
+        assert (row["broken_edges"] > 0) == (row["fragment"] in broken)
+        if row["broken_edges"]:
+            assert row["share"] > 1
+            assert row["first_broken"] == min(b["time"] for b in told["breaks"] if row["fragment"] in b["fragments"])
+
+
+@pytest.mark.parametrize("states", [True, False])
+def test_resumed_or_killed_it_tells_the_same(scene, sunder, tmp_path, states):
+    graph = block_scene((1, 60)) if states else without_states(block_scene((1, 60)))
+    scene(graph)
+    assert sunder("bake", "scene.json", "-o", "whole").status == 0
+    for frames in ("1:2", "1:5", "1:60"):
+        assert sunder("bake", "scene.json", "-o", "parts", "--frames", frames, "--resume").status == 0
+    for end in (signal.SIGKILL, signal.SIGINT):
+        folder = f"ended_{end}"
+        process = subprocess.Popen([PROGRAM, "bake", "scene.json", "-o", folder], cwd=tmp_path, stdout=subprocess.PIPE)
+        for _ in range(3):
+            process.stdout.readline()
+        process.send_signal(end)
+        process.communicate()
+        early = package.report(tmp_path / folder)
+        assert not early["complete"] and early["frames"][1] >= 3
+        assert sunder("bake", "scene.json", "-o", folder, "--resume").status == 0
+        assert sunder("verify", folder).status == 0
+    whole = contents(tmp_path / "whole")
+    assert any(name.startswith("breaks/") for name in whole)
+    for folder in ("parts", f"ended_{signal.SIGKILL}", f"ended_{signal.SIGINT}"):
+        assert contents(tmp_path / folder) == whole
+
+
+def test_a_changed_log_is_noticed_and_restarting_takes_it_away(hit, scene, sunder, tmp_path):
+    folder = Path(shutil.copytree(hit[0], tmp_path / "hit"))
+    log = min((folder / "breaks").iterdir())
+    log.write_text(log.read_text().replace('"ball"', '"bell"'))
+    assert "its contents have changed" in sunder("verify", folder).err
+    refused = sunder("report", folder)
+    assert refused.status == 3 and "has changed since it was baked" in refused.err
+    tough = block_scene()
+    tough["nodes"]["clay"]["toughness"] = 9
+    scene(tough)
+    assert sunder("bake", "scene.json", "-o", "hit", "--restart").status == 0
+    assert not any((folder / "breaks").iterdir()) and package.report(folder)["broken"] == 0
+
+
+def test_bakes_of_before_say_so(scene, sunder, tmp_path):
+    refused = sunder("report", OLD / "beam")
+    assert refused.status == 3 and "keeps no log of what broke: an earlier Sunder baked it" in refused.err
+    scene()
+    assert sunder("bake", "scene.json", "-o", "out", "--frames", "1:3").status == 0
+    manifest = json.loads((tmp_path / "out/manifest.json").read_text())
+    del manifest["log"]
+    (tmp_path / "out/manifest.json").write_text(json.dumps(manifest, indent=1))
+    assert sunder("bake", "scene.json", "-o", "out", "--resume").status == 0
+    told = package.report(tmp_path / "out", fragments="all")
+    assert told["note"] == "frames 1 to 3 have no log: an earlier Sunder baked them"
+    assert told["frames"] == [4, 10] and all(b["frame"] > 3 for b in told["breaks"])
+    assert "note: frames 1 to 3" in sunder("report", "out").out
+
+
+@pytest.mark.parametrize("words", [["--fragments", "x"], ["--fragments", "4-2"], ["--fragments", "1,"], ["--box", "1", "2"]])
+def test_what_is_no_choice_is_refused(hit, sunder, words):
+    assert sunder("report", hit[0], *words).status == 2
