@@ -493,9 +493,7 @@ Value state_value(StateFile file) {
     return make_value(StateValue{.frame = file.frame,
                                  .at = file.at,
                                  .scene = scene,
-                                 .state = std::make_shared<FrameState>(std::move(file.state)),
-                                 .body_keys = {},
-                                 .report = {}});
+                                 .state = std::make_shared<FrameState>(std::move(file.state))});
 }
 
 }  // namespace sunder
