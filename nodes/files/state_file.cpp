@@ -411,9 +411,9 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
 Result<StateFile> decode_state(std::string bytes, const std::string& where) {
     auto file = PlyFile::parse(std::move(bytes), where);
     if (!file) return file.error();
-    for (const std::string_view version : {kStateFileMagic, kBendingStateFileMagic, kDamageStateFileMagic,
-                                           kCauseStateFileMagic, kScaledStateFileMagic, kStateFileMagic2,
-                                           kStateFileMagic1})
+    for (const std::string_view version :
+         {kStateFileMagic, kBendingStateFileMagic, kDamageStateFileMagic, kCauseStateFileMagic, kScaledStateFileMagic,
+          kStateFileMagic2, kStateFileMagic1})
         if (file->has_comment(version)) return Decoder(*file, version, where).decode();
     for (const std::string& c : file->header().comments)
         if (c.starts_with(kStateFileMark))
