@@ -113,7 +113,7 @@ def test_why_it_did_not_break(tmp_path):
     for row in rows:
         own = strains[:, row["fragment"]]
         assert row["strain"] == own.max() and row["toughness"] == 0.5 and row["share"] == own.max() / 0.5 < 1
-        assert row["frame"] == states[own.argmax()].frame
+        assert row["frame"] == (states[own.argmax()].frame if own.max() > 0 else None)  # within a pin nothing is strained
         assert (row["broken_edges"], row["first_broken"]) == (0, None)
     middle, = package.report(tmp_path / "out", box=[[0, -1, -1], [0.1, 1, 1]])["fragments"]
     assert middle == rows[5] and 0.1 < middle["strain"] < 0.2
