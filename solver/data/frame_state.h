@@ -26,7 +26,7 @@ struct BrokenEdge {
     double time = 0;       // s
     double strain = 0;     // -, below 0: pressed
     double toughness = 0;  // |strain| at which it breaks there, -; 0: not told (files of before)
-    Pusher by;             // nothing: its own weight, pins or waves did it
+    Pusher by = {};        // nothing: its own weight, pins or waves did it
     bool operator==(const BrokenEdge&) const = default;
 };
 
