@@ -276,6 +276,7 @@ static int refused(sunder_graph* graph, const char* folder, const char* sentence
     REFUSED(sunder_graph_get_at(graph, "clay", "density", 1, &json));
     REFUSED(sunder_graph_reset(graph, "clay", "density"));
     REFUSED(sunder_graph_set_frame_rate(graph, 25));
+    REFUSED(sunder_graph_set_frame_ratio(graph, 24000, 1001));
     REFUSED(sunder_graph_set_frame_range(graph, 1, 3));
     REFUSED(sunder_graph_set_threads(graph, 1));
     REFUSED(sunder_graph_set_cache_limit(graph, 0));
@@ -325,7 +326,7 @@ static void one_thing_at_a_time(const char* folder) {
 
     CHECK(sunder_graph_start_evaluate(graph, "sim.state", 100000, &job) == SUNDER_OK);
     for (int i = 0; i < 20; ++i) {
-        CHECK(refused(graph, folder, job_runs) == 27);
+        CHECK(refused(graph, folder, job_runs) == 29);
         sunder_job_wait(job, 0.005);
     }
     CHECK(sunder_graph_seed_state(graph, "sim", 2, early) == SUNDER_BAD_USAGE);
@@ -342,7 +343,7 @@ static void one_thing_at_a_time(const char* folder) {
 
     struct meddler m = {graph, folder, 0, 0};
     const sunder_progress progress = {sizeof progress, on_progress_meddle, &m};
-    CHECK(sunder_graph_evaluate(graph, "sim.state", 3, &progress, &value) == SUNDER_OK && m.refused == 27);
+    CHECK(sunder_graph_evaluate(graph, "sim.state", 3, &progress, &value) == SUNDER_OK && m.refused == 29);
     CHECK(error_of(graph).status == SUNDER_OK);
     sunder_value_free(value);
     m.is_to_free = 1;
