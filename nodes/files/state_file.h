@@ -10,8 +10,9 @@
 //   rest        still_time load (double), asleep (uchar): of particles, then rigid bodies
 //   rest_condition  low high (int): hashes of what acts on sleepers
 //   bending     kp00 ... kp22, layer0 ... layer28 (double): of the same particles; where a body bends by its curvature
+//   inactive    what (uchar), due glue_due push former_push (double): of the same particles; where something is kept
 //
-// docs/files.md says more. Yield may be infinite ("never"); every other number is finite.
+// docs/files.md says more. Yield and due may be infinite ("never"); every other number is finite.
 #pragma once
 
 #include <cstdint>

@@ -19,6 +19,8 @@ const Registry& standard_registry() {
         prefracture_node(),
         fragment_region_node(),
         body_node(),
+        activate_node(),
+        seam_node(),
         rigid_body_node(),
         collider_node(),
         pin_node(),

@@ -134,6 +134,16 @@ def scene(folder, node_type, mesh="cube", **given):
         nodes["body"] |= {**place, **it, "fragments": fragments}
         return nodes, ["solver.state"], 4
     nodes = {**block(), "floor": floor, "solver": solver}
+    if node_type in ("activate", "seam"):
+        cut = {"type": "prefracture", "mesh": "@file.mesh", "pieces": 12, "clusters": 3}
+        ram = {"type": "collider", "shape": "box", "size": [0.4, 2, 2], "position": {"keys": [[1, [-0.9, 0, 0.5]], [4, [-0.5, 0, 0.5]]]}}
+        ball = {"type": "rigid_body", "radius": 0.2, "position": [0, 0, 1.25], "velocity": [0, 0, -9]}
+        nodes |= {"file": file, "block": cut, "ram": ram, "ball": ball, "it": {**it, "body": "@body.body"}}
+        nodes["body"] |= {"position": [0, 0, 0.51], "velocity": [0, 0, -0.5]}
+        if node_type == "activate":
+            nodes["it"]["object"] = "@ram.collider"
+        solver["bodies"], solver["rigid_bodies"] = ["@it.body"], ["@ball.rigid_body"]
+        return nodes, ["solver.state"], 4
     if node_type == "solver":
         nodes["solver"] |= it
     elif node_type == "rigid_body":
@@ -192,6 +202,10 @@ OTHER = {
     ("pin", "center"): [0.4, 0.4, 0.4], ("pin", "box_max"): [0.2, 0.2, 0.2], ("pin", "box_min"): [0, 0, 0],
     ("fragment_region", "center"): [0.4, 0.4, 0.4], ("fragment_region", "box_max"): [0.2, 0.2, 0.2],
     ("fragment_region", "box_min"): [0, 0, 0], ("fragment_region", "cluster"): 1, ("force", "wind"): [30, 0, 0],
+    ("activate", "center"): [0.4, 0.4, 0.4], ("activate", "box_max"): [0.2, 0.2, 0.2], ("activate", "box_min"): [0, 0, 0],
+    ("activate", "cluster"): 1, ("activate", "group"): "Others", ("activate", "frame"): 4, ("activate", "impulse"): 1e6,
+    ("activate", "delay"): 2, ("activate", "growth"): 30, ("seam", "group"): "Others", ("seam", "other_group"): "Others",
+    ("seam", "points"): [[0, 0, 0], [0, 0, 1]], ("seam", "distance"): 0.6, ("seam", "frames"): 90,
     ("solver", "substeps"): 3, ("solver", "iterations"): 5, ("solver", "hit_substeps"): 1, ("body", "fracture_energy"): 20.0,
 }
 POINTS = [[0.5, 0.1, 0.2], [0.4, -0.3, 0.2], [-0.3, 0.2, 0.4]]
@@ -200,6 +214,8 @@ ALSO = {
     "collider": {"resolution": 20},
     "pin": {"group": "Some"},
     "fragment_region": {"group": "Some"},
+    "activate": {"group": "Some"},
+    "seam": {"group": "Some", "points": [[-0.5, -0.5, 0.5], [-0.5, 0.5, 0.5]], "frame": 2},
 }
 ALSO_OF = {
     ("prefracture", "points"): {}, ("prefracture", "sheets"): {"mesh": "plate"}, ("prefracture", "least_piece"): {"sites": "uniform"},

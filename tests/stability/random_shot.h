@@ -48,6 +48,8 @@ struct Shot {
     void beat_flat(uint64_t seed);
     /// Has pins hold the first body, at rest, on one side of a plane drawn at random.
     void hold(uint64_t seed);
+    /// Has activations of all kinds keep parts of the first body, at rest, until something touches or breaks them.
+    void keep(uint64_t seed);
     std::vector<Material> materials() const { return std::vector(scene.bodies.size(), material); }
     FrameInput input() const;  // of a frame
 };
