@@ -4,6 +4,7 @@
 
 #include "solver/data/disjoint_sets.h"
 #include "solver/frame/object_touch.h"
+#include "solver/scene/rest_conditions.h"
 #include "solver/sleep/sleeping.h"
 #include "solver/step/letting_go.h"
 
@@ -40,6 +41,19 @@ std::vector<uint32_t> sets_of_pieces(const Scene& scene, const FrameState& s) {
     return pieces;
 }
 
+// What is held gives no contact with colliders, and nothing bounds the push of one that moves: where it comes upon what
+// a contact lets go, it does so in that frame.
+void let_go_of_met(const Scene& scene, const FrameInput& input, const Activation& a, FrameState& s) {
+    if (!waits_for_contact(a) || a.keeps == Keeps::glued) return;
+    for (size_t c = 0; c < scene.colliders.size(); ++c) {
+        const DrivenPose& way = input.colliders[c];
+        if (!way.active || !moves(way)) continue;
+        for (const ParticleId i : a.particles)
+            if (keeps(s, a, i) && comes_over(scene.colliders[c].shape, way, scene.rest, s, i))
+                sunder::let_go(s.inactive[i], a.keeps);
+    }
+}
+
 // What wakes with its piece does so.
 void wake_pieces(const Scene& scene, const std::vector<uint8_t>& let_go, FrameState& s) {
     if (std::ranges::none_of(let_go, [](uint8_t bits) { return (bits & Inactivity::kAsleep) != 0; })) return;
@@ -61,6 +75,7 @@ void let_go(const Scene& scene, const FrameInput& input, const FrameState& befor
     for (size_t k = 0; k < scene.activations.size(); ++k) {
         const Activation& a = scene.activations[k];
         if (a.until == Until::object) advance_front(scene, a, input.activations[k].object, s);
+        let_go_of_met(scene, input, a, s);
         const double end = s.time + (1 - kRounding) * input.duration;
         for (const ParticleId i : a.particles)
             if (input.activations[k].comes || s.inactive[i].due[a.keeps == Keeps::glued] < end)

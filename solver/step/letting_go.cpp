@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "solver/data/invariant.h"
-#include "solver/scene/rest_conditions.h"
 
 namespace sunder {
 namespace {
@@ -29,13 +28,8 @@ std::vector<double> pushes_of(const StepContext& context, double h, std::span<co
     for (const ActiveContact& c : contacts) {
         if (!c.separate_pieces) continue;
         const MovableId a = c.contact.a, b = c.contact.b;
-        double impulse = c.impulse.normal > 0 ? c.impulse.normal / h + ending_of(c, h, movables) : 0;
-        if (!has_movable_b(c.contact)) {
-            const bool closes = c.approach_speed > 0 && c.approach_speed * h > c.contact.gap - c.allowed_gap;
-            if (closes && moves(context.input.colliders[b & ~Contact::kStatic])) impulse = kNever;
-        } else if (b < n) {
-            push[b] += impulse;
-        }
+        const double impulse = c.impulse.normal > 0 ? c.impulse.normal / h + ending_of(c, h, movables) : 0;
+        if (has_movable_b(c.contact) && b < n) push[b] += impulse;
         if (a < n) push[a] += impulse;
     }
     return push;
@@ -100,7 +94,7 @@ void add_pushes(const StepContext& context, double h, std::span<const ActiveCont
                 FrameState& state) {
     const std::vector<double> push = pushes_of(context, h, contacts, movables);
     for (size_t i = 0; i < push.size(); ++i)
-        if (state.inactive[i].what != 0 && push[i] < kNever) state.inactive[i].push += push[i];
+        if (state.inactive[i].what != 0) state.inactive[i].push += push[i];
 }
 
 void let_go_beside_breaks(const Scene& scene, std::span<const BrokenEdge> broken, FrameState& state) {

@@ -32,8 +32,8 @@ void hold_inactive(const FrameState& state, Movables& io_movables);
 /// Whether contacts of a step may let go of anything.
 bool contacts_let_go(const StepContext& context, const FrameState& state);
 
-/// Lets go of what contacts push by more than it takes, with what they pushed it by in this frame and the one before,
-/// or what a collider comes upon: nothing bounds its push. Whether there was any: the step is to be taken again.
+/// Lets go of what contacts push by more than it takes, with what they pushed it by in this frame and the one before.
+/// Whether there was any: the step is to be taken again.
 bool let_go_of_pushed(const StepContext& context, double h, const LiveTopology& live,
                       std::span<const ActiveContact> contacts, const Movables& movables, FrameState& io_state);
 
