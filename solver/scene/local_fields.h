@@ -29,7 +29,7 @@ struct Pulled {
 /// Those of a frame that act all along it; blasts do not.
 class LocalFields {
 public:
-    LocalFields(const Scene& scene, const FrameInput& input);
+    LocalFields(const Scene& scene, const FrameInput& input, const FrameState& state);
     bool empty() const { return forces_.empty(); }
     Pull on(const Pulled& thing) const;
 
@@ -37,6 +37,7 @@ private:
     struct Acting {
         const LocalForce* force;
         uint32_t body;  // that alone it acts on, or none: on all
+        double left;    // of a pressure
     };
     const SimulationMesh& rest_;
     std::vector<Acting> forces_;

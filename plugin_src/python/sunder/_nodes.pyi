@@ -34,6 +34,7 @@ NodeType = Literal[
     "turbulence",
     "guide",
     "grid_force",
+    "pressure",
     "solver",
     "deformer",
     "bake_mesh",
@@ -660,6 +661,22 @@ class AddsNodes:
             Needs source = values.
         """
 
+    @overload
+    def add(
+        self,
+        type: Literal["pressure"],
+        name: str,
+        *,
+        body: _Wire = ...,
+        pressure: Union[_Number, _Animation] = ...,
+        vent: _Number = ...,
+    ) -> Node:
+        """Blows a closed hollow body up from inside until it bursts. The pressure drops as the body opens.
+
+        body: Of a mesh with a surface inside that encloses a hollow.
+        pressure: Above that outside, while the body is closed [Pa].
+        vent: Share of the surface inside that is open when the pressure has dropped to half.
+        """
     @overload
     def add(
         self,

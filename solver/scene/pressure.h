@@ -1,0 +1,12 @@
+// Gas in a hollow body.
+#pragma once
+
+#include "solver/scene/local_force.h"
+
+namespace sunder {
+
+/// Of its pressure, what is left of it as a body stands: half, where so much is open as its `vent` says. The opening of
+/// a piece is what its share of the lining lacks to be closed, by the vectors of areas; each opening has two sides.
+double pressure_left(const Pressure& gas, const SimulationMesh& rest, const FrameState& state, uint32_t body);
+
+}  // namespace sunder
