@@ -29,6 +29,9 @@ public:
         add(values.data(), values.size());
     }
     void add(const LayerStrain& layers) { add(layers.data(), sizeof layers); }
+    void add(const EdgeOffsets& e) {
+        for (const MemberOffset& member : e) add(member.shift), add(member.turn);
+    }
     void add(const RigidBodyState& r) { add(r.position), add(r.orientation), add(r.velocity), add(r.angular_velocity); }
     void add(const ContactMemory& c) {
         add(uint64_t{c.a.value}), add(uint64_t{c.b.value});
@@ -50,7 +53,7 @@ uint64_t state_hash(const FrameState& s) {
     h.add(s.plastic_deformation), h.add(s.yield), h.add(s.strain), h.add(s.group_rotation);
     h.add(s.edge_intact), h.add(s.rigid_bodies), h.add(s.contacts), h.add(s.broken);
     if (!s.asleep.empty()) h.add(s.still_time), h.add(s.asleep), h.add(s.rest_load), h.add(s.rest_conditions);
-    if (!s.plastic_curvature.empty()) h.add(s.plastic_curvature), h.add(s.layer_strain);
+    if (!s.plastic_curvature.empty()) h.add(s.plastic_curvature), h.add(s.layer_strain), h.add(s.edge_offset);
     if (!s.edge_damage.empty()) h.add(s.edge_damage), h.add(s.edge_hold), h.add(s.stiffness_factor);
     return h.digest();
 }
@@ -67,7 +70,7 @@ bool FrameState::operator==(const FrameState& o) const {
     return time == o.time && position == o.position && same_rotations(orientation, o.orientation) &&
            velocity == o.velocity && angular_velocity == o.angular_velocity &&
            plastic_deformation == o.plastic_deformation && plastic_curvature == o.plastic_curvature &&
-           layer_strain == o.layer_strain && yield == o.yield && strain == o.strain &&
+           layer_strain == o.layer_strain && edge_offset == o.edge_offset && yield == o.yield && strain == o.strain &&
            same_rotations(group_rotation, o.group_rotation) && edge_intact == o.edge_intact &&
            edge_damage == o.edge_damage && edge_hold == o.edge_hold && stiffness_factor == o.stiffness_factor &&
            rigid_bodies == o.rigid_bodies && contacts == o.contacts && broken == o.broken &&

@@ -56,6 +56,15 @@ struct RigidBodyState {
 /// seven times strain 11, 22, 12 in its plane, of a rod 29 fibres, -.
 using LayerStrain = std::array<double, 29>;
 
+/// Of a member of a thin group, in the axes of the group's fragment: what of where it lies and of how it is turned is
+/// so for good, beside what F_P and K_P say.
+struct MemberOffset {
+    Vec3 shift = Vec3::Zero(), turn = Vec3::Zero();  // m, rad
+    bool operator==(const MemberOffset&) const = default;
+};
+/// Of both ends of an edge a-b: of b in a's group, of a in b's.
+using EdgeOffsets = std::array<MemberOffset, 2>;
+
 struct FrameState {
     double time = 0;                        // since the first frame, s
     std::vector<Vec3> position;             // (n_particles x 3), m
@@ -66,6 +75,7 @@ struct FrameState {
     // Of thin groups; empty where no body bends by its curvature:
     std::vector<Mat3> plastic_curvature;    // K_P in the fragment's axes    (n_particles x 3 x 3), rad/m
     std::vector<LayerStrain> layer_strain;  // (n_particles)
+    std::vector<EdgeOffsets> edge_offset;   // (n_edges x 2 x 2 x 3), m, rad
     std::vector<double> yield;              // present yield strain of the group (hardens)    (n_particles), -
     std::vector<double> strain;             // largest |principal elastic log strain|         (n_particles), -
     std::vector<Quat> group_rotation;       // optimal rotation, warm start of the next one   (n_particles x 4)

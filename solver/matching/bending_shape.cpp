@@ -129,6 +129,7 @@ void BendingShapes::update(const SimulationMesh& rest, const LiveTopology& live,
     workers.for_range(n, kGroupGrain, [&](size_t first, size_t last) {
         for (size_t g = first; g < last; ++g) {
             if (!bending.thin[g] || bending.pinned[g] || live.count(g) < 2) continue;
+            take_up_offsets(rest, live, bending.edge_offset, g);
             const Key key = {shapes.revision[g], stiffness[g].k, stiffness[g].volume_ratio};
             Mat3 curvature = Mat3::Zero();
             if (!bending.plastic_curvature.empty()) curvature = bending.plastic_curvature[g];
@@ -137,6 +138,12 @@ void BendingShapes::update(const SimulationMesh& rest, const LiveTopology& live,
             build(rest, live, shapes, stiffness[g], bending, g);
         }
     });
+}
+
+void BendingShapes::take_up_offsets(const SimulationMesh& rest, const LiveTopology& live,
+                                    std::span<const EdgeOffsets> offsets, ParticleIndex g) {
+    for (uint32_t slot = live.begin(g); slot < live.end(g) && !offsets.empty(); ++slot)
+        if (const EdgeId e = live.edge(slot); !e.is_none()) member_[slot].own = offsets[e][rest.edges[e].b == g];
 }
 
 void BendingShapes::build(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
@@ -263,7 +270,7 @@ BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<
         center += rest.mean_part * m.p;
         m.turn = i == g ? Vec3(Vec3::Zero())
                         : Vec3(s.axes.transpose() * rotation_vector(cell.d.conjugate() * particles[i].d));
-        of.K += m.turn * rest.pull_arm.transpose();
+        of.K += (m.turn - rest.own.turn) * rest.pull_arm.transpose();
     }
     Vec3 mean = Vec3::Zero();  // of the bent shape's places
     for (size_t j = 0; j < o_members.size(); ++j) {
@@ -271,9 +278,9 @@ BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<
         BentMember& m = o_members[j];
         const Arc arc(of.K * rest.arm, rest.arm);
         m.p = of.axes.transpose() * (m.p - center);
-        m.r = arc.place, m.arc_rate = arc.rate;
+        m.r = arc.place + rest.own.shift, m.arc_rate = arc.rate;
         m.turn_rate = rotation_vector_rate(m.turn);
-        mean += rest.mean_part * arc.place;
+        mean += rest.mean_part * m.r;
     }
     for (size_t j = 0; j < o_members.size(); ++j) {
         BentMember& m = o_members[j];
@@ -295,11 +302,27 @@ BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<
         const BendingMember& rest = shapes.member(begin + j);
         BentMember& m = o_members[j];
         m.r -= rest.q - s.spanned * rest.q + of.F * rest.q;
-        m.sigma = m.turn - of.K * rest.arm;
+        m.sigma = m.turn - rest.own.turn - of.K * rest.arm;
         of.rest += 0.5 * s.k * rest.weight *
                    (s.softness.dot(m.r.cwiseProduct(m.r)) + s.turn_moment.dot(m.sigma.cwiseProduct(m.sigma)));
     }
     return of;
+}
+
+Unexplained unexplained(const BendingShapes& shapes, const LiveTopology& live, ParticleIndex g,
+                        std::span<const BentMember> members) {
+    const BendingShape& s = shapes.shape(g);
+    Unexplained sum;
+    for (size_t j = 0; j < members.size(); ++j) {
+        const BentMember& m = members[j];
+        const double weight = shapes.member(live.begin(g) + j).weight;
+        for (int i = 0; i < 3; ++i) {
+            (s.shift_stretches(i) ? sum.stretch : sum.bend) += weight * s.softness[i] * m.r[i] * m.r[i];
+            (s.turn_stretches(i) ? sum.stretch : sum.bend) += weight * s.turn_moment[i] * m.sigma[i] * m.sigma[i];
+        }
+    }
+    const double to_square = s.k / (s.youngs_modulus() * s.volume);  // k/2 w m r^2 = E V/2 strain^2
+    return {to_square * sum.stretch, to_square * sum.bend};
 }
 
 void pull_back(const BendingShapes& shapes, const LiveTopology& live, ParticleIndex g, const BentGroup& of,

@@ -21,6 +21,7 @@ struct Bending {
     std::span<const uint8_t> pinned;            // held by a pin (n_particles)
     std::span<const Mat3> plastic_deformation;  // F_P (n_particles)
     std::span<const Mat3> plastic_curvature;    // K_P in the fragment's axes, rad/m (n_particles), or empty: none
+    std::span<const EdgeOffsets> edge_offset;   // of members, for good (n_edges), or empty: none
 };
 
 /// A member of such a group, in the axes of the group's fragment.
@@ -32,6 +33,7 @@ struct BendingMember {
     Vec3 offset;        // of the point that is matched, from a pinned member's centre, at rest in the world, m; else 0
     double weight = 0;  // w m, kg
     double mean_part = 0;          // of the weighted mean, -
+    MemberOffset own;              // what is so for good beside F_P and K_P
     Mat3 shift_block, turn_block;  // of the Hessian at rest, of this member alone, in the axes
 };
 
@@ -57,6 +59,9 @@ struct BendingShape {
     Vec3 pull_sum = Vec3::Zero();  // sum of pulls: 0 but where pins are
 
     double youngs_modulus() const { return 2 * mu * (1 + nu); }
+    /// Whether what r has along axis i stretches (else it bends), and what sigma has about it.
+    bool shift_stretches(int i) const { return rank == 2 ? i != normal : i == axis; }
+    bool turn_stretches(int i) const { return rank == 2 && i == normal; }
     /// lambda' of the stretch term: plane stress in sheets, the bar's in rods, Pa.
     double pressure() const {
         const double E = youngs_modulus();
@@ -82,6 +87,12 @@ struct BentGroup {
     double energy() const { return bend + stretch + rest; }
 };
 
+/// What no bent shape explains, as the squares of the uniaxial strains that have as much energy, -.
+struct Unexplained {
+    double stretch = 0;  // in a sheet, along a rod; the same through the thickness
+    double bend = 0;     // of what bends: as a mean through the thickness
+};
+
 /// The rest shapes of all thin groups.
 class BendingShapes {
 public:
@@ -105,6 +116,8 @@ private:
     };
     void build(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
                const GroupStiffness& stiffness, const Bending& bending, ParticleIndex g);
+    void take_up_offsets(const SimulationMesh& rest, const LiveTopology& live, std::span<const EdgeOffsets> offsets,
+                         ParticleIndex g);
     void find_blocks(const LiveTopology& live, ParticleIndex g);
 
     std::vector<uint8_t> thin_;          // (n_particles)
@@ -119,6 +132,9 @@ private:
 /// Where the particles of a thin group lie; `o_members`: as the group's slots, but for force and torque.
 BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<const MovingParticle> particles,
                ParticleIndex g, std::span<BentMember> o_members);
+
+Unexplained unexplained(const BendingShapes& shapes, const LiveTopology& live, ParticleIndex g,
+                        std::span<const BentMember> members);
 
 /// Forces and torques of the energy on the members.
 void pull_back(const BendingShapes& shapes, const LiveTopology& live, ParticleIndex g, const BentGroup& group,

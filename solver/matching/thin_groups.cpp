@@ -16,6 +16,7 @@ void add_bending(const SimulationMesh& rest, std::span<const Material> materials
     if (!io_state.plastic_curvature.empty() || !bends(rest, materials)) return;
     io_state.plastic_curvature.assign(rest.n_particles(), Mat3::Zero());
     io_state.layer_strain.assign(rest.n_particles(), LayerStrain());
+    io_state.edge_offset.assign(rest.n_edges(), EdgeOffsets());
 }
 
 }  // namespace sunder

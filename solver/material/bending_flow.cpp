@@ -38,6 +38,12 @@ double flowing_share(double size, double yield, const Material& material, double
     return -math::expm1(-material.flow_rate * h) * (size - yield) / size;
 }
 
+// The deviator of a layer and of what no bent shape explains, which bends `far` times its mean there.
+double with_rest(double deviator, const BendingShape& s, const Unexplained& rest, double far) {
+    const double to_deviator = 2.0 / 3 * (1 + s.nu);
+    return std::sqrt(deviator * deviator + to_deviator * to_deviator * (rest.stretch + far * rest.bend));
+}
+
 void harden(const Material& m, double flowed, double& io_yield) {
     if (!(m.hardening > 0) || flowed == 0) return;
     const double cap = m.toughness == kNever ? kNever : std::max(io_yield, kHardeningCap * m.toughness);
@@ -83,8 +89,8 @@ Mat2 remainder_of(const LayerStrain& of, int layer) {
     return m;
 }
 
-FaceStrains flow_sheet(const BendingShape& s, const BentGroup& group, const Material& material, double h,
-                       BendingPlasticity& io, bool& o_is_flowing) {
+BentFlow flow_sheet(const BendingShape& s, const BentGroup& group, const Unexplained& rest, const Material& material,
+                    double h, BendingPlasticity& io) {
     const int n = s.normal, i = (n + 1) % 3, j = (n + 2) % 3;
     const double t = s.extent[n];
     const auto curvature = [&](const Mat3& K) {
@@ -105,17 +111,21 @@ FaceStrains flow_sheet(const BendingShape& s, const BentGroup& group, const Mate
     };
     Mat2 mean = Mat2::Zero(), moment = mean, flowed[kLayers + 2];
     double hardening = 0;
+    BentFlow out;
     for (int layer = 0; layer < kLayers + 2; ++layer) {
         const Layer of(membrane + height(layer) * kappa - remainder_of(io.remainder, layer), s.nu);
-        const double size = of.deviator(), share = h > 0 ? flowing_share(size, io.yield, material, h) : 0;
+        const double far = 12 * height(layer) * height(layer) / (t * t);  // 1 in the mean
+        const double size = with_rest(of.deviator(), s, rest, far);
+        const double share = h > 0 ? flowing_share(size, io.yield, material, h) : 0;
         flowed[layer] = share * (of.strain - of.mean * Mat2::Identity());
         if (layer >= kLayers) continue;
         mean += flowed[layer] / kLayers, moment += height(layer) / kLayers * flowed[layer];
         hardening += share * size / kLayers;
+        out.stretch_share += share / kLayers, out.bend_share += far * share / kLayers;
     }
-    o_is_flowing = hardening > 0;
+    out.flows = hardening > 0;
     const Mat2 bent = 12 / (t * t) * moment;
-    if (o_is_flowing) {
+    if (out.flows) {
         for (int layer = 0; layer < kLayers + 2; ++layer) {
             const Mat2 kept = flowed[layer] - mean - height(layer) * bent;
             double* p = io.remainder.data() + 3 * layer;
@@ -126,7 +136,7 @@ FaceStrains flow_sheet(const BendingShape& s, const BentGroup& group, const Mate
         stretch_for_good(s, i, j, mean, io.F_P);
         harden(material, hardening, io.yield);
     }
-    FaceStrains faces;
+    FaceStrains& faces = out.faces;
     for (int side = 0; side < 2; ++side) {
         const int layer = kLayers + side;
         const Layer of(membrane - mean + height(layer) * (kappa - bent) - remainder_of(io.remainder, layer), s.nu);
@@ -134,11 +144,11 @@ FaceStrains flow_sheet(const BendingShape& s, const BentGroup& group, const Mate
         e.setZero();
         e(i, i) = of.strain(0, 0), e(j, j) = of.strain(1, 1), e(i, j) = e(j, i) = of.strain(0, 1), e(n, n) = of.across;
     }
-    return faces;
+    return out;
 }
 
-FaceStrains flow_rod(const BendingShape& s, const BentGroup& group, const Material& material, double h,
-                     BendingPlasticity& io, bool& o_is_flowing) {
+BentFlow flow_rod(const BendingShape& s, const BentGroup& group, const Unexplained& rest, const Material& material,
+                  double h, BendingPlasticity& io) {
     constexpr int kFibres = kLayers * kLayers;
     const int a = s.axis, i = (a + 1) % 3, k = (a + 2) % 3;
     const Mat3 K = group.K - io.K_P;
@@ -159,20 +169,23 @@ FaceStrains flow_rod(const BendingShape& s, const BentGroup& group, const Materi
         return mean + at.z * curvature(i, a) - at.y * curvature(k, a) - io.remainder[static_cast<size_t>(fibre)];
     };
     double mean = 0, about_i = 0, about_k = 0, hardening = 0, flowed[kFibres + 4];
+    BentFlow out;
     for (int fibre = 0; fibre < kFibres + 4; ++fibre) {
-        const double e = strain(fibre, along, K), size = to_deviator * std::abs(e);
+        const Fibre at = place(fibre);
+        const double y = at.y / s.extent[i], z = at.z / s.extent[k], far = 6 * (y * y + z * z);  // 1 in the mean
+        const double e = strain(fibre, along, K), size = with_rest(to_deviator * std::abs(e), s, rest, far);
         const double share = h > 0 ? flowing_share(size, io.yield, material, h) : 0;
         flowed[fibre] = share * to_deviator * e;
         if (fibre >= kFibres) continue;
-        const Fibre at = place(fibre);
         mean += flowed[fibre] / kFibres, hardening += share * size / kFibres;
+        out.stretch_share += share / kFibres, out.bend_share += far * share / kFibres;
         about_i += flowed[fibre] * at.z / kFibres, about_k -= flowed[fibre] * at.y / kFibres;
     }
     about_i *= 12 / (s.extent[k] * s.extent[k]), about_k *= 12 / (s.extent[i] * s.extent[i]);
-    o_is_flowing = hardening > 0;
+    out.flows = hardening > 0;
     Mat3 left = K;
     left(i, a) -= about_i, left(k, a) -= about_k;
-    if (o_is_flowing) {
+    if (out.flows) {
         for (int fibre = 0; fibre < kFibres + 4; ++fibre) {
             const Fibre at = place(fibre);
             io.remainder[static_cast<size_t>(fibre)] += flowed[fibre] - mean - at.z * about_i + at.y * about_k;
@@ -183,22 +196,22 @@ FaceStrains flow_rod(const BendingShape& s, const BentGroup& group, const Materi
         stretch_for_good(s, a, i, drawn, io.F_P);
         harden(material, hardening, io.yield);
     }
-    FaceStrains faces;
+    FaceStrains& faces = out.faces;
     for (int corner = 0; corner < 4; ++corner) {
         const double e = strain(kFibres + corner, along - mean, left);
         Mat3& of = faces.strain[faces.n++];
         of.setZero();
         of(a, a) = e, of(i, i) = of(k, k) = -s.nu * e;
     }
-    return faces;
+    return out;
 }
 
 }  // namespace
 
-FaceStrains flow_bending(const BendingShape& shape, const BentGroup& group, const Material& material, double h,
-                         BendingPlasticity& io_plastic, bool& o_is_flowing) {
-    return shape.rank == 1 ? flow_rod(shape, group, material, h, io_plastic, o_is_flowing)
-                           : flow_sheet(shape, group, material, h, io_plastic, o_is_flowing);
+BentFlow flow_bending(const BendingShape& shape, const BentGroup& group, const Unexplained& rest,
+                      const Material& material, double h, BendingPlasticity& io_plastic) {
+    return shape.rank == 1 ? flow_rod(shape, group, rest, material, h, io_plastic)
+                           : flow_sheet(shape, group, rest, material, h, io_plastic);
 }
 
 }  // namespace sunder

@@ -269,10 +269,11 @@ void AwakeScene::gather(const FrameState& s, const WorkerPool& workers) {
     pick(numbers(std::span<const EdgeId>(edge_)), workers, Pick{s.edge_intact, state_.edge_intact});
     state_.edge_intact.resize(scene_.rest.n_edges(), 0);  // the broken one of take_rings
     pick(numbers(std::span<const EdgeId>(edge_)), workers, Pick{s.edge_damage, state_.edge_damage},
-         Pick{s.edge_hold, state_.edge_hold});
+         Pick{s.edge_hold, state_.edge_hold}, Pick{s.edge_offset, state_.edge_offset});
     pick(numbers(particles()), workers, Pick{s.stiffness_factor, state_.stiffness_factor});
     if (!s.edge_damage.empty())
         state_.edge_damage.resize(scene_.rest.n_edges(), 0), state_.edge_hold.resize(scene_.rest.n_edges(), 0);
+    if (!s.edge_offset.empty()) state_.edge_offset.resize(scene_.rest.n_edges());
     pick(rigid_body_, workers, Pick{s.rigid_bodies, state_.rigid_bodies});
     state_.broken.clear();
     state_.contacts.clear();
@@ -308,6 +309,7 @@ void AwakeScene::leave(const WorkerPool& workers, FrameState& io_state) {
     for (size_t e = 0; e < edge_.size(); ++e) s.edge_intact[edge_[e]] = state_.edge_intact[e];
     for (size_t e = 0; e < edge_.size() && !s.edge_damage.empty(); ++e)
         s.edge_damage[edge_[e]] = state_.edge_damage[e], s.edge_hold[edge_[e]] = state_.edge_hold[e];
+    for (size_t e = 0; e < edge_.size() && !s.edge_offset.empty(); ++e) s.edge_offset[edge_[e]] = state_.edge_offset[e];
     for (BrokenEdge b : state_.broken) {
         b.edge = edge_[b.edge];
         if (b.by.kind == Pusher::Kind::particle) b.by.number = particle_[b.by.number];

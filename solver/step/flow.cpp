@@ -49,6 +49,8 @@ private:
     bool add_if_it_gives_way(ParticleIndex group, const PrincipalStretch& principal, GivingWay& io_groups) const;
     Found give_way(GivingWay& io_groups, const StretchKernels& kernels);
     Found flow_bent(ParticleIndex group);
+    void let_members_go(ParticleIndex group, const BendingShape& shape, const BentFlow& flow,
+                        std::span<const BentMember> members);
     void note_stretch(ParticleIndex group, const GroupStretches& stretches, size_t lane);
 
     const StepContext& context_;
@@ -192,8 +194,10 @@ Found Flow::flow_bent(ParticleIndex g) {
                                  state_.yield[g]};
     Found found;
     // What was rigid in a clamp that lets go bends, but not for good: what is bent beside it eases into it.
-    const auto faces =
-        flow_bending(shape, group, own, movables_.tethers.hold(g) ? 0 : seconds_, plastic, found.changed);
+    const BentFlow flow = flow_bending(shape, group, unexplained(model_.bending, model_.live, g, members), own,
+                                       movables_.tethers.hold(g) ? 0 : seconds_, plastic);
+    const FaceStrains& faces = flow.faces;
+    found.changed = flow.flows;
     state_.strain[g] = 0;
     for (size_t face = 0; face < faces.n; ++face) {
         const Eigen::SelfAdjointEigenSolver<Mat3> principal(faces.strain[face]);
@@ -216,8 +220,31 @@ Found Flow::flow_bent(ParticleIndex g) {
         flowed_[g] = plastic.F_P != state_.plastic_deformation[g];
         state_.plastic_deformation[g] = plastic.F_P, state_.plastic_curvature[g] = plastic.K_P;
         state_.layer_strain[g] = plastic.remainder, state_.yield[g] = plastic.yield;
+        let_members_go(g, shape, flow, members);
     }
     return found;
+}
+
+// What no bent shape explains of the members of a thin group stays so, as far as it flows. What is the same for all
+// members is of no account: the fragment's own share is taken off them.
+void Flow::let_members_go(ParticleIndex g, const BendingShape& shape, const BentFlow& flow,
+                          std::span<const BentMember> members) {
+    Vec3 shift_share, turn_share;
+    for (int i = 0; i < 3; ++i) {
+        shift_share[i] = shape.shift_stretches(i) ? flow.stretch_share : flow.bend_share;
+        turn_share[i] = shape.turn_stretches(i) ? flow.stretch_share : flow.bend_share;
+    }
+    const uint32_t begin = model_.live.begin(g);
+    Vec3 cell = Vec3::Zero();
+    for (size_t j = 0; j < members.size(); ++j)
+        if (model_.live.member(begin + j) == g) cell = members[j].r;
+    for (size_t j = 0; j < members.size(); ++j) {
+        const EdgeId e = model_.live.edge(begin + j);
+        if (e.is_none()) continue;
+        MemberOffset& own = state_.edge_offset[e][rest().edges[e].b == g];
+        own.shift += shift_share.cwiseProduct(members[j].r - cell);
+        own.turn += turn_share.cwiseProduct(members[j].sigma);
+    }
 }
 
 }  // namespace
