@@ -148,7 +148,7 @@ Status check_state(const Scene& scene, const FrameState& s, const WorkerPool& wo
         (!s.plastic_curvature.empty() && s.plastic_curvature.size() != n))
         return bad_input("state", "has plastic curvatures of " + std::to_string(s.plastic_curvature.size()) +
                                       " particles, the scene has " + std::to_string(n));
-    if (s.edge_offset.size() != (s.plastic_curvature.empty() ? 0 : s.edge_intact.size()))
+    if (!s.edge_offset.empty() && s.edge_offset.size() != s.edge_intact.size())
         return bad_input("state", "has offsets of the ends of " + std::to_string(s.edge_offset.size()) +
                                       " edges, the scene has " + std::to_string(s.edge_intact.size()));
     if (s.edge_damage.size() != s.edge_hold.size() ||

@@ -13,10 +13,12 @@ bool bends(const SimulationMesh& rest, std::span<const Material> materials) {
 }
 
 void add_bending(const SimulationMesh& rest, std::span<const Material> materials, FrameState& io_state) {
-    if (!io_state.plastic_curvature.empty() || !bends(rest, materials)) return;
-    io_state.plastic_curvature.assign(rest.n_particles(), Mat3::Zero());
-    io_state.layer_strain.assign(rest.n_particles(), LayerStrain());
-    io_state.edge_offset.assign(rest.n_edges(), EdgeOffsets());
+    if (!bends(rest, materials)) return;
+    if (io_state.plastic_curvature.empty()) {
+        io_state.plastic_curvature.assign(rest.n_particles(), Mat3::Zero());
+        io_state.layer_strain.assign(rest.n_particles(), LayerStrain());
+    }
+    if (io_state.edge_offset.empty()) io_state.edge_offset.assign(rest.n_edges(), EdgeOffsets());
 }
 
 }  // namespace sunder
