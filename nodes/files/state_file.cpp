@@ -29,6 +29,12 @@ bool knows_damage(std::string_view version) { return version == kDamageStateFile
 bool knows_bending(std::string_view version) { return version == kBendingStateFileMagic || knows_damage(version); }
 bool knows_rest(std::string_view version) { return version == kStateFileMagic || knows_bending(version); }
 
+// Of what is kept from moving or breaking; in a file of any version whose scene has such, the last.
+PlyElement inactive_element() {
+    return {"inactive", 0,
+            ply_scalars("what", PlyType::uint8) + ply_scalars("due glue_due push former_push", PlyType::float64)};
+}
+
 // The elements in file order; counts are filled in by the writer and taken over from a file by the reader.
 std::vector<PlyElement> layout(std::string_view version = kStateFileMagic) {
     const auto doubles = [](std::string_view names) { return ply_scalars(names, PlyType::float64); };
@@ -94,7 +100,8 @@ public:
         for (Status (Decoder::*read)() :
              {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles, &Decoder::read_edges,
               &Decoder::read_groups, &Decoder::read_rigid_bodies, &Decoder::read_broken, &Decoder::read_contacts,
-              &Decoder::read_rest, &Decoder::read_bending, &Decoder::read_damage, &Decoder::read_cause})
+              &Decoder::read_rest, &Decoder::read_bending, &Decoder::read_damage, &Decoder::read_cause,
+              &Decoder::read_inactive})
             if (Status s = (this->*read)(); !s) return s.error();
         return std::move(out_);
     }
@@ -108,8 +115,9 @@ private:
     const char* row(const PlyElement& e, size_t i) const { return file_.rows(e) + i * PlyFile::row_bytes(e); }
 
     Status check_layout() {
-        const std::vector<PlyElement> wanted = layout(version_);
+        std::vector<PlyElement> wanted = layout(version_);
         const std::vector<PlyElement>& found = file_.header().elements;
+        if (!found.empty() && found.back().name == inactive_element().name) wanted.push_back(inactive_element());
         for (size_t e = 0; e < wanted.size(); ++e) {
             bool same = found.size() == wanted.size() && found[e].name == wanted[e].name &&
                         found[e].properties.size() == wanted[e].properties.size();
@@ -322,6 +330,25 @@ private:
         return {};
     }
 
+    Status read_inactive() {
+        const PlyElement& e = elements_->back();
+        FrameState& s = out_.state;
+        if (e.name != inactive_element().name) return {};
+        if (e.count != s.n_particles())
+            return fault("tells what keeps " + std::to_string(e.count) + " particles, of " +
+                         std::to_string(s.n_particles()));
+        s.inactive.resize(e.count);
+        for (size_t i = 0; i < e.count; ++i) {
+            Inactivity& own = s.inactive[i];
+            own.what = read_number<uint8_t>(row(e, i));
+            double v[4];
+            for (int k = 0; k < 4; ++k)  // what is not due is so at infinity
+                if (load(row(e, i) + 1 + 8 * k, v + k, 1, k < 2 ? 0 : -1) >= 0) return not_finite(e, i, 1 + k);
+            own.due = {v[0], v[1]}, own.push = v[2], own.former_push = v[3];
+        }
+        return {};
+    }
+
     const PlyFile& file_;
     const std::string_view version_;
     const std::string& where_;
@@ -342,6 +369,8 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
                                      : s.plastic_curvature.empty()               ? kStateFileMagic
                                                                                  : kBendingStateFileMagic;
     std::vector<PlyElement> elements = layout(version);
+    const size_t n_of_version = elements.size();
+    if (!s.inactive.empty()) elements.push_back(inactive_element());
     const size_t counts[] = {n,
                              s.edge_intact.size(),
                              s.group_rotation.size(),
@@ -357,8 +386,8 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
                              s.broken.size()};
     size_t total = 4096;
     for (size_t e = 0; e < elements.size(); ++e) {
-        elements[e].count = counts[e];
-        total += counts[e] * PlyFile::row_bytes(elements[e]);
+        elements[e].count = e < n_of_version ? counts[e] : s.inactive.size();
+        total += elements[e].count * PlyFile::row_bytes(elements[e]);
     }
     ByteBuffer bytes;
     bytes.reserve(total);
@@ -405,6 +434,10 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
         for (const BrokenEdge& b : s.broken) {
             bytes.number(b.toughness), bytes.number(static_cast<uint8_t>(b.by.kind)), bytes.number(b.by.number);
         }
+    for (const Inactivity& i : s.inactive) {
+        bytes.number(i.what), bytes.number(i.due[0]), bytes.number(i.due[1]);
+        bytes.number(i.push), bytes.number(i.former_push);
+    }
     return bytes;
 }
 

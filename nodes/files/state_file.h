@@ -12,8 +12,9 @@
 //   bending     kp00 ... kp22, layer0 ... layer28 (double): of the same particles; where a body bends by its curvature
 //   damage      damage hold (double) of the edges, and stiffness  factor (double) of the particles: where edges fade
 //   cause       toughness (double), kind (uchar), by (int): of broken_edge; where edges broke
+//   inactive    what (uchar), due glue_due push former_push (double): of the same particles; where something is kept
 //
-// docs/files.md says more. Yield may be infinite ("never"); every other number is finite.
+// docs/files.md says more. Yield and due may be infinite ("never"); every other number is finite.
 #pragma once
 
 #include <cstdint>

@@ -203,6 +203,12 @@ const std::vector<Entry<StateValue>>& entries_of(const StateValue*) {
         {"fragment", [](const S& s) { return as_is<uint32_t>(s.scene->rest.fragment); }},
         {"piece", [](const S& s) { return own(connected_pieces(s.scene->rest, s.state->edge_intact)); }},
         {"asleep", [](const S& s) { return as_is<uint8_t>(s.state->asleep); }},
+        {"kept",
+         [](const S& s) {
+             return made<uint8_t, 1>(s.state->inactive, [](const Inactivity& i) {
+                 return std::array{static_cast<uint8_t>(i.what & ~Inactivity::kTouched)};
+             });
+         }},
         {"edge_intact", [](const S& s) { return as_is<uint8_t>(s.state->edge_intact); }},
         {"broken_edge", [](const S& s) { return of_broken<uint32_t>(s, [](auto& b) { return b.edge.value; }); }},
         {"broken_time", [](const S& s) { return of_broken<double>(s, [](auto& b) { return b.time; }); }},

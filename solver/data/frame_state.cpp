@@ -34,6 +34,9 @@ public:
         add(uint64_t{c.a.value}), add(uint64_t{c.b.value});
         add(c.point), add(c.normal_force), add(c.friction_force), add(c.rolling_torque);
     }
+    void add(const Inactivity& i) {
+        add(uint64_t{i.what}), add(i.due[0]), add(i.due[1]), add(i.push), add(i.former_push);
+    }
     void add(const BrokenEdge& b) { add(uint64_t{b.edge.value}), add(b.time), add(b.strain); }
     uint64_t digest() const { return XXH3_64bits_digest(state_); }
 
@@ -52,6 +55,8 @@ uint64_t state_hash(const FrameState& s) {
     if (!s.asleep.empty()) h.add(s.still_time), h.add(s.asleep), h.add(s.rest_load), h.add(s.rest_conditions);
     if (!s.plastic_curvature.empty()) h.add(s.plastic_curvature), h.add(s.layer_strain);
     if (!s.edge_damage.empty()) h.add(s.edge_damage), h.add(s.edge_hold), h.add(s.stiffness_factor);
+    if (!s.inactive.empty()) h.add(s.inactive);
+    if (!s.edge_bond.empty()) h.add(s.edge_bond);
     return h.digest();
 }
 
@@ -70,9 +75,9 @@ bool FrameState::operator==(const FrameState& o) const {
            layer_strain == o.layer_strain && yield == o.yield && strain == o.strain &&
            same_rotations(group_rotation, o.group_rotation) && edge_intact == o.edge_intact &&
            edge_damage == o.edge_damage && edge_hold == o.edge_hold && stiffness_factor == o.stiffness_factor &&
-           rigid_bodies == o.rigid_bodies && contacts == o.contacts && broken == o.broken &&
-           still_time == o.still_time && asleep == o.asleep && rest_load == o.rest_load &&
-           rest_conditions == o.rest_conditions;
+           inactive == o.inactive && edge_bond == o.edge_bond && rigid_bodies == o.rigid_bodies &&
+           contacts == o.contacts && broken == o.broken && still_time == o.still_time && asleep == o.asleep &&
+           rest_load == o.rest_load && rest_conditions == o.rest_conditions;
 }
 
 }  // namespace sunder
