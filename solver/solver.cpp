@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "solver/frame/activation.h"
 #include "solver/frame/frame_steps.h"
 #include "solver/frame/scene_check.h"
 #include "solver/matching/group_shape.h"
@@ -74,11 +75,13 @@ FrameState Solver::initial_state(const std::vector<Material>& materials) const {
     }
     add_bending(rest, materials, s);
     add_fading(rest, materials, s);
+    add_inactivity(scene, s);
     s.still_time.assign(n + scene.rigid_bodies.size(), 0.0);
     s.asleep.assign(s.still_time.size(), 0);
     s.rest_load.assign(s.still_time.size(), 0.0);
     for (const RigidBody& body : scene.rigid_bodies)
         s.rigid_bodies.push_back({body.pose.position, body.pose.orientation, body.velocity, body.angular_velocity});
+    put_to_sleep(scene, s);
     return s;
 }
 
@@ -104,6 +107,7 @@ Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings
     o_after.broken.clear();
     add_bending(impl_->scene.rest, input.materials, o_after);
     add_fading(impl_->scene.rest, input.materials, o_after);
+    add_inactivity(impl_->scene, o_after);
     using Clock = std::chrono::steady_clock;
     std::optional<ThreadTrial>& trial = impl_->trial;
     const WorkerPool& threads = trial && trial->alone() ? impl_->alone : *impl_->workers;

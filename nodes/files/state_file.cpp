@@ -19,6 +19,7 @@ std::vector<PlyProperty> operator+(std::vector<PlyProperty> a, const std::vector
     return a;
 }
 
+constexpr size_t kOffsetDoubles = 12;
 constexpr size_t kBendingDoubles = 9 + std::tuple_size_v<LayerStrain>;
 constexpr size_t kElementsOfVersion1 = 7;  // without what sleeps
 
@@ -28,6 +29,13 @@ bool knows_cause(std::string_view version) {
 bool knows_damage(std::string_view version) { return version == kDamageStateFileMagic || knows_cause(version); }
 bool knows_bending(std::string_view version) { return version == kBendingStateFileMagic || knows_damage(version); }
 bool knows_rest(std::string_view version) { return version == kStateFileMagic || knows_bending(version); }
+
+// What a file of any version may end with, in this order, each where its scene has such.
+std::vector<PlyElement> last_elements() {
+    const auto doubles = [](std::string_view names) { return ply_scalars(names, PlyType::float64); };
+    return {{"inactive", 0, ply_scalars("what", PlyType::uint8) + doubles("due glue_due push former_push")},
+            {"offset", 0, doubles("bx by bz brx bry brz ax ay az arx ary arz")}};
+}
 
 // The elements in file order; counts are filled in by the writer and taken over from a file by the reader.
 std::vector<PlyElement> layout(std::string_view version = kStateFileMagic) {
@@ -94,7 +102,8 @@ public:
         for (Status (Decoder::*read)() :
              {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles, &Decoder::read_edges,
               &Decoder::read_groups, &Decoder::read_rigid_bodies, &Decoder::read_broken, &Decoder::read_contacts,
-              &Decoder::read_rest, &Decoder::read_bending, &Decoder::read_damage, &Decoder::read_cause})
+              &Decoder::read_rest, &Decoder::read_bending, &Decoder::read_damage, &Decoder::read_cause,
+              &Decoder::read_inactive, &Decoder::read_offsets})
             if (Status s = (this->*read)(); !s) return s.error();
         return std::move(out_);
     }
@@ -108,8 +117,10 @@ private:
     const char* row(const PlyElement& e, size_t i) const { return file_.rows(e) + i * PlyFile::row_bytes(e); }
 
     Status check_layout() {
-        const std::vector<PlyElement> wanted = layout(version_);
+        std::vector<PlyElement> wanted = layout(version_);
         const std::vector<PlyElement>& found = file_.header().elements;
+        for (const PlyElement& last : last_elements())
+            if (wanted.size() < found.size() && found[wanted.size()].name == last.name) wanted.push_back(last);
         for (size_t e = 0; e < wanted.size(); ++e) {
             bool same = found.size() == wanted.size() && found[e].name == wanted[e].name &&
                         found[e].properties.size() == wanted[e].properties.size();
@@ -322,6 +333,48 @@ private:
         return {};
     }
 
+    const PlyElement* last_element(std::string_view name) const {
+        const auto found = std::ranges::find(*elements_, name, &PlyElement::name);
+        return found == elements_->end() ? nullptr : &*found;
+    }
+
+    Status read_offsets() {
+        FrameState& s = out_.state;
+        if (!s.plastic_curvature.empty()) s.edge_offset.assign(out_.edges.size(), EdgeOffsets());
+        const PlyElement* const e = last_element("offset");
+        if (!e) return {};
+        if (e->count != s.edge_offset.size())
+            return fault("tells the offsets of the ends of " + std::to_string(e->count) + " edges, of " +
+                         std::to_string(s.edge_offset.size()));
+        double v[kOffsetDoubles];
+        for (size_t i = 0; i < e->count; ++i) {
+            if (const int bad = load(row(*e, i), v, kOffsetDoubles); bad >= 0) return not_finite(*e, i, bad);
+            for (size_t end = 0; end < 2; ++end)
+                s.edge_offset[i][end] = {Eigen::Map<const Vec3>(v + 6 * end), Eigen::Map<const Vec3>(v + 6 * end + 3)};
+        }
+        return {};
+    }
+
+    Status read_inactive() {
+        FrameState& s = out_.state;
+        const PlyElement* const found = last_element("inactive");
+        if (!found) return {};
+        const PlyElement& e = *found;
+        if (e.count != s.n_particles())
+            return fault("tells what keeps " + std::to_string(e.count) + " particles, of " +
+                         std::to_string(s.n_particles()));
+        s.inactive.resize(e.count);
+        for (size_t i = 0; i < e.count; ++i) {
+            Inactivity& own = s.inactive[i];
+            own.what = read_number<uint8_t>(row(e, i));
+            double v[4];
+            for (int k = 0; k < 4; ++k)  // what is not due is so at infinity
+                if (load(row(e, i) + 1 + 8 * k, v + k, 1, k < 2 ? 0 : -1) >= 0) return not_finite(e, i, 1 + k);
+            own.due = {v[0], v[1]}, own.push = v[2], own.former_push = v[3];
+        }
+        return {};
+    }
+
     const PlyFile& file_;
     const std::string_view version_;
     const std::string& where_;
@@ -342,6 +395,7 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
                                      : s.plastic_curvature.empty()               ? kStateFileMagic
                                                                                  : kBendingStateFileMagic;
     std::vector<PlyElement> elements = layout(version);
+    const size_t last_counts[] = {s.inactive.size(), has_offsets(s) ? s.edge_offset.size() : 0};
     const size_t counts[] = {n,
                              s.edge_intact.size(),
                              s.group_rotation.size(),
@@ -355,11 +409,14 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
                              s.edge_damage.size(),
                              s.stiffness_factor.size(),
                              s.broken.size()};
-    size_t total = 4096;
-    for (size_t e = 0; e < elements.size(); ++e) {
-        elements[e].count = counts[e];
-        total += counts[e] * PlyFile::row_bytes(elements[e]);
+    for (size_t e = 0; e < elements.size(); ++e) elements[e].count = counts[e];
+    for (size_t e = 0; e < std::size(last_counts); ++e) {
+        if (last_counts[e] == 0) continue;
+        elements.push_back(last_elements()[e]);
+        elements.back().count = last_counts[e];
     }
+    size_t total = 4096;
+    for (const PlyElement& e : elements) total += e.count * PlyFile::row_bytes(e);
     ByteBuffer bytes;
     bytes.reserve(total);
     write_ply_header(bytes, {{std::string(version), "written by sunder " SUNDER_VERSION}, elements});
@@ -405,6 +462,13 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
         for (const BrokenEdge& b : s.broken) {
             bytes.number(b.toughness), bytes.number(static_cast<uint8_t>(b.by.kind)), bytes.number(b.by.number);
         }
+    for (const Inactivity& i : s.inactive) {
+        bytes.number(i.what), bytes.number(i.due[0]), bytes.number(i.due[1]);
+        bytes.number(i.push), bytes.number(i.former_push);
+    }
+    for (size_t e = 0; e < last_counts[1]; ++e)
+        for (const MemberOffset& end : s.edge_offset[e])
+            bytes.append(end.shift.data(), 3 * sizeof(double)), bytes.append(end.turn.data(), 3 * sizeof(double));
     return bytes;
 }
 

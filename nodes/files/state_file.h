@@ -12,8 +12,11 @@
 //   bending     kp00 ... kp22, layer0 ... layer28 (double): of the same particles; where a body bends by its curvature
 //   damage      damage hold (double) of the edges, and stiffness  factor (double) of the particles: where edges fade
 //   cause       toughness (double), kind (uchar), by (int): of broken_edge; where edges broke
+//   inactive    what (uchar), due glue_due push former_push (double): of the same particles; where something is kept
+//   offset      bx ... arz (double): of the edges, where b lies and how it is turned in a's group for good, and a in
+//               b's; where any is
 //
-// docs/files.md says more. Yield may be infinite ("never"); every other number is finite.
+// docs/files.md says more. Yield and due may be infinite ("never"); every other number is finite.
 #pragma once
 
 #include <cstdint>

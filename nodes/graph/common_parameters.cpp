@@ -131,6 +131,16 @@ std::vector<ParameterDescription> region_parameters(std::string sentence, std::v
              .needs = {{is("region", {"group"})}}}};
 }
 
+ParameterDescription cluster_parameter() {
+    return {.name = "cluster",
+            .label = "Cluster",
+            .type = ParameterType::integer,
+            .min = 0,
+            .default_value = 0,
+            .sentence = "Number of a cluster, as pre-fracture gathered them",
+            .needs = {{is("region", {"cluster"})}}};
+}
+
 ParameterDescription compression_parameter() {
     return {.name = "compression",
             .label = "Compression",

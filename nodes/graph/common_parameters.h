@@ -22,6 +22,8 @@ ParameterDescription size_parameter();                        // "size" of a box
 std::vector<ParameterDescription> region_parameters(std::string sentence, std::vector<JsonValue> choices,
                                                     std::string group_sentence);
 
+ParameterDescription cluster_parameter();  // "cluster" of a region
+
 /// "compression" of a bake node's files.
 ParameterDescription compression_parameter();
 /// What it adds to their names.

@@ -16,6 +16,22 @@
 
 namespace sunder {
 
+/// What keeps some of a body's fragments, by their numbers in it, and whether its condition comes by the frame asked
+/// for.
+struct ActivationValue {
+    ContentKey key = 0;  // of the activation
+    Activation activation;
+    bool comes = false;
+    Pose object;  // at the frame
+};
+
+/// Some of a body's edges, by their numbers in it, and the factor on their toughness at the frame asked for.
+struct SeamValue {
+    ContentKey key = 0;  // of the seam
+    Seam seam;
+    double factor = 1;  // 0: they break, infinite: they cannot
+};
+
 /// Fragments with a place, a start and, at the frame asked for, a material.
 struct BodyValue {
     std::string name;    // of the body node; tells bodies of one scene apart
@@ -27,6 +43,9 @@ struct BodyValue {
     Vec3 angular_velocity = Vec3::Zero();        // rad/s, at the start, about the centre of mass
     bool settles = false;                        // before the start
     Material material;                           // at the frame
+    std::vector<ActivationValue> activations;    // of `activate` nodes, in their order
+    std::vector<SeamValue> seams;                // of `seam` nodes, in their order
+    std::vector<std::string> warnings;           // of these
 };
 
 /// A collider and where it is at the frame asked for.
@@ -46,6 +65,7 @@ struct PinValue {
     Vec3 pivot = Vec3::Zero();                               // of its turns, in the rest placement, m
     bool active = true;                                      // false once it has let go
     bool turns_freely = false;                               // their positions alone are held
+    bool releases = false;                                   // at a frame
     double grip = 1, release_time = 0;                       // as Grip
 };
 

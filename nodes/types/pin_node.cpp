@@ -3,6 +3,7 @@
 
 #include "nodes/graph/common_parameters.h"
 #include "nodes/graph/node_list.h"
+#include "nodes/types/region.h"
 
 namespace sunder {
 namespace {
@@ -12,48 +13,19 @@ struct Selection {
     std::shared_ptr<const std::vector<uint32_t>> particles;
 };
 
-Status check_pin(const std::string& node, const Parameters& p) {
-    const std::string region = p.text("region");
-    if (region == "box" && (p.vector3("box_min").array() > p.vector3("box_max").array()).any())
-        return node_error(node, "box_min", "lies beyond box_max", "each of its coordinates is at most that of box_max");
-    if (region == "group" && p.text("group").empty()) return node_error(node, "group", "no vertex group is named");
-    return {};
-}
-
-Result<std::vector<uint32_t>> of_group(CookContext& context, const BodyValue& body, const std::string& name) {
-    const auto& groups = body.fragments->vertex_groups;
-    const auto found = groups.find(name);
-    if (found == groups.end()) {
-        std::string known;
-        for (const auto& [group, unused] : groups) known += (known.empty() ? "" : ", ") + group;
-        return context.error("group", "the fragments have no vertex group '" + name + "'",
-                             known.empty() ? "they have none" : "permitted: " + known);
-    }
-    std::vector<uint32_t> particles;
-    for (const FragmentId fragment : found->second) particles.push_back(fragment.value);
-    std::sort(particles.begin(), particles.end());
-    return particles;
-}
-
 Result<std::vector<uint32_t>> select(CookContext& context, const BodyValue& body, const Parameters& p) {
-    const std::string region = p.text("region");
-    if (region == "group") return of_group(context, body, p.text("group"));
-    const Vec3 low = p.vector3("box_min"), high = p.vector3("box_max"), center = p.vector3("center");
-    const double radius = p.number("radius");
+    const Result<std::vector<uint8_t>> inside = in_region(context, *body.fragments, body.rest->rest_position, p);
+    if (!inside) return inside.error();
     std::vector<uint32_t> particles;
-    for (size_t i = 0; i < body.rest->n_particles(); ++i) {
-        const Vec3& x = body.rest->rest_position[i];
-        const bool inside = region == "sphere" ? (x - center).norm() <= radius
-                                               : (x.array() >= low.array()).all() && (x.array() <= high.array()).all();
-        if (inside) particles.push_back(static_cast<uint32_t>(i));
-    }
+    for (uint32_t i = 0; i < inside->size(); ++i)
+        if ((*inside)[i]) particles.push_back(i);
     return particles;
 }
 
 ContentKey selection_key(const BodyValue& body, const Parameters& p) {
     KeyHasher hasher;
-    hasher.add(body.key).add(p.text("region")).add(p.text("group")).add(p.number("radius"));
-    for (const char* name : {"box_min", "box_max", "center"}) hasher.add(p.vector3(name));
+    hasher.add(body.key);
+    add_region(p, hasher);
     return hasher.key();
 }
 
@@ -83,7 +55,8 @@ Result<Value> cook_pin(CookContext& context) {
     pin.pose.orientation = euler_xyz(p.vector3("rotation"));
     pin.pose.position = pin.pivot + p.vector3("position") - pin.pose.orientation * pin.pivot;
     pin.turns_freely = p.text("hold") == "position";
-    if (!p.is_null("release_frame")) {
+    pin.releases = !p.is_null("release_frame");
+    if (pin.releases) {
         const double since = context.frame() - p.number("release_frame"), frames = p.number("release_frames");
         pin.active = since <= frames;
         if (since > 0) pin.grip = frames > 0 ? std::max(0.0, 1 - since / frames) : 0;
@@ -141,7 +114,7 @@ NodeType pin_node() {
           .sentence = "How long it takes to let go: what was held by force eases out, and does not spring; 0: at once",
           .needs = {{is_not_null("release_frame")}}}});
     gather(d.parameters, "Motion", {"pivot", "position", "rotation"});
-    return {.description = d, .cook = cook_pin, .check = check_pin, .depends_on_frame = true};
+    return {.description = d, .cook = cook_pin, .check = check_region, .depends_on_frame = true};
 }
 
 }  // namespace sunder

@@ -27,6 +27,7 @@ struct SolverStore {
     std::vector<ContentKey> body_keys;
     StateCache frames;
     std::vector<std::string> told;  // of how the start settled
+    std::vector<std::string> told_of_scene;
 
     ContentKey node_key = 0;          // of the node when `history` was last looked at
     std::vector<ContentKey> history;  // of frame start + i
@@ -120,6 +121,7 @@ public:
             store_.scene_key = input->key;
             store_.workers = workers;
             store_.body_keys = std::move(input->body_keys);
+            store_.told_of_scene = std::move(input->warnings);
         }
         store_.node_key = context_.key();
         store_.history.clear();
@@ -274,6 +276,7 @@ public:
         if (!materials) return materials.error();
         value.body_keys = store_.body_keys;
         value.warnings = left_out(*value.scene, *materials, context_.parameters().text("method"));
+        std::ranges::copy(store_.told_of_scene, std::back_inserter(value.warnings));
         std::ranges::copy(store_.told, std::back_inserter(value.warnings));
         return make_value(std::move(value));
     }

@@ -1,6 +1,7 @@
 #include "nodes/types/solver_scene.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "nodes/graph/field_parameters.h"
 #include "solver/presets.h"
@@ -23,6 +24,39 @@ void add(KeyHasher& io_hasher, const std::vector<DrivenPose>& poses) {
     }
 }
 
+// What an artist has to know of it comes to `io_input.warnings`.
+void add_activations(const BodyValue& value, const Body& body, SceneInput& io_input, KeyHasher& io_hasher) {
+    for (const ActivationValue& a : value.activations) {
+        Activation activation = a.activation;
+        for (ParticleId& i : activation.particles) i = ParticleId(i.value + body.particle_begin);
+        io_input.scene.activations.push_back(std::move(activation));
+        io_hasher.add(a.key).add(a.activation.particles.size());
+    }
+    for (const SeamValue& s : value.seams) {
+        Seam seam = s.seam;
+        for (EdgeId& e : seam.edges) e = EdgeId(e.value + body.edge_begin);
+        io_input.scene.seams.push_back(std::move(seam));
+        io_hasher.add(s.key);
+    }
+    std::ranges::copy(value.warnings, std::back_inserter(io_input.warnings));
+}
+
+// Where pins let go of what activations hold on.
+void tell_of_releases(SceneInput& io_input) {
+    for (const Activation& a : io_input.scene.activations) {
+        if (a.keeps == Keeps::glued) continue;
+        for (const Pin& pin : io_input.scene.pins) {
+            if (!pin.releases) continue;
+            const auto n = std::ranges::count_if(
+                a.particles, [&](ParticleId i) { return std::ranges::binary_search(pin.particles, i); });
+            if (n > 0)
+                io_input.warnings.push_back("activate '" + a.name + "' holds " + std::to_string(n) +
+                                            " fragments that pin '" + pin.name +
+                                            "' lets go at a frame: they stand until both have let go");
+        }
+    }
+}
+
 Status add_bodies(CookContext& context, SceneInput& io_input, KeyHasher& io_hasher) {
     Result<std::vector<std::shared_ptr<const BodyValue>>> bodies =
         context.inputs_as<BodyValue>("bodies", context.start_frame());
@@ -39,9 +73,10 @@ Status add_bodies(CookContext& context, SceneInput& io_input, KeyHasher& io_hash
         body.velocity = value->velocity;
         body.angular_velocity = value->angular_velocity;
         body.settles = value->settles;
-        scene.bodies.push_back(std::move(body));
         io_input.body_keys.push_back(value->key);
         io_hasher.add(value->key);
+        add_activations(*value, body, io_input, io_hasher);
+        scene.bodies.push_back(std::move(body));
     }
     return {};
 }
@@ -62,7 +97,7 @@ Status add_pins(CookContext& context, Scene& io_scene, KeyHasher& io_hasher) {
             pin.particles.push_back(ParticleId(body->particle_begin + particle));
         io_hasher.add(pin.name).add(pin.particles.size());
         for (const ParticleId particle : pin.particles) io_hasher.add(particle.value);
-        pin.turns_freely = value->turns_freely;
+        pin.turns_freely = value->turns_freely, pin.releases = value->releases;
         if (pin.turns_freely) io_hasher.add(std::string("turns freely"));
         io_scene.pins.push_back(std::move(pin));
     }
@@ -122,6 +157,7 @@ Result<SceneInput> scene_input(CookContext& context) {
     if (Status ok = add_pins(context, input.scene, hasher); !ok) return ok.error();
     if (Status ok = add_solids(context, input.scene, hasher); !ok) return ok.error();
     if (Status ok = check_forces(context, input.scene); !ok) return ok.error();
+    tell_of_releases(input);
     input.key = hasher.add(context.start_frame())
                     .add(input.scene.bodies.size())
                     .add(input.scene.pins.size())
@@ -153,7 +189,20 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
         if (acts(*force)) input.forces.push_back(*force);
     Result<std::vector<std::shared_ptr<const BodyValue>>> bodies = context.inputs_as<BodyValue>("bodies", frame);
     if (!bodies) return bodies.error();
-    for (const auto& body : *bodies) input.materials.push_back(body->material);
+    const bool sweeps = std::ranges::any_of(*bodies, [](const auto& body) {
+        return std::ranges::any_of(body->activations,
+                                   [](const ActivationValue& a) { return a.activation.until == Until::object; });
+    });
+    const auto bodies_begin = sweeps ? context.inputs_as<BodyValue>("bodies", frame - 1) : bodies;
+    if (!bodies_begin) return bodies_begin.error();
+    for (size_t b = 0; b < bodies->size(); ++b) {
+        const BodyValue &from = *(*bodies_begin)[b], &to = *(*bodies)[b];
+        input.materials.push_back(to.material);
+        for (size_t k = 0; k < to.activations.size(); ++k)
+            input.activations.push_back(
+                {to.activations[k].comes, {from.activations[k].object, to.activations[k].object, true}});
+        for (const SeamValue& seam : to.seams) input.seams.push_back(seam.factor);
+    }
 
     const auto pins_begin = context.inputs_as<PinValue>("pins", frame - 1);
     if (!pins_begin) return pins_begin.error();
@@ -185,6 +234,9 @@ ContentKey key_of(const FrameInput& input, const SolverSettings& s) {
     hasher.add(key_of(input.materials));
     add(hasher, input.pins);
     add(hasher, input.colliders);
+    for (const FrameInput::ActivationDrive& a : input.activations)
+        hasher.add(a.comes).add(a.object.begin).add(a.object.end);
+    for (const double factor : input.seams) hasher.add(factor);
     return hasher.key();
 }
 

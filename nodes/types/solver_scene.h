@@ -11,6 +11,7 @@ struct SceneInput {
     Scene scene;
     std::vector<ContentKey> body_keys;  // BodyValue::key of each body
     ContentKey key = 0;
+    std::vector<std::string> warnings;  // of what keeps fragments
 };
 
 /// From the inputs at the first frame. Errors: no body; a pin whose body is not wired to the solver.

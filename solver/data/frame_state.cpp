@@ -2,6 +2,8 @@
 
 #include <xxhash.h>
 
+#include <algorithm>
+
 namespace sunder {
 namespace {
 
@@ -37,6 +39,9 @@ public:
         add(uint64_t{c.a.value}), add(uint64_t{c.b.value});
         add(c.point), add(c.normal_force), add(c.friction_force), add(c.rolling_torque);
     }
+    void add(const Inactivity& i) {
+        add(uint64_t{i.what}), add(i.due[0]), add(i.due[1]), add(i.push), add(i.former_push);
+    }
     void add(const BrokenEdge& b) { add(uint64_t{b.edge.value}), add(b.time), add(b.strain); }
     uint64_t digest() const { return XXH3_64bits_digest(state_); }
 
@@ -46,6 +51,10 @@ private:
 
 }  // namespace
 
+bool has_offsets(const FrameState& state) {
+    return std::ranges::any_of(state.edge_offset, [](const EdgeOffsets& e) { return e != EdgeOffsets(); });
+}
+
 uint64_t state_hash(const FrameState& s) {
     Hasher h;
     h.add(s.time);
@@ -53,8 +62,11 @@ uint64_t state_hash(const FrameState& s) {
     h.add(s.plastic_deformation), h.add(s.yield), h.add(s.strain), h.add(s.group_rotation);
     h.add(s.edge_intact), h.add(s.rigid_bodies), h.add(s.contacts), h.add(s.broken);
     if (!s.asleep.empty()) h.add(s.still_time), h.add(s.asleep), h.add(s.rest_load), h.add(s.rest_conditions);
-    if (!s.plastic_curvature.empty()) h.add(s.plastic_curvature), h.add(s.layer_strain), h.add(s.edge_offset);
+    if (!s.plastic_curvature.empty()) h.add(s.plastic_curvature), h.add(s.layer_strain);
+    if (has_offsets(s)) h.add(s.edge_offset);
     if (!s.edge_damage.empty()) h.add(s.edge_damage), h.add(s.edge_hold), h.add(s.stiffness_factor);
+    if (!s.inactive.empty()) h.add(s.inactive);
+    if (!s.edge_bond.empty()) h.add(s.edge_bond);
     return h.digest();
 }
 
@@ -73,9 +85,9 @@ bool FrameState::operator==(const FrameState& o) const {
            layer_strain == o.layer_strain && edge_offset == o.edge_offset && yield == o.yield && strain == o.strain &&
            same_rotations(group_rotation, o.group_rotation) && edge_intact == o.edge_intact &&
            edge_damage == o.edge_damage && edge_hold == o.edge_hold && stiffness_factor == o.stiffness_factor &&
-           rigid_bodies == o.rigid_bodies && contacts == o.contacts && broken == o.broken &&
-           still_time == o.still_time && asleep == o.asleep && rest_load == o.rest_load &&
-           rest_conditions == o.rest_conditions;
+           inactive == o.inactive && edge_bond == o.edge_bond && rigid_bodies == o.rigid_bodies &&
+           contacts == o.contacts && broken == o.broken && still_time == o.still_time && asleep == o.asleep &&
+           rest_load == o.rest_load && rest_conditions == o.rest_conditions;
 }
 
 }  // namespace sunder

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -56,6 +57,7 @@ struct RigidBodyState {
 /// seven times strain 11, 22, 12 in its plane, of a rod 29 fibres, -.
 using LayerStrain = std::array<double, 29>;
 
+<<<<<<< HEAD
 /// Of a member of a thin group, in the axes of the group's fragment: what of where it lies and of how it is turned is
 /// so for good, beside what F_P and K_P say.
 struct MemberOffset {
@@ -64,6 +66,19 @@ struct MemberOffset {
 };
 /// Of both ends of an edge a-b: of b in a's group, of a in b's.
 using EdgeOffsets = std::array<MemberOffset, 2>;
+=======
+/// What keeps a fragment from moving, or its edges from breaking, until a condition comes (Activation in
+/// solver/scene/scene.h).
+struct Inactivity {
+    // kAsleep: held, and wakes with its piece. kTouched: a contact lets go of some of it.
+    static constexpr uint8_t kHeld = 1, kAsleep = 2, kGlued = 4, kTouched = 8;
+
+    uint8_t what = 0;
+    std::array<double, 2> due = {HUGE_VAL, HUGE_VAL};  // when a front lets go what is held; what is glued, s
+    double push = 0, former_push = 0;  // normal impulses of contacts in this frame, in the one before, N s
+    bool operator==(const Inactivity&) const = default;
+};
+>>>>>>> wt/activation
 
 struct FrameState {
     double time = 0;                        // since the first frame, s
@@ -81,9 +96,12 @@ struct FrameState {
     std::vector<Quat> group_rotation;       // optimal rotation, warm start of the next one   (n_particles x 4)
     std::vector<uint8_t> edge_intact;       // 1 until fracture removes the edge              (n_edges)
     // Of bodies with a fracture energy; empty where none has one:
-    std::vector<double> edge_damage;           // 0 sound .. 1 parted, never falls                    (n_edges), -
-    std::vector<double> edge_hold;             // of an edge's weight in its groups, what it still has  (n_edges), -
-    std::vector<double> stiffness_factor;      // of a group's stiffness, for what its edges lost    (n_particles), -
+    std::vector<double> edge_damage;       // 0 sound .. 1 parted, never falls                    (n_edges), -
+    std::vector<double> edge_hold;         // of an edge's weight in its groups, what it still has  (n_edges), -
+    std::vector<double> stiffness_factor;  // of a group's stiffness, for what its edges lost    (n_particles), -
+    // Empty where the scene has no activations; `edge_bond`: but within a frame in which an edge's differs from 1.
+    std::vector<Inactivity> inactive;  // (n_particles)
+    std::vector<double> edge_bond;     // factor on the edge's toughness; infinite: it cannot break  (n_edges), -
     std::vector<RigidBodyState> rigid_bodies;  // (n_rigid_bodies)
     std::vector<ContactMemory> contacts;       // of the last substep, ascending by (a, b)
     std::vector<BrokenEdge> broken;            // edges broken in the frame that ended in this state
@@ -97,6 +115,9 @@ struct FrameState {
     size_t n_particles() const { return position.size(); }
     bool operator==(const FrameState& other) const;
 };
+
+/// Whether members of thin groups have flowed out of the shapes that F_P and K_P explain.
+bool has_offsets(const FrameState& state);
 
 /// Hash of every bit of the state but why edges broke (BrokenEdge::toughness, by), which no step reads; equal states
 /// hash equal on every machine of the same byte order.

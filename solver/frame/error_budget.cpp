@@ -8,6 +8,7 @@
 #include "solver/material/fracture.h"
 #include "solver/scene/motion.h"
 #include "solver/scene/scales.h"
+#include "solver/step/letting_go.h"
 
 namespace sunder {
 namespace {
@@ -28,15 +29,17 @@ constexpr size_t kGrain = 128;           // fewest groups a thread is worth waki
 // The particles of a state, or where they would be.
 using Placement = std::vector<MovingParticle>;
 
-// What active pins hold.
+// What active pins and activations hold.
 struct Held {
     std::vector<uint8_t> particle, piece;
 
-    Held(const StepContext& context, const LiveTopology& live)
+    Held(const StepContext& context, const FrameState& state, const LiveTopology& live)
         : particle(context.scene.rest.n_particles(), 0), piece(live.n_pieces(), 0) {
         for (size_t k = 0; k < context.scene.pins.size(); ++k)
             if (context.input.pins[k].active)
                 for (const ParticleId j : context.scene.pins[k].particles) particle[j] = piece[live.piece(j)] = 1;
+        for (size_t j = 0; j < state.inactive.size(); ++j)
+            if (is_kept(state, j)) particle[j] = piece[live.piece(j)] = 1;
     }
 };
 
@@ -269,7 +272,7 @@ FramePlan plan_frame(const StepContext& context, const FrameState& state, StepMe
     io_memory.model.take_up_bending(context.scene.rest, state, context.workers);
     const LiveModel& model = io_memory.model;
     const Placement start = placement_of(context.scene.rest, state), end = placement_of(context.scene.rest, after);
-    const Held held(context, model.live);
+    const Held held(context, state, model.live);
     const Placement path = moved(Path::inertial, context, state, model.live, held, start, end);
     const Placement rigid = moved(Path::rigid, context, state, model.live, held, start, end);
     std::vector<Vec3> shift(start.size());

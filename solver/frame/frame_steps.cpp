@@ -4,9 +4,11 @@
 #include <cmath>
 #include <utility>
 
+#include "solver/frame/activation.h"
 #include "solver/frame/blast.h"
 #include "solver/frame/error_budget.h"
 #include "solver/sleep/sleeping.h"
+#include "solver/step/letting_go.h"
 
 namespace sunder {
 
@@ -32,6 +34,10 @@ void FrameSteps::go_on(const StepContext& whole, const FrameState& state, StepPa
 // A step of all that is awake, anew as long as it wakes something. Where a hit asks for parts the state is as before.
 Result<Hit> FrameSteps::advance(const StepContext& whole, const StepTime& time, FrameState& io_state,
                                 StepReport& io_report) {
+    if (time.stage != Stage::second && !io_state.inactive.empty()) {  // a pair ends as it began
+        FrameState& state = anything_sleeps(io_state) ? awake_.state() : io_state;
+        let_go_beside_breaks(anything_sleeps(io_state) ? awake_.context(whole).scene : scene_, state.broken, state);
+    }
     while (anything_sleeps(io_state)) {
         if (awake_.empty()) {
             awake_.state().time += time.h;
@@ -110,8 +116,10 @@ Result<StepReport> FrameSteps::run(const FrameInput& input, const SolverSettings
         wake_changed(scene_, input, settings.self_collision, margin_, io_state);
     else
         forget_sleep(settings.sleeping ? context.n_movables() : 0, io_state);
+    if (begin_activations(scene_, input, before, io_state)) awake_.forget();
     if (Status ok = give_blasts(context, io_state); !ok) return ok.error();
     StepReport report;
+    report.edges_broken = io_state.broken.size();
     enter(context, io_state);
     if (!std::exchange(has_local_hits_, false)) local_hit_.reset();
     met_ = false;
@@ -139,6 +147,7 @@ Result<StepReport> FrameSteps::run(const FrameInput& input, const SolverSettings
     }
     if (anything_sleeps(io_state)) awake_.leave(threads, io_state);
     if (settings.sleeping) report.n_components = fall_asleep(scene_, input, settings.self_collision, before, io_state);
+    io_state.edge_bond.clear();
     report.asleep = static_cast<size_t>(std::ranges::count(io_state.asleep, 1));
     return report;
 }

@@ -76,6 +76,12 @@ Status check_scene(const Scene& scene) {
             if (i >= n)
                 return bad_input("pin '" + pin.name + "'",
                                  "holds particle " + std::to_string(i) + " of " + std::to_string(n));
+    for (const Activation& a : scene.activations)
+        if (!a.particles.empty() && a.particles.back() >= n)
+            return bad_input("activation '" + a.name + "'", "names a particle that is not there");
+    for (const Seam& s : scene.seams)
+        if (!s.edges.empty() && s.edges.back() >= rest.n_edges())
+            return bad_input("seam '" + s.name + "'", "names an edge that is not there");
     for (const Collider& collider : scene.colliders) {
         const std::string where = "collider '" + collider.name + "'";
         const SignedDistanceGrid* grid = collider.shape.grid;
@@ -104,9 +110,16 @@ Status check_input(const Scene& scene, const FrameInput& input) {
                          "permitted: above 0, at most " + number(kLongestFrame));
     if (!input.gravity.allFinite()) return bad_input("frame", "gravity is not finite");
     if (input.materials.size() != scene.bodies.size() || input.pins.size() != scene.pins.size() ||
-        input.colliders.size() != scene.colliders.size())
-        return Error{
-            ErrorCode::internal, "frame input does not match the scene's bodies, pins and colliders", {}, {}, {}, {}};
+        input.colliders.size() != scene.colliders.size() || input.activations.size() != scene.activations.size() ||
+        input.seams.size() != scene.seams.size())
+        return Error{ErrorCode::internal,
+                     "frame input does not match the scene's bodies, pins, colliders, activations and seams",
+                     {},
+                     {},
+                     {},
+                     {}};
+    if (!std::ranges::all_of(input.seams, [](double factor) { return factor >= 0; }))
+        return bad_input("frame", "a seam's factor is not one", "permitted: 0 and more");
     for (size_t b = 0; b < scene.bodies.size(); ++b)
         if (Status ok = input.materials[b].check("body '" + scene.bodies[b].name + "'"); !ok) return ok;
     for (const std::vector<DrivenPose>* driven : {&input.pins, &input.colliders})
@@ -157,6 +170,9 @@ Status check_state(const Scene& scene, const FrameState& s, const WorkerPool& wo
         return bad_input("state", "has damage of " + std::to_string(s.edge_damage.size()) + " edges and stiffness of " +
                                       std::to_string(s.stiffness_factor.size()) + " groups, the scene has " +
                                       std::to_string(s.edge_intact.size()) + " and " + std::to_string(n));
+    if (!s.inactive.empty() && s.inactive.size() != n)
+        return bad_input("state", "says of " + std::to_string(s.inactive.size()) +
+                                      " particles what keeps them, the scene has " + std::to_string(n));
     const auto is_share = [](double d) { return d >= 0 && d <= 1; };
     if (!std::ranges::all_of(s.edge_damage, is_share) || !std::ranges::all_of(s.edge_hold, is_share) ||
         !std::ranges::all_of(s.stiffness_factor, [](double k) { return k > 0 && std::isfinite(k); }))

@@ -5,6 +5,7 @@
 
 #include "solver/scene/scales.h"
 #include "solver/sleep/awake_scene.h"
+#include "solver/step/letting_go.h"
 
 namespace sunder {
 namespace {
@@ -107,6 +108,7 @@ private:
 Status try_to_break(const Scene& scene, const FrameInput& input, const SolverSettings& settings,
                     const WorkerPool& threads, FrameState state, Settled& io_settled) {
     SettlingScene part(scene, settings, threads);
+    take_up_bonds(scene, input, state);
     for (int k = 0; k < settings.substeps; ++k)
         if (Status ok = part.step(input, input.duration / settings.substeps, state); !ok) return ok;
     io_settled.breaking = std::move(state.broken);

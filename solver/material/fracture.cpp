@@ -30,7 +30,7 @@ struct FracturePlane {
 };
 
 FracturePlane plane_through(const LiveGroups& groups, ParticleIndex g, const Vec3& normal) {
-    const auto& [rest, live, shapes, particles] = groups;
+    const auto& [rest, live, shapes, particles, bond] = groups;
     FracturePlane plane{group_moments(live, shapes, particles, g).center, normal, 0, 1};
     plane.tolerance = 1e-6 * std::sqrt(shapes.group[g].positions_trace / shapes.group[g].mass);
     const double distance = normal.dot(particles[g].x - plane.point);
@@ -48,8 +48,11 @@ FracturePlane plane_through(const LiveGroups& groups, ParticleIndex g, const Vec
     return plane;
 }
 
+double factor_of(const SimulationMesh& rest, EdgeId edge, std::span<const double> bond) {
+    return bond.empty() ? rest.edges[edge].toughness_factor : rest.edges[edge].toughness_factor * bond[edge];
+}
 double factor_of(const LiveGroups& groups, uint32_t slot) {
-    return groups.rest.edges[groups.live.edge(slot)].toughness_factor;
+    return factor_of(groups.rest, groups.live.edge(slot), groups.bond);
 }
 
 // Mean factor of the edges that the plane cuts; kNever where it cuts none but glued ones.
@@ -84,10 +87,11 @@ UnevenPlane weaker_plane(const LiveGroups& groups, ParticleIndex g, const Vec3& 
 }
 
 // Least toughness factor of the living edges from the centre of group g; kNever if all are glued, or there are none.
-double weakest_factor(const SimulationMesh& rest, const LiveTopology& live, ParticleIndex g) {
+double weakest_factor(const SimulationMesh& rest, const LiveTopology& live, ParticleIndex g,
+                      std::span<const double> bond) {
     double weakest = kNever;
     for (uint32_t s = live.begin(g); s < live.end(g); ++s)
-        if (live.member(s) != g) weakest = std::min(weakest, rest.edges[live.edge(s)].toughness_factor);
+        if (live.member(s) != g) weakest = std::min(weakest, factor_of(rest, live.edge(s), bond));
     return weakest;
 }
 
@@ -97,21 +101,31 @@ double toughness_of(const Material& own, Strained how) {
 
 }  // namespace
 
+bool is_uneven(const SimulationMesh& rest, const LiveTopology& live, std::span<const double> bond, ParticleIndex g) {
+    if (rest.group_uneven[g] != 0) return true;
+    for (uint32_t s = live.begin(g); s < live.end(g) && !bond.empty(); ++s)
+        if (live.member(s) != g && bond[live.edge(s)] != 1) return true;
+    return false;
+}
+
 double breaking_strain(const LiveGroups& groups, const Material& own, ParticleIndex g, Strained how,
                        const Vec3& direction) {
     const double toughness = toughness_of(own, how);
-    return groups.rest.group_uneven[g] ? toughness * weaker_plane(groups, g, oriented(direction)).factor : toughness;
+    return is_uneven(groups.rest, groups.live, groups.bond, g)
+               ? toughness * weaker_plane(groups, g, oriented(direction)).factor
+               : toughness;
 }
 
 double breaking_strain(const SimulationMesh& rest, const LiveTopology& live, const Material& own, ParticleIndex g,
-                       Strained how) {
+                       Strained how, std::span<const double> bond) {
     const double toughness = toughness_of(own, how);
-    return rest.group_uneven[g] ? toughness * weakest_factor(rest, live, g) : toughness;
+    return is_uneven(rest, live, bond, g) ? toughness * weakest_factor(rest, live, g, bond) : toughness;
 }
 
-double breaking_strain(const SimulationMesh& rest, const LiveTopology& live, const Material& own, ParticleIndex g) {
+double breaking_strain(const SimulationMesh& rest, const LiveTopology& live, const Material& own, ParticleIndex g,
+                       std::span<const double> bond) {
     const Strained weaker = own.compressive_toughness < own.toughness ? Strained::pressed : Strained::pulled;
-    return breaking_strain(rest, live, own, g, weaker);
+    return breaking_strain(rest, live, own, g, weaker, bond);
 }
 
 GroupStrain group_strain(const Vec3& e, const Mat3& directions, const Quat& rotation, const Material& material) {
@@ -132,7 +146,8 @@ GroupStrain uneven_group_strain(const Vec3& e, const Mat3& directions, const Qua
     GroupStrain worst;
     for (int i = 0; i < 3; ++i) {
         const Strained how = e(i) > 0 ? Strained::pulled : Strained::pressed;
-        const double strain = std::abs(e(i)), least = breaking_strain(groups.rest, groups.live, material, g, how);
+        const double strain = std::abs(e(i)),
+                     least = breaking_strain(groups.rest, groups.live, material, g, how, groups.bond);
         if (!(strain > worst.load * least)) continue;  // no plane can be worse
         const Vec3 normal = rotation * directions.col(i);
         const double load = strain / breaking_strain(groups, material, g, how, normal);
@@ -146,7 +161,7 @@ namespace {
 // What group g cuts, if its load is `enough` and the most of its one-ring.
 void cut_group(const LiveGroups& groups, std::span<const GroupStrain> strains, ParticleIndex g, double enough,
                double time, std::vector<BrokenEdge>& io_cuts) {
-    const auto& [rest, live, shapes, particles] = groups;
+    const auto& [rest, live, shapes, particles, bond] = groups;
     const int64_t own = rounded(strains[g].load);
     if (own < rounded(enough)) return;
     for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
@@ -155,13 +170,13 @@ void cut_group(const LiveGroups& groups, std::span<const GroupStrain> strains, P
         if (other > own || (other == own && j < g)) return;
     }
     const Vec3 normal = oriented(strains[g].normal);
-    const bool is_uneven = rest.group_uneven[g] != 0;
+    const bool uneven = is_uneven(rest, live, bond, g);
     const UnevenPlane at =
-        is_uneven ? weaker_plane(groups, g, normal) : UnevenPlane{plane_through(groups, g, normal), 1.0};
+        uneven ? weaker_plane(groups, g, normal) : UnevenPlane{plane_through(groups, g, normal), 1.0};
     const double reach = strains[g].load * at.factor;  // strain over the group's own toughness
     for (uint32_t s = live.begin(g); s < live.end(g); ++s)
         if (live.member(s) != g && at.plane.parts(particles[live.member(s)].x) &&
-            (!is_uneven || factor_of(groups, s) < reach))
+            (!uneven || factor_of(groups, s) < reach))
             io_cuts.push_back(
                 {live.edge(s), time, strains[g].strain, std::abs(strains[g].strain) / strains[g].load, {}});
 }

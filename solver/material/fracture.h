@@ -24,7 +24,11 @@ struct LiveGroups {
     const LiveTopology& live;
     const GroupShapes& shapes;
     std::span<const MovingParticle> particles;
+    std::span<const double> bond = {};  // FrameState::edge_bond
 };
+
+/// Whether an edge from the centre of group g has a factor on its toughness, of the mesh or in this frame.
+bool is_uneven(const SimulationMesh& rest, const LiveTopology& live, std::span<const double> bond, ParticleIndex g);
 
 enum class Strained : uint8_t { pulled, pressed };
 
@@ -38,9 +42,10 @@ double breaking_strain(const LiveGroups& groups, const Material& own, ParticleIn
 
 /// No strain below it breaks the group, whatever its direction: that of the weakest edge.
 double breaking_strain(const SimulationMesh& rest, const LiveTopology& live, const Material& own, ParticleIndex g,
-                       Strained how);
+                       Strained how, std::span<const double> bond = {});
 /// The same, pulled or pressed.
-double breaking_strain(const SimulationMesh& rest, const LiveTopology& live, const Material& own, ParticleIndex g);
+double breaking_strain(const SimulationMesh& rest, const LiveTopology& live, const Material& own, ParticleIndex g,
+                       std::span<const double> bond = {});
 
 /// Compares a group's elastic strains with the material's toughness: tension by default, compression where asked for.
 GroupStrain group_strain(const Vec3& elastic_log_strain, const Mat3& directions, const Quat& rotation,

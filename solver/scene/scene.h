@@ -57,6 +57,7 @@ struct Pin {
     std::string name;
     std::vector<ParticleId> particles;  // ascending
     bool turns_freely = false;          // their positions alone are held, as by a hinge (method projective)
+    bool releases = false;              // at a frame
 };
 
 enum class ShapeKind { plane, sphere, box, capsule, mesh };
@@ -90,12 +91,46 @@ struct RigidBody {
     bool settles = false;  // before the start (solver/settling.h)
 };
 
+enum class Keeps : uint8_t {
+    held,    // does not move, and is there to be hit
+    asleep,  // held, and lets go with all of its piece that is asleep; at a touch in any case
+    glued    // edges of it cannot break
+};
+enum class Until : uint8_t {
+    frame,
+    object,    // it comes over the fragment
+    contact,   // of other pieces, rigid bodies or moving colliders
+    neighbour  // an edge of the fragment or of one beside it breaks
+};
+
+/// Fragments that are kept from moving, or their edges from breaking, until a condition comes for each. No two that
+/// hold (or sleep) have a fragment in common, nor have two that glue.
+struct Activation {
+    std::string name;
+    Keeps keeps = Keeps::held;
+    Until until = Until::frame;
+    std::vector<ParticleId> particles;  // ascending
+    double impulse = 0;                 // that a contact has to exceed, N s; 0: any will do
+    double delay = 0;                   // from the object's touch on, s
+    double growth = 0;                  // how fast it spreads from what was touched, m/s; 0: it does not
+    Shape object = {};
+    std::shared_ptr<const SignedDistanceGrid> grid = {};  // what object.grid points to
+};
+
+/// Edges that are told when to break.
+struct Seam {
+    std::string name;
+    std::vector<EdgeId> edges;  // ascending
+};
+
 struct Scene {
     SimulationMesh rest;  // all bodies, one after the other, each as placed at the start
     std::vector<Body> bodies;
     std::vector<Pin> pins;
     std::vector<Collider> colliders;
     std::vector<RigidBody> rigid_bodies;
+    std::vector<Activation> activations = {};
+    std::vector<Seam> seams = {};
 };
 
 struct LocalForce;  // local_force.h
@@ -133,6 +168,12 @@ struct FrameInput {
     std::vector<Material> materials;    // one a body
     std::vector<DrivenPose> pins;       // one a pin; identity leaves it at rest
     std::vector<DrivenPose> colliders;  // one a collider
+    struct ActivationDrive {
+        bool comes = false;  // the frame until which it keeps
+        DrivenPose object = {};
+    };
+    std::vector<ActivationDrive> activations = {};  // one an activation
+    std::vector<double> seams = {};  // one a seam: factor on toughness; 0: it breaks, infinite: it cannot
 };
 
 enum class Method {

@@ -82,6 +82,7 @@ bool AwakeScene::wake_here(const StepContext& whole, const FrameState& state) {
     n_awake_ += woken.size();
     asleep_ = state.asleep;
     take_pins(whole.scene.pins);
+    take_activations(whole.scene.activations);
     return true;
 }
 
@@ -159,7 +160,9 @@ void AwakeScene::build(const StepContext& whole, const FrameState& state) {
     take_particles(whole.scene.rest, whole.workers);
     pick(rigid_body_, whole.workers, Pick{whole.scene.rigid_bodies, scene_.rigid_bodies});
     take_pins(whole.scene.pins);
+    take_activations(whole.scene.activations);
     take_rings(whole.scene.rest, state, whole.workers);
+    take_seams(whole.scene.seams);
     gather(state, whole.workers);
     memory_.renumber(context(whole), state_, former);
 }
@@ -169,6 +172,22 @@ void AwakeScene::take_pins(const std::vector<Pin>& pins) {
     for (Pin& pin : scene_.pins) {
         std::erase_if(pin.particles, [&](ParticleId i) { return asleep_[i]; });
         for (ParticleId& i : pin.particles) i = particle_here(i);
+    }
+}
+
+void AwakeScene::take_activations(const std::vector<Activation>& activations) {
+    scene_.activations = activations;
+    for (Activation& a : scene_.activations) {
+        std::erase_if(a.particles, [&](ParticleId i) { return asleep_[i] != 0 || index_[i].is_none(); });
+        for (ParticleId& i : a.particles) i = particle_here(i);
+    }
+}
+
+void AwakeScene::take_seams(const std::vector<Seam>& seams) {
+    scene_.seams = seams;
+    for (Seam& seam : scene_.seams) {
+        std::erase_if(seam.edges, [&](EdgeId e) { return edge_here_[e].is_none(); });
+        for (EdgeId& e : seam.edges) e = edge_here_[e];
     }
 }
 
@@ -265,11 +284,13 @@ void AwakeScene::gather(const FrameState& s, const WorkerPool& workers) {
          Pick{s.velocity, state_.velocity}, Pick{s.angular_velocity, state_.angular_velocity},
          Pick{s.plastic_deformation, state_.plastic_deformation}, Pick{s.plastic_curvature, state_.plastic_curvature},
          Pick{s.layer_strain, state_.layer_strain}, Pick{s.yield, state_.yield}, Pick{s.strain, state_.strain},
-         Pick{s.group_rotation, state_.group_rotation});
+         Pick{s.group_rotation, state_.group_rotation}, Pick{s.inactive, state_.inactive});
     pick(numbers(std::span<const EdgeId>(edge_)), workers, Pick{s.edge_intact, state_.edge_intact});
     state_.edge_intact.resize(scene_.rest.n_edges(), 0);  // the broken one of take_rings
     pick(numbers(std::span<const EdgeId>(edge_)), workers, Pick{s.edge_damage, state_.edge_damage},
-         Pick{s.edge_hold, state_.edge_hold}, Pick{s.edge_offset, state_.edge_offset});
+         Pick{s.edge_hold, state_.edge_hold}, Pick{s.edge_bond, state_.edge_bond},
+         Pick{s.edge_offset, state_.edge_offset});
+    if (!s.edge_bond.empty()) state_.edge_bond.resize(scene_.rest.n_edges(), 1);
     pick(numbers(particles()), workers, Pick{s.stiffness_factor, state_.stiffness_factor});
     if (!s.edge_damage.empty())
         state_.edge_damage.resize(scene_.rest.n_edges(), 0), state_.edge_hold.resize(scene_.rest.n_edges(), 0);
@@ -300,6 +321,7 @@ void AwakeScene::leave(const WorkerPool& workers, FrameState& io_state) {
             if (!s.plastic_curvature.empty())
                 s.plastic_curvature[i] = state_.plastic_curvature[k], s.layer_strain[i] = state_.layer_strain[k];
             if (!s.stiffness_factor.empty()) s.stiffness_factor[i] = state_.stiffness_factor[k];
+            if (!s.inactive.empty()) s.inactive[i] = state_.inactive[k];
             s.yield[i] = state_.yield[k], s.strain[i] = state_.strain[k];
             s.group_rotation[i] = state_.group_rotation[k];
         }
@@ -310,6 +332,7 @@ void AwakeScene::leave(const WorkerPool& workers, FrameState& io_state) {
     for (size_t e = 0; e < edge_.size() && !s.edge_damage.empty(); ++e)
         s.edge_damage[edge_[e]] = state_.edge_damage[e], s.edge_hold[edge_[e]] = state_.edge_hold[e];
     for (size_t e = 0; e < edge_.size() && !s.edge_offset.empty(); ++e) s.edge_offset[edge_[e]] = state_.edge_offset[e];
+    for (size_t e = 0; e < edge_.size() && !s.edge_bond.empty(); ++e) s.edge_bond[edge_[e]] = state_.edge_bond[e];
     for (BrokenEdge b : state_.broken) {
         b.edge = edge_[b.edge];
         if (b.by.kind == Pusher::Kind::particle) b.by.number = particle_[b.by.number];

@@ -11,6 +11,7 @@
 #include "solver/pieces/piece_motion.h"
 #include "solver/scene/motion.h"
 #include "solver/scene/scales.h"
+#include "solver/step/letting_go.h"
 #include "solver/step/loops.h"
 #include "solver/threads/first_of.h"
 
@@ -142,7 +143,10 @@ Status store(const StepContext& context, const StepTime& time, std::span<const G
         const MovingParticle& p = movables.moving[i];
         const double keep_spin = pieces.whole[pieces.of[i]].rigid ? keep_once : keep(i);  // turns a step at a time
         const Vec3 velocity = keep(i) * movables.velocity[i], spin = keep_spin * movables.angular_velocity[i];
-        if (i < n) {
+        if (i < n && is_kept(state, i) && p.x == movables.start_position[i]) {  // stays to the bit, too
+            state.velocity[i] = state.angular_velocity[i] = Vec3::Zero();
+            state.group_rotation[i] = goals[i].rotation;
+        } else if (i < n) {
             state.position[i] = p.x;
             state.orientation[i] = (p.d * context.scene.rest.rest_orientation[i]).normalized();
             state.velocity[i] = velocity;

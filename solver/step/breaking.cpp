@@ -52,7 +52,8 @@ double FadeSearch::toughness_of(EdgeId e) const {
     const Edge& edge = rest().edges[e];
     const Material& body = pass_.context.material(edge.a);
     const double a = material_of(rest(), edge.a, body).toughness, b = material_of(rest(), edge.b, body).toughness;
-    return 0.5 * (a + b) * edge.toughness_factor;
+    const std::vector<double>& bond = pass_.state.edge_bond;
+    return 0.5 * (a + b) * edge.toughness_factor * (bond.empty() ? 1 : bond[e]);
 }
 
 StretchedEdge FadeSearch::stretched(EdgeId e) const {
@@ -234,7 +235,7 @@ bool follows_strain(const StepContext& context, const FrameState& state, Particl
 double breaking_strain(const StepContext& context, const FrameState& state, const LiveTopology& live, ParticleIndex g) {
     const SimulationMesh& rest = context.scene.rest;
     const Material own = material_of(rest, g, context.material(g));
-    const double strain = breaking_strain(rest, live, own, g);
+    const double strain = breaking_strain(rest, live, own, g, state.edge_bond);
     if (!fades(context, state, g) || !(strain < kNever)) return strain;
     // What fades bears more before it parts: as the critical load of a body goes, by the root (Griffith).
     return strain * std::sqrt(1 + opening_length(own, strain) / math::cbrt(rest.volume[g]));
@@ -245,8 +246,8 @@ Broken break_edges(const Pass& pass, double leading, const Movables& movables, s
     const StepContext& context = pass.context;
     const SimulationMesh& rest = context.scene.rest;
     const double time = state.time + pass.time.h;
-    std::vector<BrokenEdge> cuts = edges_to_cut({rest, model.live, model.shapes, movables.moving}, breaking.strains,
-                                                leading, time, context.workers);
+    std::vector<BrokenEdge> cuts = edges_to_cut({rest, model.live, model.shapes, movables.moving, state.edge_bond},
+                                                breaking.strains, leading, time, context.workers);
     std::vector<Fade> fading = FadeSearch(pass, model, movables, goals, breaking).run();
     // What a group is crushed by does not fade as well.
     const auto is_cut = [&](const Fade& fade) {

@@ -15,6 +15,9 @@ std::vector<Woken> find_contacts(const StepContext& context, const StepTime& tim
                                  const FrameState& state, const Movables& movables, bool may_wake,
                                  SceneContacts& detection, std::vector<ActiveContact>& contacts) {
     std::vector<Woken> woken;
+    const auto waits = [&](MovableId i) {
+        return i < state.inactive.size() && (state.inactive[i].what & Inactivity::kTouched) != 0;
+    };
     // Where one of these wakes, the others need not be found: the step is taken again.
     const auto wakes = [&](std::span<const Contact> with_sleepers) {
         const double g = acceleration_of(context.input), h = time.h;
@@ -30,7 +33,7 @@ std::vector<Woken> find_contacts(const StepContext& context, const StepTime& tim
             const double approach = (context.fixed[c.a] ? 1 : -1) * c.normal.dot(velocity), hard = hard_speed(size, g);
             const bool touches = c.gap < (std::max(approach, 0.0) + g * h) * h;
             if (context.fixed[sleeper] == kStandsBy ||
-                (touches && (approach > waking_speed(size, g) || velocity.norm() > hard)))
+                (touches && (approach > waking_speed(size, g) || velocity.norm() > hard || waits(sleeper))))
                 woken.push_back({sleeper, approach > hard});
         }
         return !woken.empty();

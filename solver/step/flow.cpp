@@ -41,7 +41,10 @@ private:
         std::array<FlowingGroup, 4> group;
     };
     const SimulationMesh& rest() const { return context_.scene.rest; }
-    LiveGroups groups() const { return {rest(), model_.live, model_.shapes, movables_.moving}; }
+    LiveGroups groups() const { return {rest(), model_.live, model_.shapes, movables_.moving, state_.edge_bond}; }
+    bool is_uneven(ParticleIndex group) const {
+        return sunder::is_uneven(rest(), model_.live, state_.edge_bond, group);
+    }
     bool follows(ParticleIndex group) const { return follows_strain(context_, state_, group); }
     bool fades(ParticleIndex group) const { return !stretch_.empty() && sunder::fades(context_, state_, group); }
     Material material(ParticleIndex group) const;
@@ -127,7 +130,7 @@ Material Flow::material(ParticleIndex g) const {
 
 // Below it none flows or breaks.
 double Flow::strain_limit(ParticleIndex g) const {
-    return std::min(state_.yield[g], breaking_strain(rest(), model_.live, material(g), g));
+    return std::min(state_.yield[g], breaking_strain(rest(), model_.live, material(g), g, state_.edge_bond));
 }
 
 // Whether it flows or breaks.
@@ -135,7 +138,9 @@ bool Flow::add_if_it_gives_way(ParticleIndex g, const PrincipalStretch& principa
     const Vec3& e = principal.log_strain;
     const double mean = e.mean(), deviator = std::max(e(2) - mean, mean - e(0));
     const Material m = material(g);
-    const auto breaking = [&](Strained how) { return sunder::breaking_strain(rest(), model_.live, m, g, how); };
+    const auto breaking = [&](Strained how) {
+        return sunder::breaking_strain(rest(), model_.live, m, g, how, state_.edge_bond);
+    };
     const bool may_break = e(2) > breaking(Strained::pulled) || -e(0) > breaking(Strained::pressed);
     if (!(deviator > state_.yield[g] || may_break)) return false;
     io_groups.index[io_groups.n] = ParticleId(size_t{g});
@@ -154,7 +159,7 @@ Found Flow::give_way(GivingWay& io_groups, const StretchKernels& kernels) {
         Quat& R = goals_[g].rotation;
         state_.strain[g] = result.elastic_log_strain.cwiseAbs().maxCoeff();
         if (group.stretch.reliable)
-            strains_[g] = rest().group_uneven[g] != 0
+            strains_[g] = is_uneven(g)
                               ? uneven_group_strain(result.elastic_log_strain, group.stretch.directions, R,
                                                     group.material, groups(), g)
                               : group_strain(result.elastic_log_strain, group.stretch.directions, R, group.material);
@@ -205,9 +210,8 @@ Found Flow::flow_bent(ParticleIndex g) {
         const Mat3 directions = shape.axes * principal.eigenvectors();
         state_.strain[g] = std::max(state_.strain[g], strain.cwiseAbs().maxCoeff());
         const Quat& R = goals_[g].rotation;
-        const GroupStrain load = rest().group_uneven[g] != 0
-                                     ? uneven_group_strain(strain, directions, R, own, groups(), g)
-                                     : group_strain(strain, directions, R, own);
+        const GroupStrain load = is_uneven(g) ? uneven_group_strain(strain, directions, R, own, groups(), g)
+                                              : group_strain(strain, directions, R, own);
         if (load.load > strains_[g].load) strains_[g] = load;
     }
     if (fades(g)) {

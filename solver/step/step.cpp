@@ -7,6 +7,7 @@
 #include "solver/scene/ring_check.h"
 #include "solver/step/books.h"
 #include "solver/step/flow.h"
+#include "solver/step/letting_go.h"
 #include "solver/step/loops.h"
 #include "solver/step/match.h"
 #include "solver/step/predict.h"
@@ -30,6 +31,7 @@ public:
 private:
     Pass pass() const { return {context_, time_, state_, m_.slice}; }
     StepOutcome begin_pass(bool is_first);
+    bool lets_go(const StepPair& begun);
     std::vector<Woken> find();
     void match();
     Broken flow_and_break(double leading);
@@ -48,11 +50,17 @@ private:
 Result<StepOutcome> Stepper::run() {
     m_.slice.open(context_.n_movables());
     bool may_break = false;  // what contacts push, when the books are closed
+    const bool may_let_go = contacts_let_go(context_, state_);
+    const StepPair pair = may_let_go ? m_.pair : StepPair();
     for (int n = 1;; ++n) {
         StepOutcome begun = begin_pass(n == 1);
         if (!begun.is_taken()) return begun;
         pair_up(context_, time_, m_.model, m_.slice.kept, state_, m_.pieces, m_.pair, m_.movables);
         match();
+        if (n == 1 && may_let_go && lets_go(pair)) {
+            n = 0;
+            continue;
+        }
         tumble_pieces(context_, time_.h, m_.model, m_.slice.kept, m_.pieces, m_.matching.goals, m_.movables);
         run_cracks();
         may_break = m_.problem.pushes_anything();
@@ -63,6 +71,15 @@ Result<StepOutcome> Stepper::run() {
     if (Status ok = close_books(may_break); !ok) return ok.error();
     report_.n_components = m_.model.live.n_pieces();
     return StepOutcome();
+}
+
+// What contacts let go of what is kept, as where they push it; all of the step is then taken again.
+bool Stepper::lets_go(const StepPair& begun) {
+    if (!let_go_of_pushed(context_, time_.h, m_.model.live, m_.problem.contacts, m_.movables, state_)) return false;
+    m_.pair = begun;
+    for_all(context_, context_.n_particles(),
+            [&](size_t g) { m_.matching.goals[g].rotation = state_.group_rotation[g]; });
+    return true;
 }
 
 // Where things are, what holds them, where inertia takes them, and what they touch. Of the first pass: unless it is
@@ -163,6 +180,8 @@ Status Stepper::close_books(bool may_break) {
     }
     {
         Stopwatch watch(report_.contact_s);
+        if (!state_.inactive.empty() && context_.wakes)
+            add_pushes(context_, time_.h, m_.problem.contacts, m_.movables, state_);
         settle_contacts(context_, time_.h, live, m_.problem, m_.pieces, m_.movables, state_);
     }
     if (may_break) flow_and_break(0);

@@ -137,6 +137,16 @@ def scene(folder, node_type, mesh="cube", **given):
         nodes["body"] |= {**place, **it, "fragments": fragments}
         return nodes, ["solver.state"], 4
     nodes = {**block(), "floor": floor, "solver": solver}
+    if node_type in ("activate", "seam"):
+        cut = {"type": "prefracture", "mesh": "@file.mesh", "pieces": 12, "clusters": 3}
+        ram = {"type": "collider", "shape": "box", "size": [0.4, 2, 2], "position": {"keys": [[1, [-0.9, 0, 0.5]], [4, [-0.5, 0, 0.5]]]}}
+        ball = {"type": "rigid_body", "radius": 0.2, "position": [0, 0, 1.25], "velocity": [0, 0, -9]}
+        nodes |= {"file": file, "block": cut, "ram": ram, "ball": ball, "it": {**it, "body": "@body.body"}}
+        nodes["body"] |= {"position": [0, 0, 0.51], "velocity": [0, 0, -0.5]}
+        if node_type == "activate":
+            nodes["it"]["object"] = "@ram.collider"
+        solver["bodies"], solver["rigid_bodies"] = ["@it.body"], ["@ball.rigid_body"]
+        return nodes, ["solver.state"], 4
     if node_type == "solver":
         nodes["solver"] |= it
     elif node_type == "rigid_body":
@@ -201,6 +211,10 @@ OTHER = {
     ("blast", "direction"): [1, 0, 0], ("turbulence", "position"): [0.2, 0.1, 0], ("guide", "target_frame"): 6,
     ("grid_force", "values"): [[0, 9, 0]] * 8, ("grid_force", "nodes"): [2, 2, 4], ("grid_force", "first_frame"): 3,
     ("grid_force", "path"): "swirl.json", ("force", "gusts"): 0.5, ("force", "gust_seed"): 3,
+    ("activate", "center"): [0.4, 0.4, 0.4], ("activate", "box_max"): [0.2, 0.2, 0.2], ("activate", "box_min"): [0, 0, 0],
+    ("activate", "cluster"): 1, ("activate", "group"): "Others", ("activate", "frame"): 4, ("activate", "impulse"): 1e6,
+    ("activate", "delay"): 2, ("activate", "growth"): 30, ("seam", "group"): "Others", ("seam", "other_group"): "Others",
+    ("seam", "points"): [[0, 0, 0], [0, 0, 1]], ("seam", "distance"): 0.6, ("seam", "frames"): 90,
     ("solver", "substeps"): 3, ("solver", "iterations"): 5, ("solver", "hit_substeps"): 1, ("body", "fracture_energy"): 20.0,
 }
 POINTS = [[0.5, 0.1, 0.2], [0.4, -0.3, 0.2], [-0.3, 0.2, 0.4]]
@@ -210,6 +224,8 @@ ALSO = {
     "pin": {"group": "Some"},
     "fragment_region": {"group": "Some"},
     "grid_force": {"values": [[5, 0, 0]] * 8 + [[0, 5, 0]] * 8},  # two frames of 2 x 2 x 2, or one of 2 x 2 x 4
+    "activate": {"group": "Some"},
+    "seam": {"group": "Some", "points": [[-0.5, -0.5, 0.5], [-0.5, 0.5, 0.5]], "frame": 2},
 }
 ALSO_OF = {
     ("prefracture", "points"): {}, ("prefracture", "sheets"): {"mesh": "plate"}, ("prefracture", "least_piece"): {"sites": "uniform"},

@@ -265,6 +265,23 @@ void Shot::blow(uint64_t seed) {
     }
 }
 
+void Shot::keep(uint64_t seed) {
+    hold(seed);  // and held until something comes, in place of the pin
+    Draw draw(seed + 1);
+    Activation held;
+    held.name = "held", held.particles = std::move(scene.pins.back().particles);
+    scene.pins.pop_back();
+    held.keeps = draw.of({Keeps::held, Keeps::held, Keeps::asleep});
+    held.until = draw.of({Until::contact, Until::neighbour, Until::frame});
+    held.impulse = draw.one_in(2) ? 0 : draw.logarithmic(0.1, 1000);
+    Activation glued;
+    glued.name = "glued", glued.keeps = Keeps::glued;
+    glued.until = draw.of({Until::contact, Until::neighbour});
+    for (ParticleId i(scene.bodies[0].particle_begin); i < scene.bodies[0].particle_end; ++i)
+        if (draw.one_in(3)) glued.particles.push_back(i);
+    scene.activations = {held, glued};
+}
+
 FrameInput Shot::input(size_t frame) const {
     FrameInput in = quiet_input(scene, material);
     in.materials = materials(), in.gravity = Vec3(0, 0, -gravity);

@@ -52,6 +52,8 @@ struct Shot {
     void hold(uint64_t seed);
     /// Adds forces that differ from place to place.
     void blow(uint64_t seed);
+    /// Has activations of all kinds keep parts of the first body, at rest, until something touches or breaks them.
+    void keep(uint64_t seed);
     std::vector<Material> materials() const { return std::vector(scene.bodies.size(), material); }
     FrameInput input(size_t frame = 0) const;
 };

@@ -72,6 +72,8 @@ inline FrameInput quiet_input(const Scene& scene, const Material& material, doub
     input.materials.assign(scene.bodies.size(), material);
     input.pins.resize(scene.pins.size());
     input.colliders.resize(scene.colliders.size());
+    input.activations.resize(scene.activations.size());
+    input.seams.assign(scene.seams.size(), 1.0);
     return input;
 }
 

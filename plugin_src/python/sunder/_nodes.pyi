@@ -24,6 +24,8 @@ NodeType = Literal[
     "prefracture",
     "fragment_region",
     "body",
+    "activate",
+    "seam",
     "rigid_body",
     "collider",
     "pin",
@@ -308,6 +310,86 @@ class AddsNodes:
         restitution: Share of the approach speed with which a contact bounces.
 
         yield, a word of Python, is set in the node: node["yield"] = ...
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["activate"],
+        name: str,
+        *,
+        body: _Wire = ...,
+        object: _Wire = ...,
+        mode: Literal["held", "asleep", "glued"] = ...,
+        region: Literal["all", "box", "sphere", "group", "cluster"] = ...,
+        box_min: _Vector3 = ...,
+        box_max: _Vector3 = ...,
+        center: _Vector3 = ...,
+        radius: _Number = ...,
+        group: str = ...,
+        cluster: _Integer = ...,
+        until: Literal["frame", "object", "contact", "neighbour"] = ...,
+        frame: _Integer = ...,
+        impulse: _Number = ...,
+        delay: _Integer = ...,
+        growth: _Number = ...,
+    ) -> Node:
+        """Keeps fragments from moving, or their edges from breaking, until a condition comes for each. Several can follow
+        one another: where two speak of a fragment, the later one counts.
+
+        body: Whose fragments these are.
+        object: Of `until` object: what comes over the fragments, on its keys. It need not be wired to the solver, and
+            pushes nothing unless it is.
+        mode: held: does not move, and is there to be hit; asleep: not simulated until something touches its piece, or
+            the condition comes; glued: no edge of it breaks.
+        region: Fragments whose centre lies in it, with the body as placed at the first frame. all: every one; box takes
+            `box_min` and `box_max`; sphere takes `center` and `radius`; group takes `group`; cluster takes `cluster`.
+        box_min: Lowest corner of the box [m]. Needs region = box.
+        box_max: Highest corner of the box [m]. Needs region = box.
+        center: Of the sphere [m]. Needs region = sphere.
+        radius: Of the sphere [m]. Needs region = sphere.
+        group: Vertex group of the mesh: fragments that own one of its vertices. Needs region = group.
+        cluster: Number of a cluster, as pre-fracture gathered them. Needs region = cluster.
+        until: frame: at `frame`; object: when the object comes over a fragment; contact: when something else pushes a
+            fragment by more than `impulse`; neighbour: when an edge of a fragment or of one beside it breaks.
+        frame: First frame at which it has let go. Needs until = frame.
+        impulse: Of a fragment's contacts in this frame and the one before, that they have to exceed; 0: any touch will
+            do [N s]. Needs until = contact.
+        delay: From the object's touch until it lets go [frames]. Needs until = object.
+        growth: How fast it spreads through the region from what was touched; 0: it does not [m/s]. Needs until =
+            object.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["seam"],
+        name: str,
+        *,
+        body: _Wire = ...,
+        mode: Literal["break", "hold"] = ...,
+        between: Literal["groups", "clusters", "curve", "all"] = ...,
+        group: str = ...,
+        other_group: str = ...,
+        points: _Points = ...,
+        distance: _Number = ...,
+        frame: _Integer = ...,
+        frames: _Integer = ...,
+    ) -> Node:
+        """Tells interfaces of a body when to break, or not to. Several can follow one another; what one holds no other
+        breaks.
+
+        body: Whose interfaces these are.
+        mode: break: they break at `frame`, or weaken from there on; hold: they cannot break before.
+        between: Which interfaces: groups: of fragments of `group` with those of `other_group`; clusters: of different
+            clusters; curve: nearer than `distance` to the line through `points`; all.
+        group: Vertex group of the mesh: fragments that own one of its vertices. Needs between = groups.
+        other_group: Likewise; empty: all that are not in the one. Needs between = groups.
+        points: Of the line, in the scene, with the body as placed at the first frame [m]. Needs between = curve.
+        distance: From the line to the middle of an interface [m]. Needs between = curve.
+        frame: At which they are broken; from which on they may break.
+        frames: How long it takes from that frame on: a factor on their toughness falls to 0, where what is left of them
+            breaks; 0: at once [frames]. Needs mode = break.
         """
 
     @overload

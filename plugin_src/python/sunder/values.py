@@ -93,7 +93,8 @@ class State(Value):
     position (n, 3), orientation (n, 4), velocity (n, 3), angular_velocity (n, 3), plastic_deformation (n, 3, 3),
     plastic_curvature (n, 3, 3) or, where no body bends by its curvature, (0, 3, 3), rad/m, yield_ (n,), strain (n,),
     body (n,), fragment (n,), piece (n,), edges (m, 2), edge_intact (m,), edge_damage (m,) or, where no body has a
-    fracture energy, (0,); rigid_position, rigid_orientation,
+    fracture energy, (0,); kept (n,), what activations keep of each (1 held, 2 asleep, 4 glued), or (0,);
+    rigid_position, rigid_orientation,
     rigid_velocity, rigid_angular_velocity of rigid bodies; broken_edge, broken_time, broken_strain, broken_toughness of this frame, and
     broken_by (b, 2), what pressed hardest: 0 nothing, 1 a particle, 2 a rigid body, 3 a collider, and its number (of nothing -1);
     rest_position, rest_orientation, radii, mass, volume at rest; particle_transform (n, 3, 4), from rest to world,
@@ -113,6 +114,7 @@ class State(Value):
     fragment: Array
     piece: Array
     asleep: Array
+    kept: Array
     edges: Array
     edge_intact: Array
     broken_edge: Array
