@@ -57,7 +57,6 @@ struct RigidBodyState {
 /// seven times strain 11, 22, 12 in its plane, of a rod 29 fibres, -.
 using LayerStrain = std::array<double, 29>;
 
-<<<<<<< HEAD
 /// Of a member of a thin group, in the axes of the group's fragment: what of where it lies and of how it is turned is
 /// so for good, beside what F_P and K_P say.
 struct MemberOffset {
@@ -66,7 +65,7 @@ struct MemberOffset {
 };
 /// Of both ends of an edge a-b: of b in a's group, of a in b's.
 using EdgeOffsets = std::array<MemberOffset, 2>;
-=======
+
 /// What keeps a fragment from moving, or its edges from breaking, until a condition comes (Activation in
 /// solver/scene/scene.h).
 struct Inactivity {
@@ -78,7 +77,6 @@ struct Inactivity {
     double push = 0, former_push = 0;  // normal impulses of contacts in this frame, in the one before, N s
     bool operator==(const Inactivity&) const = default;
 };
->>>>>>> wt/activation
 
 struct FrameState {
     double time = 0;                        // since the first frame, s
