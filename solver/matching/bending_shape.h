@@ -17,11 +17,11 @@ using Vec9 = Eigen::Matrix<double, 9, 1>;
 
 /// What bends, and how it is bent for good.
 struct Bending {
-    std::span<const uint8_t> thin;              // 1: the group is one of these (n_particles)
-    std::span<const uint8_t> pinned;            // held by a pin (n_particles)
-    std::span<const Mat3> plastic_deformation;  // F_P (n_particles)
-    std::span<const Mat3> plastic_curvature;    // K_P in the fragment's axes, rad/m (n_particles), or empty: none
-    std::span<const EdgeOffsets> edge_offset;   // of members, for good (n_edges), or empty: none
+    std::span<const uint8_t> thin;                  // 1: the group is one of these (n_particles)
+    std::span<const uint8_t> pinned;                // held by a pin (n_particles)
+    std::span<const Mat3> plastic_deformation;      // F_P (n_particles)
+    std::span<const Mat3> plastic_curvature;        // K_P in the fragment's axes, rad/m (n_particles), or empty: none
+    std::span<const EdgeOffsets> edge_offset = {};  // of members, for good (n_edges), or empty: none
 };
 
 /// A member of such a group, in the axes of the group's fragment.

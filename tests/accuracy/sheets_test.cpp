@@ -206,6 +206,7 @@ TEST(sheets, have_the_same_bits_for_any_threads_and_instructions_and_from_any_fr
     double most = 0;
     for (const Mat3& K : whole.plastic_curvature) most = std::max(most, K.norm());
     EXPECT_GT(most, 0);
+    EXPECT_TRUE(has_offsets(half.state));
     EXPECT_EQ(state_hash(bent(20, half.state, "", 1)), state_hash(whole));
     EXPECT_EQ(state_hash(bent(0, {}, "portable", 1)), state_hash(whole));
     EXPECT_EQ(state_hash(bent(0, {}, "avx2", 3)), state_hash(whole));
@@ -214,9 +215,10 @@ TEST(sheets, have_the_same_bits_for_any_threads_and_instructions_and_from_any_fr
 // A state from before its body bent is not bent.
 TEST(sheets, go_on_from_a_state_that_knows_of_no_bending) {
     BentStrip strip(2, 6, 0.01, 90);
-    strip.state.plastic_curvature.clear(), strip.state.layer_strain.clear();
+    strip.state.plastic_curvature.clear(), strip.state.layer_strain.clear(), strip.state.edge_offset.clear();
     strip.run(20, 0, 1, true, 4);
     EXPECT_EQ(strip.state.plastic_curvature.size(), strip.state.n_particles());
+    EXPECT_EQ(strip.state.edge_offset.size(), strip.state.edge_intact.size());
 }
 
 // A square plate of `cells` a side under its weight, its outermost cells pinned: deflection of its middle over that of

@@ -7,7 +7,7 @@ import pytest
 import sunder
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-TOUGHNESSES = (0.005, 0.01, 0.02, 0.04)
+TOUGHNESSES = (0.005, 0.01, 0.016, 0.04)  # at the last but one the ball just comes through: petals are largest
 BENT = 30  # degrees; what stands so steep has been bent out of the sheet, which dishes by 26 at most
 
 
@@ -59,4 +59,4 @@ def test_the_tougher_the_slower(shots):
 
 
 def test_four_to_eight_petals_stay_on(shots):
-    assert 4 <= len(petals(shots[0.01])) <= 8
+    assert 4 <= len(petals(shots[TOUGHNESSES[-2]])) <= 8

@@ -19,7 +19,7 @@ RADIUS, THICKNESS, MASS = 0.5, 0.01, 2000  # m, m, kg
 RATE, DAMPING = 120, 20  # frames a second; 1/s
 BAR = 0.15  # asked for
 # sphere's radius (m), yield strain, fragments: those under the sphere are to be smaller than what it touches (60 to 90 mm)
-CASES = [(0.2, 0.0015, 600), (0.4, 0.0015, 300), (0.4, 0.003, 300)]
+CASES = [(0.2, 0.0015, 1200), (0.4, 0.0015, 600), (0.4, 0.003, 300)]
 
 
 class FiniteElements:
@@ -105,7 +105,6 @@ def test_as_much_of_the_dent_stays_as_in_finite_elements(pressed):
     assert abs(pressed[1] - 1) < BAR
 
 
-@pytest.mark.xfail(strict=True, reason="what no bent shape explains never flows: too stiff where strain gathers (docs/measurements.md)")
 def test_it_takes_the_force_of_finite_elements(pressed):
     assert abs(pressed[0] - 1) < BAR
 

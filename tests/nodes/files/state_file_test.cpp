@@ -85,10 +85,24 @@ TEST(StateFile, what_is_bent_comes_back) {
         for (size_t k = 0; k < e.state.layer_strain[i].size(); ++k)
             e.state.layer_strain[i][k] = 0.1 * static_cast<double>(k) + static_cast<double>(i);
     }
-    const auto file = decode_state(bytes_of(e), "a");
-    ASSERT_TRUE(file) << file.error().text();
-    EXPECT_EQ(file->state, e.state);
-    EXPECT_EQ(state_hash(file->state), state_hash(e.state));
+    e.state.edge_offset.resize(e.state.edge_intact.size());
+    const size_t plain = bytes_of(e).size();
+    EXPECT_EQ(decode_state(bytes_of(e), "a")->state, e.state);
+    for (const bool is_kept : {false, true}) {  // beside what an `activate` node keeps, too
+        if (is_kept) e.state.inactive.resize(e.state.n_particles());
+        for (size_t i = 0; i < e.state.edge_offset.size(); ++i)
+            for (MemberOffset& end : e.state.edge_offset[i])
+                end = {Vec3(0.1, -0.2, static_cast<double>(i)), Vec3(1e-3, 0, -0.5)};
+        const auto file = decode_state(bytes_of(e), "a");
+        ASSERT_TRUE(file) << file.error().text();
+        EXPECT_EQ(file->state, e.state);
+        EXPECT_EQ(state_hash(file->state), state_hash(e.state));
+        EXPECT_EQ(bytes_of({e.rest, file->state}), bytes_of(e));
+        EXPECT_GT(bytes_of(e).size(), plain);
+    }
+    e.state.edge_offset[1][0].turn.z() = std::numeric_limits<double>::infinity();
+    EXPECT_TRUE(has(fault_of(bytes_of(e)), "offset 1: brz is not finite"));
+    e.state.edge_offset[1][0].turn.z() = 0;
     e.state.layer_strain[1][3] = std::numeric_limits<double>::quiet_NaN();
     EXPECT_TRUE(has(fault_of(bytes_of(e)), "bending 1: layer3 is not finite"));
 }
@@ -115,6 +129,7 @@ TEST(StateFile, what_is_damaged_comes_back_bent_or_not) {
         if (is_bent) {
             e.state.plastic_curvature.assign(e.state.n_particles(), Mat3::Identity());
             e.state.layer_strain.resize(e.state.n_particles());
+            e.state.edge_offset.resize(e.state.edge_intact.size());
         }
         for (size_t i = 0; i < e.state.edge_intact.size(); ++i) {
             e.state.edge_damage.push_back(0.1 + 0.01 * static_cast<double>(i));

@@ -23,6 +23,7 @@ struct Sheet {
     std::vector<GroupStiffness> stiffness;
     std::vector<uint8_t> pinned;
     std::vector<Mat3> plastic, curvature;
+    std::vector<EdgeOffsets> offset;
     WorkerPool workers{1};
     double poisson_ratio;
 
@@ -44,7 +45,22 @@ struct Sheet {
         for (size_t g = 0; g < rest.n_particles(); ++g)
             stiffness.push_back(group_stiffness(shapes.group[g], shapes.rest_trace[g], rest.volume[g], material));
         const std::vector<uint8_t> thin = thin_groups(rest);
-        bending.update(rest, live, shapes, stiffness, {thin, pinned, plastic, curvature}, workers);
+        bending.update(rest, live, shapes, stiffness, {thin, pinned, plastic, curvature, offset}, workers);
+    }
+    // What no bent shape explains of where things are becomes their rest.
+    void let_go(std::span<const MovingParticle> at) {
+        offset.assign(rest.n_edges(), EdgeOffsets());
+        for (uint32_t g = 0; g < rest.n_particles(); ++g) {
+            if (!bending.pulls(g)) continue;
+            std::vector<BentMember> members(live.count(g));
+            bend(bending, live, at, g, members);
+            const auto own = live.members().subspan(live.begin(g), members.size());
+            const Vec3 cell = members[static_cast<size_t>(std::ranges::find(own, g) - own.begin())].r;
+            for (uint32_t k = 0; k < members.size(); ++k)
+                if (const EdgeId e = live.edge(live.begin(g) + k); !e.is_none())
+                    offset[e][rest.edges[e].b == g] = {members[k].r - cell, members[k].sigma};
+        }
+        update();
     }
     // At rest, moved as a whole and then each by as much.
     std::vector<MovingParticle> moved(double amount) const {
@@ -128,8 +144,10 @@ TEST(bending_shape, sheets_and_rods_are_thin_and_blocks_are_not) {
 
 TEST(bending_shape, forces_are_the_slope_of_the_energy) {
     for (const auto& [nx, ny] : {std::pair(4, 3), std::pair(5, 1)})
-        for (const bool with_pin : {false, true}) {
-            const Sheet sheet(nx, ny, 0.0, with_pin);
+        for (const int kind : {0, 1, 2}) {
+            const bool with_pin = kind == 1;
+            Sheet sheet(nx, ny, 0.0, with_pin);
+            if (kind == 2) sheet.let_go(sheet.moved(0.5));
             std::vector<MovingParticle> at = sheet.moved(1);
             const Eigen::VectorXd forces = sheet.forces(at);
             const double most = forces.cwiseAbs().maxCoeff();
@@ -148,6 +166,38 @@ TEST(bending_shape, forces_are_the_slope_of_the_energy) {
                     worst = std::max(worst, std::abs((before - after) / (2 * by) - force));
                 }
             EXPECT_LT(worst, 1e-6 * most) << nx << " by " << ny << (with_pin ? " with a pin" : "");
+        }
+}
+
+TEST(bending_shape, what_no_bent_shape_explains_bears_nothing_when_it_is_let_go) {
+    for (const auto& [nx, ny] : {std::pair(4, 3), std::pair(5, 1)})
+        for (const bool with_pin : {false, true}) {
+            Sheet sheet(nx, ny, 0.3, with_pin);
+            const std::vector<MovingParticle> at = sheet.moved(1);
+            const auto groups = [&] {
+                std::vector<BentGroup> all;
+                std::vector<BentMember> members;
+                for (uint32_t g = 0; g < at.size(); ++g) {
+                    if (!sheet.bending.pulls(g)) continue;
+                    members.resize(sheet.live.count(g));
+                    all.push_back(bend(sheet.bending, sheet.live, at, g, members));
+                    const Unexplained rest = unexplained(sheet.bending, sheet.live, g, members);
+                    const BendingShape& s = sheet.bending.shape(g);
+                    EXPECT_NEAR(0.5 * s.youngs_modulus() * s.volume * (rest.stretch + rest.bend), all.back().rest,
+                                1e-12 * all.back().energy());
+                }
+                return all;
+            };
+            const std::vector<BentGroup> before = groups();
+            sheet.let_go(at);
+            const std::vector<BentGroup> after = groups();
+            ASSERT_EQ(after.size(), before.size());
+            for (size_t g = 0; g < after.size(); ++g) {
+                const double whole = before[g].energy();
+                EXPECT_LT(after[g].rest, 1e-12 * whole);
+                EXPECT_NEAR(after[g].bend, before[g].bend, 1e-12 * whole);
+                EXPECT_NEAR(after[g].stretch, before[g].stretch, 1e-12 * whole);
+            }
         }
 }
 

@@ -1,0 +1,73 @@
+#include "solver/material/bending_flow.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace sunder {
+namespace {
+
+constexpr double kYield = 0.002, kNu = 0.3, kToDeviator = 2.0 / 3 * (1 + kNu);  // of a uniaxial strain
+
+// A flat sheet across z, or a rod along x, which is stretched along x by `strain` and as free as it can be across.
+struct Section {
+    BendingShape shape;
+    BentGroup group;
+    Material material;
+    BendingPlasticity plastic;
+
+    explicit Section(int rank, double strain = 0) {
+        shape.rank = rank, shape.normal = 2, shape.axis = 0;
+        shape.axes.setIdentity();
+        shape.extent = Vec3(0.04, 0.02, 0.01);
+        shape.volume = shape.extent.prod(), shape.nu = kNu, shape.mu = 1e9;
+        shape.spanned = (rank == 2 ? Vec3(1, 1, 0) : Vec3(1, 0, 0)).asDiagonal();
+        group.axes.setIdentity(), group.K.setZero(), group.R.setIdentity();
+        group.F = shape.spanned;
+        group.F(0, 0) = std::exp(strain);
+        if (rank == 2) group.F(1, 1) = std::exp(-kNu * strain);
+        material.flow_rate = 1e9;
+        plastic.yield = kYield;
+    }
+    BentFlow flow(const Unexplained& rest) { return flow_bending(shape, group, rest, material, 1, plastic); }
+};
+
+// The square of a uniaxial strain whose deviator is that many times the yield.
+double square_of(double yields) { return std::pow(yields * kYield / kToDeviator, 2); }
+
+TEST(bending_flow, what_no_bent_shape_explains_flows_to_the_yield_surface) {
+    for (const int rank : {1, 2}) {
+        Section section(rank);
+        EXPECT_FALSE(section.flow({square_of(0.99), 0}).flows);
+        const BentFlow flow = section.flow({square_of(2), 0});
+        EXPECT_TRUE(flow.flows);
+        EXPECT_NEAR(flow.stretch_share, 0.5, 1e-12);  // what is left is the yield
+        EXPECT_LT((section.plastic.F_P - Mat3::Identity()).norm(), 1e-15);
+        EXPECT_EQ(section.plastic.K_P, Mat3::Zero());
+    }
+}
+
+TEST(bending_flow, what_bends_flows_from_the_faces_inwards) {
+    Section section(2);
+    EXPECT_FALSE(section.flow({0, square_of(0.99 / std::sqrt(2.0))}).flows);
+    // The outermost of five layers bear root 2 of the mean, those beside the middle root 1/2.
+    const BentFlow flow = section.flow({0, square_of(0.9)});
+    const double outermost = 1 - 1 / (0.9 * std::sqrt(2.0));
+    EXPECT_NEAR(flow.bend_share, 2 * 2 * outermost / 5, 1e-12);
+    EXPECT_NEAR(flow.stretch_share, 2 * outermost / 5, 1e-12);
+}
+
+TEST(bending_flow, with_the_stretch_it_yields_as_one_material) {
+    for (const int rank : {1, 2}) {
+        const double strain = kYield / kToDeviator;
+        Section section(rank, strain), alone(rank, strain * (1 - 1e-9));
+        EXPECT_FALSE(alone.flow({}).flows);
+        const BentFlow flow = section.flow({square_of(1), 0});
+        EXPECT_NEAR(flow.stretch_share, 1 - 1 / std::sqrt(2.0), 1e-9);
+        EXPECT_NEAR(std::log(section.plastic.F_P(0, 0)), flow.stretch_share * kToDeviator * strain, 1e-9);
+        EXPECT_NEAR(section.plastic.F_P.determinant(), 1, 1e-12);
+    }
+}
+
+}  // namespace
+}  // namespace sunder
