@@ -272,8 +272,11 @@ public:
             value.report = both(value.report, store_.reports[k]);
         Result<std::vector<Material>> materials = start_materials();
         if (!materials) return materials.error();
+        const Result<std::vector<std::string>> missed = missed_blasts(context_);
+        if (!missed) return missed.error();
         value.body_keys = store_.body_keys;
         value.warnings = left_out(*value.scene, *materials, context_.parameters().text("method"));
+        std::ranges::copy(*missed, std::back_inserter(value.warnings));
         std::ranges::copy(store_.told, std::back_inserter(value.warnings));
         return make_value(std::move(value));
     }
