@@ -2,6 +2,7 @@
 import bmesh
 import numpy as np
 
+from ..base import blender_versions
 from . import result_mesh
 
 _FRAGMENT = "fragment"  # the attribute of faces
@@ -65,12 +66,12 @@ def _select(mesh, fragments):
     totals = np.empty(len(numbers), np.int32)
     mesh.polygons.foreach_get("loop_total", totals)
     corners = np.repeat(is_wanted, totals)
-    mesh.polygons.foreach_set("select", is_wanted)
-    for of_corner, elements in (("vertex_index", mesh.vertices), ("edge_index", mesh.edges)):
-        at = np.empty(len(mesh.loops), np.int32)
+    parts = [is_wanted]
+    for of_corner, n in (("edge_index", len(mesh.edges)), ("vertex_index", len(mesh.vertices))):
+        at, is_part = np.empty(len(mesh.loops), np.int32), np.zeros(n, bool)
         mesh.loops.foreach_get(of_corner, at)
-        is_selected = np.zeros(len(elements), bool)
-        is_selected[at[corners]] = True
-        elements.foreach_set("select", is_selected)
+        is_part[at[corners]] = True
+        parts.append(is_part)
+    blender_versions.write_selection(mesh, *parts)
     mesh.update()
     return int(is_wanted.sum())
