@@ -41,8 +41,8 @@ class Told(AddonCase):
     def drawn(self, tree):
         """What both panels show."""
         layout = Layout()
-        addon("interface.report_panels")._draw_breaks(layout, tree)
-        addon("interface.report_panels")._draw_loads(layout, tree)
+        addon("interface.report_panels")._draw_breaks(layout, tree, 175)
+        addon("interface.report_panels")._draw_loads(layout, tree, 175)
         return layout.drawn
 
     def selected(self, thing):
@@ -201,7 +201,7 @@ class Told(AddonCase):
 
     def drawn_lack(self, tree):
         layout = Layout()
-        addon("interface.report_panels")._draw_breaks(layout, tree)
+        addon("interface.report_panels")._draw_breaks(layout, tree, 175)
         return " ".join(layout.drawn)
 
     def test_a_bake_of_an_earlier_version_plays_and_says_that_it_keeps_no_log(self):

@@ -7,7 +7,8 @@ from ..bake import break_report
 from . import report
 
 _ROWS = 8  # of a list
-_FRAME, _SMALL = 0.16, 0.22  # shares of a list's width: of frames, of other numbers
+_MARGIN = 54  # of a sidebar, points: its tabs, its edges
+_FRAME, _SMALL, _WIDE = 0.16, 0.22, 0.28  # shares of a list's width: of frames, other numbers, fragments
 
 
 def _columns(layout, shares):
@@ -15,14 +16,14 @@ def _columns(layout, shares):
     places, rest = [], 1.0
     for share in shares:
         split = layout.split(factor=share / rest, align=True)
-        places.append(split)
+        places.append(split.row(align=True))
         layout, rest = split.row(align=True), rest - share
     return [*places, layout]
 
 
-def _draw_cells(layout, texts, shares, icon="NONE"):
-    for i, (place, text) in enumerate(zip(_columns(layout, shares), texts)):
-        place.label(text=text, icon=icon if i == 0 else "NONE")
+def _draw_cells(layout, texts, shares):
+    for place, text in zip(_columns(layout, shares), texts):
+        place.label(text=text)
 
 
 class SUNDER_UL_breaks(bpy.types.UIList):
@@ -31,7 +32,7 @@ class SUNDER_UL_breaks(bpy.types.UIList):
     bl_idname = "SUNDER_UL_breaks"
 
     def draw_item(self, _context, layout, _data, item, _icon, _lists, _at):
-        _draw_cells(layout, (str(item.frame), str(item.edges), f"{item.strain:.3g}", f"{item.toughness:.3g}", item.by), _BREAKS)
+        _draw_cells(layout, (str(item.frame), str(item.edges), f"{item.strain:.2g}", f"{item.toughness:.2g}", item.by), _BREAKS)
 
 
 class SUNDER_UL_loads(bpy.types.UIList):
@@ -44,37 +45,44 @@ class SUNDER_UL_loads(bpy.types.UIList):
                              str(item.frame) if item.share > 0 else ""), _LOADS)
 
 
-_BREAKS, _LOADS = (_FRAME, _FRAME, _SMALL, _SMALL), (_SMALL, _SMALL, _SMALL)
+_BREAKS, _LOADS = (_FRAME, _FRAME, _SMALL, _SMALL), (_WIDE, _SMALL, _SMALL)
 
 
-def _draw_list(layout, lists, names, titles, shares):
+def _width(context):
+    """Of what is written in a sidebar, points: artists draw it wider."""
+    scale = context.preferences.system.ui_scale
+    return max(drawing.SIDEBAR, context.region.width / scale - _MARGIN) if context.region else drawing.SIDEBAR
+
+
+def _draw_list(layout, width, names, titles, shares):
     """A list below its titles, and the sentence of the row that is picked. names: of the rows, of the picked row's number."""
+    lists = report.lists()
     rows, at = getattr(lists, names[0]), getattr(lists, names[1])
     _draw_cells(layout.row(align=True), titles, shares)
     layout.template_list("SUNDER_UL_" + names[0], "", lists, names[0], lists, names[1], rows=min(_ROWS, max(2, len(rows))))
     if 0 <= at < len(rows):
-        drawing.sentence(layout, rows[at].sentence, "INFO")
+        drawing.sentence(layout, rows[at].sentence, "INFO", width=width)
 
 
-def _draw_breaks(layout, tree):
+def _draw_breaks(layout, tree, width):
     lists = report.lists()
     lack = break_report.lack(tree)
     if lack:
-        drawing.sentence(layout, lack, "INFO")
+        drawing.sentence(layout, lack, "INFO", width=width)
         return
     is_read = lists.tree == tree.name_full and lists.stamp != ""
     layout.operator("sunder.report", text="Read Again" if is_read else "Read What Broke", icon="VIEWZOOM").tree = tree.name_full
     if not is_read:
         return
     if lists.stamp != break_report.stamp(tree):
-        drawing.sentence(layout, "the bake has changed since", "ERROR")
+        drawing.sentence(layout, "the bake has changed since", "ERROR", width=width)
     for sentence in filter(None, (lists.summary, lists.note)):
-        drawing.sentence(layout, sentence, "INFO")
+        drawing.sentence(layout, sentence, "INFO", width=width)
     if lists.breaks:
-        _draw_list(layout, lists, ("breaks", "at_break"), ("Frame", "Edges", "Strain", "Tough.", "Pushed By"), _BREAKS)
+        _draw_list(layout, width, ("breaks", "at_break"), ("Frame", "Edges", "Strain", "Tough.", "By"), _BREAKS)
 
 
-def _draw_loads(layout, tree):
+def _draw_loads(layout, tree, width):
     lists = report.lists()
     ask = layout.operator("sunder.ask_fragments", text="Ask for Selected Faces", icon="FACESEL")
     ask.tree = tree.name_full
@@ -85,7 +93,7 @@ def _draw_loads(layout, tree):
     ask = named.operator("sunder.ask_fragments", text="Ask", icon="VIEWZOOM")
     ask.tree, ask.fragments = tree.name_full, lists.asked
     if lists.tree == tree.name_full and lists.loads:
-        _draw_list(layout, lists, ("loads", "at_load"), ("Piece", "Load", "", "Frame"), _LOADS)
+        _draw_list(layout, width, ("loads", "at_load"), ("Fragment", "Load", "", "Frame"), _LOADS)
 
 
 def _make(space, name):
@@ -101,11 +109,11 @@ def _make(space, name):
 
     @drawing.guarded
     def draw(self, context):
-        _draw_breaks(self.layout, verbs.tree_of(context, ""))
+        _draw_breaks(self.layout, verbs.tree_of(context, ""), _width(context))
 
     @drawing.guarded
     def draw_below(self, context):
-        _draw_loads(self.layout, verbs.tree_of(context, ""))
+        _draw_loads(self.layout, verbs.tree_of(context, ""), _width(context))
 
     broke = {**place, "bl_idname": f"SUNDER_PT_broke_{name}", "bl_label": "What Broke", "bl_order": 2, "poll": classmethod(poll),
              "draw": draw}
