@@ -2,6 +2,7 @@
 import json
 import shutil
 from pathlib import Path
+from unittest.mock import patch
 
 import bpy
 import numpy as np
@@ -22,7 +23,7 @@ class Layout(Recorder):
     def template_list(self, kind, _id, data, name, *_at, **_how):
         cells = Layout()
         for row in getattr(data, name):
-            getattr(addon("interface.report_panels"), kind).draw_item(None, None, cells, data, row, 0, data, "")
+            getattr(addon("interface.report_panels"), kind).draw_item(None, bpy.context, cells, data, row, 0, data, "")
         self.drawn.append(cells.drawn)
 
     def row(self, **_how):
@@ -38,11 +39,11 @@ class Told(AddonCase):
         self.bake(tree)
         return tree, nodes, result
 
-    def drawn(self, tree):
+    def drawn(self, tree, width=175):
         """What both panels show."""
         layout = Layout()
-        addon("interface.report_panels")._draw_breaks(layout, tree, 175)
-        addon("interface.report_panels")._draw_loads(layout, tree, 175)
+        addon("interface.report_panels")._draw_breaks(layout, tree, width)
+        addon("interface.report_panels")._draw_loads(layout, tree, width)
         return layout.drawn
 
     def selected(self, thing):
@@ -78,7 +79,11 @@ class Told(AddonCase):
         self.assertIn(lists.summary.split(";")[0], " ".join(t for t in drawn if isinstance(t, str)))
         cells, = [t for t in drawn if isinstance(t, list)]
         self.assertEqual(cells[:2], [str(lists.breaks[0].frame), str(lists.breaks[0].edges)])
+        self.assertEqual(len(cells), 3 * len(lists.breaks))
+        with patch.object(addon("interface.report_panels"), "_width", lambda _context: 300):  # drawn wider
+            cells, = [t for t in self.drawn(tree, 300) if isinstance(t, list)]
         self.assertEqual(len(cells), 5 * len(lists.breaks))
+        self.assertEqual(cells[2:4], [f"{lists.breaks[0].strain:.2g}", "0.01"])
 
     def test_a_row_goes_to_its_frame_and_selects_its_fragments(self):
         tree, _, result = self.baked()

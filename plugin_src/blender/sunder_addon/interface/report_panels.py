@@ -7,8 +7,9 @@ from ..bake import break_report
 from . import report
 
 _ROWS = 8  # of a list
-_MARGIN = 54  # of a sidebar, points: its tabs, its edges
-_FRAME, _SMALL, _WIDE = 0.16, 0.22, 0.28  # shares of a list's width: of frames, other numbers, fragments
+_MARGIN, _ROOM = 54, 230  # points: a sidebar's tabs and edges; what five columns take
+_FRAME, _SMALL, _WIDE = 0.16, 0.22, 0.28  # shares of a list's width: of frames beside much, other numbers, fragments
+_LOADS = (_WIDE, _SMALL, _SMALL)
 
 
 def _columns(layout, shares):
@@ -26,13 +27,27 @@ def _draw_cells(layout, texts, shares):
         place.label(text=text)
 
 
+def _width(context):
+    """Of what is written in a sidebar, points: artists draw it wider."""
+    scale = context.preferences.system.ui_scale
+    return max(drawing.SIDEBAR, context.region.width / scale - _MARGIN) if context.region else drawing.SIDEBAR
+
+
+def _of_breaks(width, frame, edges, strain, toughness, by):
+    """(Cells, their shares) of a row of what broke; a sidebar as wide as at first has no room for strains."""
+    if width < _ROOM:
+        return (frame, edges, by), (_SMALL, _SMALL)
+    return (frame, edges, strain, toughness, by), (_FRAME, _FRAME, _SMALL, _SMALL)
+
+
 class SUNDER_UL_breaks(bpy.types.UIList):
     """What broke: a row for what one thing broke of one body in one frame."""
 
     bl_idname = "SUNDER_UL_breaks"
 
-    def draw_item(self, _context, layout, _data, item, _icon, _lists, _at):
-        _draw_cells(layout, (str(item.frame), str(item.edges), f"{item.strain:.2g}", f"{item.toughness:.2g}", item.by), _BREAKS)
+    def draw_item(self, context, layout, _data, item, _icon, _lists, _at):
+        _draw_cells(layout, *_of_breaks(_width(context), str(item.frame), str(item.edges), f"{item.strain:.2g}",
+                                        f"{item.toughness:.2g}", item.by))
 
 
 class SUNDER_UL_loads(bpy.types.UIList):
@@ -43,15 +58,6 @@ class SUNDER_UL_loads(bpy.types.UIList):
     def draw_item(self, _context, layout, _data, item, _icon, _lists, _at):
         _draw_cells(layout, (item.fragments, f"{100 * item.share:.3g}%", "broke" if item.is_broken else "held",
                              str(item.frame) if item.share > 0 else ""), _LOADS)
-
-
-_BREAKS, _LOADS = (_FRAME, _FRAME, _SMALL, _SMALL), (_WIDE, _SMALL, _SMALL)
-
-
-def _width(context):
-    """Of what is written in a sidebar, points: artists draw it wider."""
-    scale = context.preferences.system.ui_scale
-    return max(drawing.SIDEBAR, context.region.width / scale - _MARGIN) if context.region else drawing.SIDEBAR
 
 
 def _draw_list(layout, width, names, titles, shares):
@@ -79,7 +85,8 @@ def _draw_breaks(layout, tree, width):
     for sentence in filter(None, (lists.summary, lists.note)):
         drawing.sentence(layout, sentence, "INFO", width=width)
     if lists.breaks:
-        _draw_list(layout, width, ("breaks", "at_break"), ("Frame", "Edges", "Strain", "Tough.", "By"), _BREAKS)
+        titles, shares = _of_breaks(width, "Frame", "Edges", "Strain", "Tough.", "By")
+        _draw_list(layout, width, ("breaks", "at_break"), titles, shares)
 
 
 def _draw_loads(layout, tree, width):
