@@ -247,6 +247,16 @@ class Told(AddonCase):
         self.reopen()
         self.assertEqual([len(report().lists().breaks), report().lists().stamp], [0, ""])
 
+    def test_a_sentence_names_few_fragments(self):
+        tree, nodes = self.tree(pieces=60, fall_speed=12, material={"toughness": 0.001, "fracture_energy": None})
+        self.bake(tree)
+        bpy.ops.sunder.report(tree=tree.name)
+        counts = [len(addon("bake.break_report").numbers(row.fragments)) for row in report().lists().breaks]
+        self.assertGreater(max(counts), 20)
+        for n, row in zip(counts, report().lists().breaks):
+            self.assertEqual(row.sentence.endswith(f"; {n} fragments"), n > 20)
+            self.assertLess(len(row.sentence), 250)
+
     def test_two_bodies_of_one_tree_are_told_apart(self):
         blocks = [self.cube(location=(x, 0, 0.5), name=f"Block {x}") for x in (0, 1)]
         tree, nodes = self.tree(blocks[0])

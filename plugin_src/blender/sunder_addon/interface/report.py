@@ -11,6 +11,7 @@ from ..bake import break_report
 from ..results import fragment_faces, player
 
 _MOST_LOADS = 500  # rows of fragments, those nearest to breaking
+_NAMED = 20  # fragments that a sentence names; of more it tells how many
 
 
 def _picked_break(self, context):
@@ -92,8 +93,9 @@ def read(tree):
         shown.frame, shown.body, shown.edges = row.frame, row.body, row.edges
         shown.strain, shown.toughness, shown.by = row.strain, row.toughness, trees.spoken(tree, row.by)
         shown.fragments = break_report.as_text(row.fragments)
+        between = f"fragments {shown.fragments}" if len(row.fragments) <= _NAMED else f"{len(row.fragments)} fragments"
         shown.sentence = (f"{trees.spoken(tree, row.body)}, {row.time:.3f} s: {row.edges} edges, pushed by {shown.by}; strain "
-                          f"{row.strain:.3g}, toughness {row.toughness:.3g}; fragments {shown.fragments}")
+                          f"{row.strain:.3g}, toughness {row.toughness:.3g}; {between}")
 
 
 def ask(tree, choices):
