@@ -4,6 +4,7 @@ import shutil
 from pathlib import Path
 from unittest.mock import patch
 
+import bmesh
 import bpy
 import numpy as np
 
@@ -144,6 +145,31 @@ class Told(AddonCase):
         for wrong in ("x", "4-2", "1,", "-1", "99999999999"):
             self.assertIn("names no fragments", self.refused(bpy.ops.sunder.ask_fragments, tree=tree.name, fragments=wrong))
         self.assertIn("none is chosen", self.refused(bpy.ops.sunder.ask_fragments, tree=tree.name, fragments="8000"))
+
+    def test_a_vertex_group_of_the_source_can_be_asked_for(self):
+        block = self.cube(size=1, location=(0, 0, 1))
+        edit = bmesh.new()
+        edit.from_mesh(block.data)
+        bmesh.ops.subdivide_edges(edit, edges=edit.edges, cuts=5, use_grid_fill=True)
+        edit.to_mesh(block.data)
+        edit.free()
+        right = block.vertex_groups.new(name="right")
+        right.add([v.index for v in block.data.vertices if v.co.x > 0.1], 1, "REPLACE")
+        tree, _ = self.tree(block, pieces=40)
+        result, = self.results(tree)
+        self.bake(tree)
+        self.scene.frame_set(1)
+        self.scene.tool_settings.mesh_select_mode = (False, False, True)
+        self.edit(result)
+        bpy.ops.mesh.select_all(action="DESELECT")
+        result.vertex_groups.active = result.vertex_groups["right"]
+        bpy.ops.object.vertex_group_select()
+        bpy.ops.sunder.ask_fragments(tree=tree.name)
+        self.edit(result, "OBJECT")
+        asked = {int(row.fragments) for row in report().lists().loads}
+        at = {f["fragment"]: f["position"][0] for f in addon("base.core").sunder().report(str(self.cached(tree)), "all")["fragments"]}
+        self.assertLessEqual({n for n, x in at.items() if x > 0.2}, asked)
+        self.assertFalse({n for n, x in at.items() if x < -0.2} & asked)
 
     def test_what_held_says_how_much_more_it_wants(self):
         why = addon("bake.break_report").why
