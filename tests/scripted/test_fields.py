@@ -42,6 +42,10 @@ def test_a_blast_before_the_first_frame_is_told():
         graph = spheres([(1, 0, 0)], bomb={"type": "blast", "frame": frame}, wind={"type": "force", "wind": [0, 1, 0]})
         told = [f"blast 'bomb' never goes off: its frame {frame} lies before the first, 1"] if is_missed else []
         assert graph.evaluate("sim.state", frame=1).warnings == graph.evaluate("sim.state", frame=3).warnings == told
+        graph.frame_range = (-3, 20)
+        assert graph.evaluate("sim.state", frame=1).warnings == []
+        graph.frame_range = (-2, 20)
+        assert len(graph.evaluate("sim.state", frame=1).warnings) == (frame == -3)
 
 
 def test_a_wall_keeps_a_blast_off_where_it_is_told_to():
