@@ -78,7 +78,7 @@ struct StateValue {
     std::shared_ptr<const FrameState> state;
     std::vector<ContentKey> body_keys = {};       // BodyValue::key of each of scene->bodies
     StepReport report = {};                       // of the step that ended in this frame; zeros at the start
-    std::vector<std::string> warnings = {};       // of what the method leaves out
+    std::vector<std::string> warnings = {};       // of what the method leaves out, of settling, of blasts
     std::shared_ptr<const FrameState> kept = {};  // of a solver: its latest grid point up to here; most often `state`
 };
 

@@ -14,7 +14,7 @@ Shadow shadow_of(const std::string& name) {
 // Where its place or strength moves, that of its frame counts.
 Result<Value> cook_blast(CookContext& context) {
     const int frame = context.parameters().integer("frame");
-    if (context.frame() != frame + 1) return local_force(context, Nothing());
+    if (context.frame() != frame + 1) return local_force(context, Nothing{frame});
     const Parameters& p = context.parameters(frame);
     Blast blast;
     blast.center = p.vector3("position");

@@ -26,7 +26,8 @@ struct SolverStore {
     std::shared_ptr<Solver> solver;
     std::vector<ContentKey> body_keys;
     StateCache frames;
-    std::vector<std::string> told;  // of how the start settled
+    std::vector<std::string> told;    // of how the start settled
+    std::vector<std::string> missed;  // of blasts that never go off
     std::vector<std::string> told_of_scene;
 
     ContentKey node_key = 0;          // of the node when `history` was last looked at
@@ -113,6 +114,9 @@ public:
         if (store_.node_key == context_.key() && store_.solver && store_.workers == workers) return {};
         Result<SceneInput> input = scene_input(context_);
         if (!input) return input.error();
+        Result<std::vector<std::string>> missed = missed_blasts(context_);
+        if (!missed) return missed.error();
+        store_.missed = missed.take();
         if (!store_.solver || store_.scene_key != input->key || store_.workers != workers) {
             Result<std::unique_ptr<Solver>> solver = Solver::create(std::move(input->scene), workers);
             if (!solver) return solver.error();
@@ -277,6 +281,7 @@ public:
         value.body_keys = store_.body_keys;
         value.warnings = left_out(*value.scene, *materials, context_.parameters().text("method"));
         std::ranges::copy(store_.told_of_scene, std::back_inserter(value.warnings));
+        std::ranges::copy(store_.missed, std::back_inserter(value.warnings));
         std::ranges::copy(store_.told, std::back_inserter(value.warnings));
         return make_value(std::move(value));
     }

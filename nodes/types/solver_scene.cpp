@@ -222,6 +222,23 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
     return input;
 }
 
+Result<std::vector<std::string>> missed_blasts(CookContext& context) {
+    const int start = context.start_frame();
+    const auto forces = context.inputs_as<Force>("forces", start);
+    if (!forces) return forces.error();
+    std::vector<std::string> told;
+    for (const auto& force : *forces) {
+        if (!force->local) continue;
+        const auto* waits = std::get_if<Nothing>(&force->local->kind);
+        const bool is_at_start = std::holds_alternative<Blast>(force->local->kind);
+        const int frame = waits ? waits->blast_frame.value_or(start) : is_at_start ? start - 1 : start;
+        if (frame < start)
+            told.push_back("blast '" + force->local->name + "' never goes off: its frame " + std::to_string(frame) +
+                           " lies before the first, " + std::to_string(start));
+    }
+    return told;
+}
+
 ContentKey key_of(const FrameInput& input, const SolverSettings& s) {
     KeyHasher hasher;
     hasher.add(static_cast<int>(s.method));

@@ -24,6 +24,9 @@ SolverSettings settings_of(const Parameters& parameters);
 /// one frame's to the other's.
 Result<FrameInput> frame_input(CookContext& context, int frame);
 
+/// Sentences on blasts that never go off, for they are to before the first frame.
+Result<std::vector<std::string>> missed_blasts(CookContext& context);
+
 /// Of all that decides a step but the state it starts from.
 ContentKey key_of(const FrameInput& input, const SolverSettings& settings);
 ContentKey key_of(const std::vector<Material>& materials);

@@ -133,6 +133,23 @@ def write_uvs(layer, uvs):
     _write((layer.uv, "vector") if hasattr(layer, "uv") else None, (layer.data, "uv"), uvs)
 
 
+def write_selection(mesh, faces, edges, vertices):
+    """What is selected, bool. As attributes from 3.5 on. Where 5.0 makes edges, it makes that of edges of pairs of numbers, and
+    crashes where one is selected."""
+    parts = ((".select_poly", "FACE", mesh.polygons, faces), (".select_edge", "EDGE", mesh.edges, edges),
+             (".select_vert", "POINT", mesh.vertices, vertices))
+    for name, domain, items, values in parts:
+        if bpy.app.version < (3, 5, 0):
+            items.foreach_set("select", values)
+        else:
+            attribute = mesh.attributes.get(name)
+            if attribute is not None and attribute.data_type != "BOOLEAN":
+                mesh.attributes.remove(attribute)
+                attribute = None
+            attribute = attribute or mesh.attributes.new(name, "BOOLEAN", domain)
+            attribute.data.foreach_set("value", values)
+
+
 def replace_triangles(mesh, positions, triangles):
     """Makes a mesh smooth triangles, (t, 3) int32, and nothing else; materials stay.
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -80,7 +81,9 @@ struct GridField {
     uint64_t key = 0;  // equal for equal grids
 };
 
-struct Nothing {};  // in this frame
+struct Nothing {                          // in this frame
+    std::optional<int> blast_frame = {};  // of a blast: the frame after which it goes off
+};
 
 struct LocalForce {
     using Kind = std::variant<Nothing, Blast, PointField, VortexField, TurbulenceField, Guide, GridField>;

@@ -1,4 +1,6 @@
 """Frame rates, first frames and slow motion of Blender's scenes, as bakes have them."""
+import bpy
+
 from addon_case import AddonCase, addon, main, versions
 
 
@@ -53,6 +55,39 @@ class TimeTest(AddonCase):
         self.assertEqual(changed[:7], slow[:7])
         self.assertNotEqual(changed[11], slow[11])
 
+    def test_a_scale_that_is_keyed_plays_what_is_simulated_at_its_own_time(self):
+        tree, nodes = self.tree()
+        result, = self.results(tree)
+        self.bake(tree)
+        plain = self.played(result, range(1, 7))
+        solver = nodes["solver"]
+        for frame, scale in ((1, 1), (5, 0.5)):  # frame 5 shows 1 + 4 (1 + 0.5) / 2 = 4, frame 9 shows 6
+            solver.time_scale = scale
+            solver.keyframe_insert("time_scale", frame=frame)
+        self.make_linear(tree)
+        self.scene.frame_end = 9
+        self.assertTrue(self.status(tree).is_stale)
+        self.bake(tree)
+        slow, whole = self.played(result, range(1, 10)), {}
+        for frame in range(1, 10):
+            path = self.manifest(tree).frames[frame]["solver:bake"]
+            at = addon("base.core").sunder().read_state(str(self.cached(tree) / path)).simulated_frame
+            if at == int(at):
+                whole[frame] = int(at)
+                self.assertEqual(slow[frame - 1], plain[int(at) - 1], frame)
+            else:
+                self.assertNotIn(slow[frame - 1], plain)
+        self.assertEqual(whole, {1: 1, 5: 4, 7: 5, 9: 6})
+        bpy.ops.sunder.report(tree=tree.name)  # what broke is told at the frames that show it
+        told = addon("interface.report").lists()
+        self.assertGreater(len(told.breaks), 0)
+        self.assertTrue(all(row.frame <= 9 for row in told.breaks) and any(row.frame not in whole for row in told.breaks))
+
+    def make_linear(self, tree):
+        for curve in versions().curves_of(tree.animation_data):
+            for point in curve.keyframe_points:
+                point.interpolation = "LINEAR"
+
     def test_keys_of_the_scale_are_in_frames_and_those_of_objects_in_simulated_ones(self):
         tree, nodes = self.tree()
         wall = nodes["collider"]
@@ -65,9 +100,7 @@ class TimeTest(AddonCase):
         nodes["solver"].keyframe_insert("time_scale", frame=1)
         nodes["solver"].time_scale = 3
         nodes["solver"].keyframe_insert("time_scale", frame=6)
-        for curve in versions().curves_of(tree.animation_data):
-            for point in curve.keyframe_points:
-                point.interpolation = "LINEAR"
+        self.make_linear(tree)
         graph = self.compiled(tree)["nodes"]
         self.assertEqual([frame for frame, _ in graph["solver"]["time_scale"]["keys"]], [1, 2, 3, 4, 5, 6])
         self.assertEqual(graph["collider"]["position"]["keys"][-1][0], 11)  # 1 + 10 simulated frames

@@ -66,13 +66,18 @@ GUARD = re.compile(r"hasattr\(|getattr\([^)]*,[^)]*,|bpy\.app\.version|HAS_[A-Z_
                    r"except (Attribute|Type)Error")
 
 
+def _is_of_bmesh(node):
+    """Whether an attribute is `layers` of a bmesh, which all versions have."""
+    return node.attr == "layers" and getattr(node.value, "attr", "") in ("verts", "edges", "faces", "loops")
+
+
 def names(tree):
     """(name, line, innermost function) of every attribute, import and string."""
 
     def visit(node, function):
         if isinstance(node, ast.FunctionDef):
             function = node
-        if isinstance(node, ast.Attribute):
+        if isinstance(node, ast.Attribute) and not _is_of_bmesh(node):
             yield node.attr, node.lineno, function
         elif isinstance(node, ast.alias):
             yield node.name, node.lineno, function
@@ -138,6 +143,7 @@ class Versions(unittest.TestCase):
         self.assertEqual(unguarded("def f(m):\n    if hasattr(m, 'use_auto_smooth'):\n        m.use_auto_smooth = True"), [])
         self.assertEqual(len(unguarded("def f(m):\n    if hasattr(m, 'use_auto_smooth'):\n        m.use_auto_smooth = True", False)),
                          2)
+        self.assertEqual([n for n, *_ in unguarded("action.layers\nedit.faces.layers.int", False)], ["layers"])
         self.assertEqual([n for n, *_ in unguarded("import bgl\nbuiltin('2D_UNIFORM_COLOR')")], ["bgl", "2D_UNIFORM_COLOR"])
 
     def test_of_an_action_with_slots_each_user_has_its_own_curves(self):

@@ -216,6 +216,45 @@ def finish():
     shot("4-baked")
 
 
+def unfolded(panels):
+    """Classes of the same panels that are not closed at first. (Blender keeps how those that it has drawn are.)"""
+    made = []
+    for cls in panels:
+        named = {name: getattr(cls, name) + "_open" for name in ("bl_idname", "bl_parent_id") if hasattr(cls, name)}
+        members = {name: vars(cls)[name] for name in ("bl_space_type", "bl_region_type", "bl_category", "bl_label", "poll", "draw")}
+        made.append(type(cls.__name__ + "_open", (bpy.types.Panel,), {**members, **named, "bl_options": set()}))
+    return made
+
+
+def what_broke():
+    """The lists of both sidebars are drawn, and a row goes to its fragments in edit mode."""
+    above = [addon("interface.panels").SUNDER_PT_tree, addon("interface.panels").SUNDER_PT_object]
+    panels = unfolded(cls for cls in addon("interface.report_panels").classes if issubclass(cls, bpy.types.Panel))
+    for cls in above:
+        bpy.utils.unregister_class(cls)
+    for cls in panels:
+        bpy.utils.register_class(cls)
+    bpy.context.view_layer.objects.active = result()
+    lists = addon("interface.report").lists()
+    with within("VIEW_3D"):
+        bpy.ops.sunder.report(tree=tree().name)
+        bpy.ops.sunder.ask_fragments(tree=tree().name, fragments="all")
+        bpy.ops.object.mode_set(mode="EDIT")
+    assert len(lists.loads) == 80 and len(lists.breaks) > 0
+    lists.at_load, lists.at_break = 0, len(lists.breaks) - 1
+    assert bpy.context.scene.frame_current == lists.breaks[-1].frame
+    yield 1.0
+    shot("4-what-broke")
+    for cls in reversed(panels):
+        bpy.utils.unregister_class(cls)
+    for cls in above:
+        bpy.utils.register_class(cls)
+    with within("VIEW_3D"):
+        bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.context.scene.frame_set(12)
+    yield 0.5
+
+
 def error():
     """What the library has against a mesh stands on the node that is at fault."""
     thing = node("mesh_file").object
@@ -385,7 +424,7 @@ def toggle():
             yield from drawn_preview()
 
 
-STEPS = [arrange, make, rows, wrong_wire, stop, finish, error, previews, render, undo, reopen, share, toggle]
+STEPS = [arrange, make, rows, wrong_wire, stop, finish, what_broke, error, previews, render, undo, reopen, share, toggle]
 
 
 def run():

@@ -37,6 +37,17 @@ def test_a_blast_throws_free_spheres_as_its_falloff_says():
     np.testing.assert_allclose(graph.evaluate("sim.state", frame=9).velocity, velocity, rtol=1e-9, atol=1e-12)  # once
 
 
+def test_a_blast_before_the_first_frame_is_told():
+    for frame, is_missed in ((-3, True), (0, True), (1, False), (40, False)):
+        graph = spheres([(1, 0, 0)], bomb={"type": "blast", "frame": frame}, wind={"type": "force", "wind": [0, 1, 0]})
+        told = [f"blast 'bomb' never goes off: its frame {frame} lies before the first, 1"] if is_missed else []
+        assert graph.evaluate("sim.state", frame=1).warnings == graph.evaluate("sim.state", frame=3).warnings == told
+        graph.frame_range = (-3, 20)
+        assert graph.evaluate("sim.state", frame=1).warnings == []
+        graph.frame_range = (-2, 20)
+        assert len(graph.evaluate("sim.state", frame=1).warnings) == (frame == -3)
+
+
 def test_a_wall_keeps_a_blast_off_where_it_is_told_to():
     wall = {"type": "collider", "shape": "box", "size": [0.1, 2, 2], "position": [1, 0, 0]}
     for shadow, thrown in (("none", [1, 1]), ("solids", [0, 1]), ("all", [0, 1])):

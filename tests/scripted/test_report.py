@@ -1,4 +1,5 @@
 """What a bake tells of what broke: when, where and why, and of what did not; however the bake went."""
+import ctypes
 import json
 import shutil
 import signal
@@ -190,3 +191,92 @@ def test_bakes_of_before_say_so(scene, sunder, tmp_path):
 @pytest.mark.parametrize("words", [["--fragments", "x"], ["--fragments", "4-2"], ["--fragments", "1,"], ["--box", "1", "2"]])
 def test_what_is_no_choice_is_refused(hit, sunder, words):
     assert sunder("report", hit[0], *words).status == 2
+
+
+# What is damaged and yet listed as it is: by whoever writes such files, or a disk that lies.
+
+def stamped(bake, file, data):
+    """Writes a file of the log and lists it with the hash of what it holds now."""
+    hash_of = ctypes.CDLL("libxxhash.so.0").XXH3_64bits
+    hash_of.restype, hash_of.argtypes = ctypes.c_uint64, [ctypes.c_char_p, ctypes.c_size_t]
+    (bake / file).write_bytes(data)
+    manifest = json.loads((bake / "manifest.json").read_text())
+    for entry in manifest["log"]["breaks"] + manifest["log"]["loads"]:
+        if entry["path"] == file:
+            entry["size"], entry["hash"] = len(data), f"{hash_of(data, len(data)):016x}"
+    (bake / "manifest.json").write_text(json.dumps(manifest))
+
+
+def logs(bake):
+    log = json.loads((bake / "manifest.json").read_text())["log"]
+    return [log["breaks"][0]["path"], log["loads"][0]["path"]]
+
+
+def changed(text, change):
+    content = json.loads(text)
+    change(content)
+    return json.dumps(content).encode()
+
+
+def test_it_reads_what_is_listed_as_it_was(hit, tmp_path):
+    """The hash that the tests below write is that of the library."""
+    bake = Path(shutil.copytree(hit[0], tmp_path / "hit"))
+    for file in logs(bake):
+        stamped(bake, file, (bake / file).read_bytes())
+    assert package.report(bake) == hit[1]
+
+
+WRONG = {
+    "empty": lambda text: b"",
+    "cut off": lambda text: text[:len(text) // 2],
+    "no text": lambda text: b"\xff\xfe\x00" + text,
+    "a list": lambda text: b"[]",
+    "a later version": lambda text: text.replace(b" 1\"", b" 2\"", 1),
+    "no format": lambda text: changed(text, lambda c: c.pop("format")),
+    "another kind": lambda text: text.replace(b"sunder breaks", b"sunder loads") if b"breaks 1" in text
+    else text.replace(b"sunder loads", b"sunder breaks"),
+    "rows that are none": lambda text: changed(text, lambda c: c.update({rows_of(c): 7})),
+    "a row too short": lambda text: changed(text, lambda c: c[rows_of(c)][0].pop()),
+    "a row too long": lambda text: changed(text, lambda c: c[rows_of(c)][0].append(0)),
+    "a row of texts": lambda text: changed(text, lambda c: c[rows_of(c)].__setitem__(0, ["x"] * len(c[rows_of(c)][0]))),
+    "a body that is none": lambda text: changed(text, lambda c: c[rows_of(c)][0].__setitem__(1 if rows_of(c) == "edges" else 0, 99)),
+    "a frame that is none": lambda text: changed(text, lambda c: c.update(frame=1e40)),
+    "deep": lambda text: b"[" * 100_000,
+}
+
+
+def rows_of(content):
+    return "edges" if "edges" in content else "fragments"
+
+
+@pytest.mark.parametrize("which", [0, 1], ids=["breaks", "loads"])
+@pytest.mark.parametrize("wrong", WRONG)
+def test_a_log_that_means_nothing_is_refused_by_its_name(hit, sunder, tmp_path, wrong, which):
+    bake = Path(shutil.copytree(hit[0], tmp_path / "hit"))
+    file = logs(bake)[which]
+    stamped(bake, file, WRONG[wrong]((bake / file).read_bytes()))
+    with pytest.raises(package.Error) as caught:
+        package.report(bake, fragments="all")
+    assert caught.value.code == "bad_input" and Path(file).name in str(caught.value), caught.value
+    told = sunder("report", bake, "--json")
+    assert told.status == 3 and len(told.errors) == 1 and not told.out
+
+
+def test_no_change_of_a_byte_upsets_it(hit, tmp_path):
+    bake = Path(shutil.copytree(hit[0], tmp_path / "hit"))
+    random, told = np.random.default_rng(5), 0
+    for file in logs(bake):
+        whole = (bake / file).read_bytes()
+        for _ in range(60):
+            data = bytearray(whole)
+            for at in random.integers(0, len(data), random.integers(1, 4)):
+                data[at] = random.choice([*b'0-9.e,:[]{}"n', random.integers(0, 256)])
+            stamped(bake, file, bytes(data))
+            try:
+                report = package.report(bake, fragments="all")
+                assert report["broken"] == len(report["breaks"])
+                told += 1
+            except package.Error as error:
+                assert error.code == "bad_input" and error.what, error
+        stamped(bake, file, whole)
+    assert 0 < told < 120  # a digit of a number is another number, a bracket is none

@@ -8,12 +8,12 @@ from .bake import compiler
 from .results import player
 from .preview import preview
 from .exports import export, share
-from .interface import handlers, node_buttons, node_panels, operators, panels, quick_fracture
+from .interface import handlers, node_buttons, node_panels, operators, panels, quick_fracture, report, report_panels
 
 # Trees come after what is in them: Blender gives a file's trees their class as soon as it is there, and updates them.
 _CLASSES = [
     *sockets.classes, *node_buttons.classes, *trees.classes, *player.classes, *operators.classes, *quick_fracture.classes,
-    *export.classes, *share.classes, *panels.classes, *node_panels.classes,
+    *export.classes, *share.classes, *report.classes, *panels.classes, *report_panels.classes, *node_panels.classes,
 ]
 
 
@@ -22,6 +22,7 @@ def register():
         bpy.utils.register_class(cls)
     runtime.is_registered = True
     player.register()
+    report.register()
     panels.register()
     export.register()
     handlers.register()
@@ -70,6 +71,7 @@ def unregister():
     export.unregister()
     _drop_evaluated_trees()
     panels.unregister()
+    report.unregister()
     player.unregister()
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)

@@ -11,7 +11,7 @@ import bpy
 from ..base import core, runtime
 from ..tree import trees
 from ..scene import mesh_export
-from . import cache, compiler, looks, signature
+from . import bake_warnings, cache, compiler, looks, signature
 
 _CACHE_LIMIT = 2**30  # bytes of past frames that a solver keeps at least
 _LOOK = 0.1  # s between looks while waiting
@@ -21,14 +21,15 @@ AUTO, RESTART, FROM_FRAME = "AUTO", "RESTART", "FROM_FRAME"
 class BakeJob:
     """Refuses (core.Refused, core.Unusable) when it is made, or ends with `error`; `node` names the node at fault.
 
-    fraction, text: progress; graph: the library's. After the end: report (of the library) or error or is_cancelled.
+    fraction, text: progress; graph: the library's. After the end: report (of the library) and warnings ({graph name: [sentence,
+    ...]}) or error or is_cancelled.
     """
 
     def __init__(self, tree, scene, start=AUTO, frame=0):
         """`frame`: with FROM_FRAME the last one that is taken over from the bake that is there."""
         self.tree_name, self.cache_id = tree.name_full, trees.identity(tree)
         self.fraction, self.text = 0.0, "preparing"
-        self.report, self.error, self.node, self.is_cancelled = None, "", "", False
+        self.report, self.warnings, self.error, self.node, self.is_cancelled = None, {}, "", "", False
         self.is_running = self._is_to_stop = False
         self._steps = self._at = None  # what is still to do; the library's job at work
         runtime.forget_errors(tree.name_full)
@@ -51,6 +52,7 @@ class BakeJob:
             baked = cache.manifest(folder)
             is_same = baked is not None and _is_same(baked, graph, sunder.version())
             taken_over = cache.note(folder).get("taken_over")
+            told_before = bake_warnings.of_bake(tree)
             is_whole = taken_over is None or baked is not None and taken_over in baked.numbers
             self.is_resumed = is_same and is_whole and start == AUTO
             self._history = []
@@ -75,7 +77,8 @@ class BakeJob:
             note = {
                 "blend": cache.blend_name(), "tree": tree.name, "signature": signature.signature(tree, scene),
                 "rest_matrices": compiled.rest_matrices, "rest_coordinates": compiled.rest_coordinates,
-                "taken_over": taken_over, **({"mesh_layers": compiled.mesh_layers} if compiled.mesh_layers else {}),
+                "taken_over": taken_over, "warnings": told_before if self.is_resumed else {},
+                **({"mesh_layers": compiled.mesh_layers} if compiled.mesh_layers else {}),
             }
         except OSError as error:
             raise core.Refused(f"{error.filename or folder}: {error.strerror}") from error
@@ -115,13 +118,14 @@ class BakeJob:
             yield job
             job.result()
             cache.remove_old_inputs(self.folder, self._inputs)
+            self._note["warnings"] = yield from bake_warnings.collect(self.graph, self.frames[0])
         yield from self._note_factors()
         cache.write_note(self.folder, self._note, self._description)
         job = self.graph.start_bake(self.folder, resume=self.is_resumed, restart=not self.is_resumed)
         self._bakes = True
         yield job
         self.report = job.result()
-        self.fraction = 1.0
+        self.warnings, self.fraction = self._note["warnings"], 1.0
 
     def _note_factors(self):
         """Toughness that differs within a body is noted for the attribute `toughness_left`: frames do not hold it."""

@@ -25,7 +25,8 @@ _read_before = {}  # file: (stamp, content)
 
 
 class Manifest:
-    """frames: {frame: {node: path}}, in ascending order; graph: as run; interval: first and last frame wanted."""
+    """frames: {frame: {node: path}}, in ascending order; graph: as run; interval: first and last frame wanted;
+    log: equal where what broke is, None in bakes of an earlier Sunder, which keep none."""
 
     def __init__(self, content):
         self.frames = {f["frame"]: {file["node"]: file["path"] for file in f["files"]} for f in content["frames"]}
@@ -34,6 +35,7 @@ class Manifest:
         self.graph, self.interval, self.version = content["graph"], content["frame_range"], content["version"]
         self.files = [file["path"] for f in content["frames"] for file in f["files"]]
         log = content.get("log", {})
+        self.log = "-".join(file["hash"] for file in log["breaks"] + log["loads"]) if log else None
         own = content["resume"] + content.get("exports", []) + log.get("breaks", []) + log.get("loads", [])
         self.files += [file["path"] for file in own]
 

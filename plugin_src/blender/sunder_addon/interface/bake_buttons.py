@@ -3,7 +3,7 @@ import bpy
 
 from ..base import drawing
 from ..tree import trees
-from ..bake import bake_status, cache
+from ..bake import bake_status, bake_warnings, cache
 from ..preview import preview
 
 
@@ -56,6 +56,9 @@ def draw_preview(layout, thing, width=drawing.SIDEBAR):
 
 def draw_tree(layout, tree, scene):
     draw_bake(layout, tree, scene)
+    for name, sentences in bake_warnings.of_bake(tree).items():
+        for sentence in sentences:
+            drawing.sentence(layout, f"{trees.spoken(tree, name)}: {sentence}", "ERROR")
     layout.separator()
     layout.prop(tree, "use_scene_range")
     if not tree.use_scene_range:

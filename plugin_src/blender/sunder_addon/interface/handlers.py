@@ -8,6 +8,7 @@ from ..base import runtime
 from ..tree import trees
 from ..bake import cache, signature
 from ..results import parts, player, result_mesh
+from . import report
 
 _INTERVAL = 0.5  # s between looks whether bakes went out of date
 _late = {"frame": None}  # the frame at which meshes are not, or not wholly, written yet
@@ -32,6 +33,7 @@ def on_frame(scene, depsgraph=None):
 @runtime.guarded
 def on_load(*_):
     runtime.forget()
+    report.forget()
     cache.tell_players()
     _refresh()
 

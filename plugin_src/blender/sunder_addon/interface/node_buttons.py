@@ -4,6 +4,7 @@ A node and the sidebar's panels of it (node_panels.py) show the same rows in the
 """
 from ..base import descriptions, drawing
 from ..tree import conditions, nodes, parameters, pickers
+from ..bake import bake_warnings
 from . import bake_buttons
 
 
@@ -32,9 +33,11 @@ def is_touched(node, label):
 
 
 def draw_main(layout, node):
-    """What is seen at once: errors, objects, and the rows in no group."""
+    """What is seen at once: errors, what the bake warned of, objects, and the rows in no group."""
     if node.error:
         drawing.sentence(layout, node.error, "ERROR", alert=True, width=node.width)
+    for sentence in node.warnings:
+        drawing.sentence(layout, sentence, "ERROR", width=node.width)
     _draw_pickers(layout, node)
     draw_group(layout, node, "")
 
@@ -101,6 +104,11 @@ def _draw_parameter(layout, node, p):
 
 class _Buttons:
     """What Blender calls to draw a node."""
+
+    @property
+    def warnings(self):
+        """Sentences of what the bake that is there warned of at this node."""
+        return bake_warnings.of_node(self)
 
     @drawing.guarded
     def draw_buttons(self, context, layout):

@@ -10,7 +10,7 @@ from ..tree import trees, verbs
 from ..bake import bake_job, cache
 from ..results import player, results
 from ..preview import preview
-from . import handlers
+from . import handlers, report
 
 _TICK = 0.1  # s between looks at a bake at work
 _AGAIN = 5.0  # percent between lines of progress in background mode
@@ -61,7 +61,11 @@ class SUNDER_OT_bake(verbs.OnTree, bpy.types.Operator):
         if job.is_cancelled:
             self.report({"INFO"}, "Sunder: stopped; what is baked stays")
             return {"CANCELLED"}
-        self.report({"INFO"}, f"Sunder: {job.report['n_frames']} frames baked")
+        if tree is not None:
+            report.refresh(context, tree)
+        baked = f"Sunder: {job.report['n_frames']} frames baked"
+        warnings = [f"{name}: {sentence}" for name, sentences in job.warnings.items() for sentence in sentences]
+        self.report({"WARNING" if warnings else "INFO"}, "; ".join([baked, *warnings]))
         return {"FINISHED"}
 
     @verbs.told

@@ -53,6 +53,12 @@ def find_node(tree, graph_name):
     return next((n for n in tree.nodes if is_node(n) and n.graph_name == name), None)
 
 
+def spoken(tree, graph_name):
+    """What artists call a node that has a name in the graph: NAME:2 is what a node stands for second."""
+    node, number = find_node(tree, graph_name), graph_name.partition(":")[2]
+    return graph_name if node is None else (node.label or node.name) + (f" {number}" if number else "")
+
+
 def result_objects(tree=None):
     """The objects that play a tree's bake; of all trees for none."""
     return [o for o in bpy.data.objects if is_tree(o.sunder.tree) and o.sunder.tree == (tree or o.sunder.tree)]
