@@ -35,6 +35,12 @@ PlyElement inactive_element() {
             ply_scalars("what", PlyType::uint8) + ply_scalars("due glue_due push former_push", PlyType::float64)};
 }
 
+// Until when each followed a source, infinite where it does or has none; behind that, where anything was let go.
+PlyElement followed_element() { return {"followed", 0, ply_scalars("until", PlyType::float64)}; }
+bool tells_what_followed(const FrameState& s) {
+    return std::ranges::any_of(s.inactive, [](const Inactivity& i) { return i.followed != HUGE_VAL; });
+}
+
 // The elements in file order; counts are filled in by the writer and taken over from a file by the reader.
 std::vector<PlyElement> layout(std::string_view version = kStateFileMagic) {
     const auto doubles = [](std::string_view names) { return ply_scalars(names, PlyType::float64); };
@@ -117,7 +123,9 @@ private:
     Status check_layout() {
         std::vector<PlyElement> wanted = layout(version_);
         const std::vector<PlyElement>& found = file_.header().elements;
-        if (!found.empty() && found.back().name == inactive_element().name) wanted.push_back(inactive_element());
+        n_of_version_ = wanted.size();
+        for (const PlyElement& more : {inactive_element(), followed_element()})
+            if (wanted.size() < found.size()) wanted.push_back(more);
         for (size_t e = 0; e < wanted.size(); ++e) {
             bool same = found.size() == wanted.size() && found[e].name == wanted[e].name &&
                         found[e].properties.size() == wanted[e].properties.size();
@@ -331,9 +339,9 @@ private:
     }
 
     Status read_inactive() {
-        const PlyElement& e = elements_->back();
+        if (elements_->size() == n_of_version_) return {};
+        const PlyElement& e = (*elements_)[n_of_version_];
         FrameState& s = out_.state;
-        if (e.name != inactive_element().name) return {};
         if (e.count != s.n_particles())
             return fault("tells what keeps " + std::to_string(e.count) + " particles, of " +
                          std::to_string(s.n_particles()));
@@ -346,6 +354,13 @@ private:
                 if (load(row(e, i) + 1 + 8 * k, v + k, 1, k < 2 ? 0 : -1) >= 0) return not_finite(e, i, 1 + k);
             own.due = {v[0], v[1]}, own.push = v[2], own.former_push = v[3];
         }
+        if (elements_->size() == n_of_version_ + 1) return {};
+        const PlyElement& followed = elements_->back();
+        if (followed.count != e.count)
+            return fault("tells until when " + std::to_string(followed.count) + " particles followed, of " +
+                         std::to_string(e.count));
+        for (size_t i = 0; i < e.count; ++i)
+            if (load(row(followed, i), &s.inactive[i].followed, 1, 0) >= 0) return not_finite(followed, i, 0);
         return {};
     }
 
@@ -353,6 +368,7 @@ private:
     const std::string_view version_;
     const std::string& where_;
     const std::vector<PlyElement>* elements_ = nullptr;
+    size_t n_of_version_ = 0;  // elements that every file of the version has
     StateFile out_;
 };
 
@@ -371,6 +387,7 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
     std::vector<PlyElement> elements = layout(version);
     const size_t n_of_version = elements.size();
     if (!s.inactive.empty()) elements.push_back(inactive_element());
+    if (tells_what_followed(s)) elements.push_back(followed_element());
     const size_t counts[] = {n,
                              s.edge_intact.size(),
                              s.group_rotation.size(),
@@ -386,7 +403,7 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
                              s.broken.size()};
     size_t total = 4096;
     for (size_t e = 0; e < elements.size(); ++e) {
-        elements[e].count = e < n_of_version ? counts[e] : s.inactive.size();
+        elements[e].count = e < n_of_version ? counts[e] : s.inactive.size();  // both that follow
         total += elements[e].count * PlyFile::row_bytes(elements[e]);
     }
     ByteBuffer bytes;
@@ -438,6 +455,8 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
         bytes.number(i.what), bytes.number(i.due[0]), bytes.number(i.due[1]);
         bytes.number(i.push), bytes.number(i.former_push);
     }
+    if (tells_what_followed(s))
+        for (const Inactivity& i : s.inactive) bytes.number(i.followed);
     return bytes;
 }
 

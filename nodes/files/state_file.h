@@ -13,6 +13,7 @@
 //   damage      damage hold (double) of the edges, and stiffness  factor (double) of the particles: where edges fade
 //   cause       toughness (double), kind (uchar), by (int): of broken_edge; where edges broke
 //   inactive    what (uchar), due glue_due push former_push (double): of the same particles; where something is kept
+//   followed    until (double): of the same particles; where something was let go that followed a source
 //
 // docs/files.md says more. Yield and due may be infinite ("never"); every other number is finite.
 #pragma once

@@ -24,6 +24,13 @@ void add(KeyHasher& io_hasher, const std::vector<DrivenPose>& poses) {
     }
 }
 
+// Of a motion that a node gives, as an error of that node.
+Error in_source(const std::string& node, Error error) {
+    error.node = node;
+    error.where = "node '" + node + "'";
+    return error;
+}
+
 // What an artist has to know of it comes to `io_input.warnings`.
 void add_activations(const BodyValue& value, const Body& body, SceneInput& io_input, KeyHasher& io_hasher) {
     for (const ActivationValue& a : value.activations) {
@@ -39,6 +46,29 @@ void add_activations(const BodyValue& value, const Body& body, SceneInput& io_in
         io_hasher.add(s.key);
     }
     std::ranges::copy(value.warnings, std::back_inserter(io_input.warnings));
+}
+
+void add(KeyHasher& io_hasher, const SourcePose& pose) {
+    io_hasher.add(pose.whole).add(pose.own.size()).add(pose.set.size());
+    for (const Pose& own : pose.own) io_hasher.add(own);
+    for (const Mat3& F : pose.set)
+        for (int c = 0; c < 3; ++c) io_hasher.add(Vec3(F.col(c)));
+}
+
+Status add_source(CookContext& context, const BodyValue& value, const Body& body, SceneInput& io_input,
+                  KeyHasher& io_hasher) {
+    io_input.motions.push_back(value.follows ? value.follows->vertices : nullptr);
+    if (!value.follows) return {};
+    Source source;
+    source.name = value.follows->name;
+    for (uint32_t i = body.particle_begin; i < body.particle_end; ++i) source.particles.push_back(ParticleId(i));
+    const auto start = value.follows->at_frame(context.start_frame());
+    if (!start) return in_source(source.name, start.error());
+    source.start = *start;
+    io_hasher.add(source.name);
+    add(io_hasher, *source.start);
+    io_input.scene.sources.push_back(std::move(source));
+    return {};
 }
 
 // Where pins let go of what activations hold on.
@@ -76,6 +106,7 @@ Status add_bodies(CookContext& context, SceneInput& io_input, KeyHasher& io_hash
         io_input.body_keys.push_back(value->key);
         io_hasher.add(value->key);
         add_activations(*value, body, io_input, io_hasher);
+        if (Status ok = add_source(context, *value, body, io_input, io_hasher); !ok) return ok;
         scene.bodies.push_back(std::move(body));
     }
     return {};
@@ -190,8 +221,9 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
     Result<std::vector<std::shared_ptr<const BodyValue>>> bodies = context.inputs_as<BodyValue>("bodies", frame);
     if (!bodies) return bodies.error();
     const bool sweeps = std::ranges::any_of(*bodies, [](const auto& body) {
-        return std::ranges::any_of(body->activations,
-                                   [](const ActivationValue& a) { return a.activation.until == Until::object; });
+        return body->follows || std::ranges::any_of(body->activations, [](const ActivationValue& a) {
+                   return a.activation.until == Until::object;
+               });
     });
     const auto bodies_begin = sweeps ? context.inputs_as<BodyValue>("bodies", frame - 1) : bodies;
     if (!bodies_begin) return bodies_begin.error();
@@ -202,6 +234,11 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
             input.activations.push_back(
                 {to.activations[k].comes, {from.activations[k].object, to.activations[k].object, true}});
         for (const SeamValue& seam : to.seams) input.seams.push_back(seam.factor);
+        if (!to.follows) continue;
+        const auto begin = from.follows->at_frame(frame - 1), end = to.follows->at_frame(frame);
+        if (!begin) return in_source(to.follows->name, begin.error());
+        if (!end) return in_source(to.follows->name, end.error());
+        input.sources.push_back({*begin, *end, to.follows->pivot(), to.follows->goes_on(frame)});
     }
 
     const auto pins_begin = context.inputs_as<PinValue>("pins", frame - 1);
@@ -237,6 +274,10 @@ ContentKey key_of(const FrameInput& input, const SolverSettings& s) {
     for (const FrameInput::ActivationDrive& a : input.activations)
         hasher.add(a.comes).add(a.object.begin).add(a.object.end);
     for (const double factor : input.seams) hasher.add(factor);
+    for (const FrameInput::SourceDrive& s : input.sources) {
+        add(hasher, *s.begin), add(hasher, *s.end);
+        hasher.add(s.pivot).add(s.goes_on);
+    }
     return hasher.key();
 }
 

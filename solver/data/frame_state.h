@@ -66,6 +66,7 @@ struct Inactivity {
     uint8_t what = 0;
     std::array<double, 2> due = {HUGE_VAL, HUGE_VAL};  // when a front lets go what is held; what is glued, s
     double push = 0, former_push = 0;  // normal impulses of contacts in this frame, in the one before, N s
+    double followed = HUGE_VAL;        // until when it followed a source, s; infinite: it does still, or there is none
     bool operator==(const Inactivity&) const = default;
 };
 

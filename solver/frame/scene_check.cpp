@@ -43,6 +43,26 @@ Status all_unit(const char* array, const std::vector<Quat>& values, const Worker
                      [&](size_t i) { return std::abs(values[i].norm() - 1) < 1e-3; });
 }
 
+// Whether a source tells where all of its fragments are, in numbers.
+Status check_source(const Scene& scene, const Source& source, const FrameInput::SourceDrive& drive) {
+    const std::string where = "source '" + source.name + "'";
+    if (!drive.begin || !drive.end) return bad_input(where, "does not tell where it is");
+    size_t n = 0;  // fragments of which it has to tell
+    for (const ParticleId i : source.particles) n = std::max(n, size_t{scene.rest.fragment[i]} + 1);
+    const auto is_finite = [](const Pose& p) {
+        return p.position.allFinite() && p.orientation.coeffs().allFinite() && p.orientation.norm() > 0;
+    };
+    for (const SourcePose* at : {source.start.get(), drive.begin.get(), drive.end.get()}) {
+        if (at->own.size() != drive.begin->own.size() || (!at->own.empty() && at->own.size() < n) ||
+            at->set.size() != drive.begin->set.size() || (!at->set.empty() && at->set.size() < n))
+            return bad_input(where, "does not tell of all of its fragments");
+        if (!is_finite(at->whole) || !std::ranges::all_of(at->own, is_finite) ||
+            !std::ranges::all_of(at->set, [](const Mat3& F) { return F.allFinite(); }))
+            return bad_input(where, "is not finite");
+    }
+    return {};
+}
+
 }  // namespace
 
 Status check_scene(const Scene& scene) {
@@ -79,6 +99,9 @@ Status check_scene(const Scene& scene) {
     for (const Activation& a : scene.activations)
         if (!a.particles.empty() && a.particles.back() >= n)
             return bad_input("activation '" + a.name + "'", "names a particle that is not there");
+    for (const Source& s : scene.sources)
+        if (!s.particles.empty() && (s.particles.back() >= n || !s.start))
+            return bad_input("source '" + s.name + "'", "moves a particle that is not there, or has no start");
     for (const Seam& s : scene.seams)
         if (!s.edges.empty() && s.edges.back() >= rest.n_edges())
             return bad_input("seam '" + s.name + "'", "names an edge that is not there");
@@ -111,15 +134,17 @@ Status check_input(const Scene& scene, const FrameInput& input) {
     if (!input.gravity.allFinite()) return bad_input("frame", "gravity is not finite");
     if (input.materials.size() != scene.bodies.size() || input.pins.size() != scene.pins.size() ||
         input.colliders.size() != scene.colliders.size() || input.activations.size() != scene.activations.size() ||
-        input.seams.size() != scene.seams.size())
+        input.seams.size() != scene.seams.size() || input.sources.size() != scene.sources.size())
         return Error{ErrorCode::internal,
-                     "frame input does not match the scene's bodies, pins, colliders, activations and seams",
+                     "frame input does not match the scene's bodies, pins, colliders, activations, seams and sources",
                      {},
                      {},
                      {},
                      {}};
     if (!std::ranges::all_of(input.seams, [](double factor) { return factor >= 0; }))
         return bad_input("frame", "a seam's factor is not one", "permitted: 0 and more");
+    for (size_t k = 0; k < scene.sources.size(); ++k)
+        if (Status ok = check_source(scene, scene.sources[k], input.sources[k]); !ok) return ok;
     for (size_t b = 0; b < scene.bodies.size(); ++b)
         if (Status ok = input.materials[b].check("body '" + scene.bodies[b].name + "'"); !ok) return ok;
     for (const std::vector<DrivenPose>* driven : {&input.pins, &input.colliders})

@@ -10,6 +10,7 @@
 #include "solver/data/result.h"
 #include "solver/data/signed_distance_grid.h"
 #include "solver/data/simulation_mesh.h"
+#include "solver/data/source_pose.h"
 
 namespace sunder {
 
@@ -123,6 +124,14 @@ struct Seam {
     std::vector<EdgeId> edges;  // ascending
 };
 
+/// Fragments of a body whose motion is given: they follow it for as long as an activation holds them or lets them
+/// sleep.
+struct Source {
+    std::string name;
+    std::vector<ParticleId> particles;             // ascending
+    std::shared_ptr<const SourcePose> start = {};  // at the start
+};
+
 struct Scene {
     SimulationMesh rest;  // all bodies, one after the other, each as placed at the start
     std::vector<Body> bodies;
@@ -131,6 +140,7 @@ struct Scene {
     std::vector<RigidBody> rigid_bodies;
     std::vector<Activation> activations = {};
     std::vector<Seam> seams = {};
+    std::vector<Source> sources = {};
 };
 
 struct LocalForce;  // local_force.h
@@ -174,6 +184,12 @@ struct FrameInput {
     };
     std::vector<ActivationDrive> activations = {};  // one an activation
     std::vector<double> seams = {};  // one a seam: factor on toughness; 0: it breaks, infinite: it cannot
+    struct SourceDrive {
+        std::shared_ptr<const SourcePose> begin, end;
+        Vec3 pivot = Vec3::Zero();  // of the whole, in its rest placement, m
+        bool goes_on = true;        // false: the source stands in this frame, for it tells of no later one
+    };
+    std::vector<SourceDrive> sources = {};  // one a source
 };
 
 enum class Method {

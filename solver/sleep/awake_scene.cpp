@@ -83,6 +83,7 @@ bool AwakeScene::wake_here(const StepContext& whole, const FrameState& state) {
     asleep_ = state.asleep;
     take_pins(whole.scene.pins);
     take_activations(whole.scene.activations);
+    take_sources(whole.scene.sources);
     return true;
 }
 
@@ -161,6 +162,7 @@ void AwakeScene::build(const StepContext& whole, const FrameState& state) {
     pick(rigid_body_, whole.workers, Pick{whole.scene.rigid_bodies, scene_.rigid_bodies});
     take_pins(whole.scene.pins);
     take_activations(whole.scene.activations);
+    take_sources(whole.scene.sources);
     take_rings(whole.scene.rest, state, whole.workers);
     take_seams(whole.scene.seams);
     gather(state, whole.workers);
@@ -180,6 +182,14 @@ void AwakeScene::take_activations(const std::vector<Activation>& activations) {
     for (Activation& a : scene_.activations) {
         std::erase_if(a.particles, [&](ParticleId i) { return asleep_[i] != 0 || index_[i].is_none(); });
         for (ParticleId& i : a.particles) i = particle_here(i);
+    }
+}
+
+void AwakeScene::take_sources(const std::vector<Source>& sources) {
+    scene_.sources = sources;
+    for (Source& source : scene_.sources) {
+        std::erase_if(source.particles, [&](ParticleId i) { return asleep_[i] != 0 || index_[i].is_none(); });
+        for (ParticleId& i : source.particles) i = particle_here(i);
     }
 }
 

@@ -11,6 +11,7 @@
 #include "solver/data/math_functions.h"
 #include "solver/scene/rest_conditions.h"
 #include "solver/scene/scales.h"
+#include "solver/step/following.h"
 
 namespace sunder {
 namespace {
@@ -259,6 +260,10 @@ size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collis
         if (!s.asleep[i]) s.still_time[i] = is_still(scene, input, before, s, i) ? s.still_time[i] + input.duration : 0;
     for (const ContactMemory& c : s.contacts)
         if (c.b & Contact::kStatic && moves(input.colliders[c.b & ~Contact::kStatic])) s.still_time[c.a] = 0;
+
+    for (size_t k = 0; k < scene.sources.size(); ++k)
+        for (const ParticleId i : scene.sources[k].particles)
+            if (follows(s, i) && moves(input.sources[k])) s.still_time[i] = 0;
 
     DisjointSets pieces = pieces_of(scene, s);
     size_t n_pieces = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "solver/data/invariant.h"
+#include "solver/step/following.h"
 
 namespace sunder {
 namespace {
@@ -86,7 +87,8 @@ bool let_go_of_pushed(const StepContext& context, double h, const LiveTopology& 
             for (const ParticleId j : live.piece_particles(live.piece(i))) let_go(state.inactive[j], Keeps::asleep);
         }
     }
-    if (any_glued) take_up_bonds(context.scene, context.input, state);
+    const bool any_followed = any && hand_over(context.scene, context.input, LetGo::in_step, state);
+    if (any_glued || any_followed) take_up_bonds(context.scene, context.input, state);
     return any;
 }
 
@@ -125,9 +127,14 @@ void take_up_bonds(const Scene& scene, const FrameInput& input, FrameState& stat
         for (const EdgeId e : scene.seams[k].edges)
             if (input.seams[k] != 1 && state.edge_intact[e]) bond(e, std::max(input.seams[k], kLeastBond));
     if (state.inactive.empty()) return;
+    std::vector<uint8_t> follows(scene.sources.empty() ? 0 : scene.rest.n_particles(), 0);
+    for (const Source& source : scene.sources)
+        for (const ParticleId i : source.particles) follows[i] = sunder::follows(state, i);
+    const auto both_follow = [&](const Edge& e) { return !follows.empty() && follows[e.a] && follows[e.b]; };
     const auto is_glued = [&](ParticleId i) { return (state.inactive[i].what & Inactivity::kGlued) != 0; };
     for (size_t e = 0; e < edges.size(); ++e)
-        if (state.edge_intact[e] && (is_glued(edges[e].a) || is_glued(edges[e].b))) bond(e, kNever);
+        if (state.edge_intact[e] && (is_glued(edges[e].a) || is_glued(edges[e].b) || both_follow(edges[e])))
+            bond(e, kNever);
 }
 
 }  // namespace sunder

@@ -5,6 +5,7 @@
 #include "solver/pieces/momentum.h"
 #include "solver/scene/motion.h"
 #include "solver/scene/scales.h"
+#include "solver/step/following.h"
 #include "solver/step/letting_go.h"
 #include "solver/step/loops.h"
 #include "solver/step/pins.h"
@@ -81,6 +82,7 @@ void hold(const StepContext& context, const StepTime& time, const FrameState& st
     std::ranges::fill(movables.role, Role::free);
     movables.tethers.clear();
     hold_pins(context, time, Pinned::at_the_end, pair, movables);
+    take_up_followers(context, time, state, movables);
     hold_inactive(state, movables);
     if (!model.thin.empty()) {
         model.pinned.resize(context.n_particles());

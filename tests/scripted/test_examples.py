@@ -26,10 +26,12 @@ def test_meshes_are_those_that_the_script_writes(tmp_path):
     meshes = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(meshes)
     meshes.HERE = tmp_path
-    for make in (meshes.panel, meshes.door, meshes.can, meshes.roof, meshes.beam, meshes.wall, meshes.frame):
+    for make in (meshes.panel, meshes.door, meshes.can, meshes.roof, meshes.beam, meshes.wall, meshes.frame, meshes.arm):
         meshes.write(make.__name__, *make())
         written = (tmp_path / (make.__name__ + ".obj")).read_text()
         assert written == (EXAMPLES / (make.__name__ + ".obj")).read_text(), make.__name__
+    meshes.write_motion("arm", meshes.arm_motion(meshes.arm()[0]))
+    assert np.array_equal(np.load(tmp_path / "arm.npy"), np.load(EXAMPLES / "arm.npy"))
 
 
 def test_the_ball_goes_through_the_panel_and_leaves_the_rest_of_it():

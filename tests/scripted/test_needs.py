@@ -8,6 +8,7 @@ import hashlib
 import itertools
 import json
 
+import numpy as np
 import pytest
 
 import sunder
@@ -105,6 +106,8 @@ def meshes(tmp_path_factory):
         (folder / f"{name}.obj").write_text(text)
     for name, vector in (("steady", [3, 0, 0]), ("swirl", [0, 3, 1])):
         (folder / f"{name}.json").write_text(json.dumps({"values": [vector] * 8}))
+    for name, stretch in (("still", 0.05), ("motion", 0.15)):
+        np.save(folder / f"{name}.npy", [np.array(CUBE) * [1, 1, 1 + stretch * frame] + [0, 0, 2] for frame in range(3)])
     return folder
 
 
@@ -146,6 +149,11 @@ def scene(folder, node_type, mesh="cube", **given):
         if node_type == "activate":
             nodes["it"]["object"] = "@ram.collider"
         solver["bodies"], solver["rigid_bodies"] = ["@it.body"], ["@ball.rigid_body"]
+        return nodes, ["solver.state"], 4
+    if node_type == "follow":
+        cut = {"type": "prefracture", "mesh": "@file.mesh", "pieces": 8}
+        nodes |= {"file": file, "block": cut, "it": {**it, "body": "@body.body", "mesh": "@file.mesh"}}
+        solver["bodies"] = ["@it.body"]
         return nodes, ["solver.state"], 4
     if node_type == "solver":
         nodes["solver"] |= it
@@ -215,6 +223,8 @@ OTHER = {
     ("activate", "cluster"): 1, ("activate", "group"): "Others", ("activate", "frame"): 4, ("activate", "impulse"): 1e6,
     ("activate", "delay"): 2, ("activate", "growth"): 30, ("seam", "group"): "Others", ("seam", "other_group"): "Others",
     ("seam", "points"): [[0, 0, 0], [0, 0, 1]], ("seam", "distance"): 0.6, ("seam", "frames"): 90,
+    ("follow", "position"): [0, 0, 3], ("follow", "rotation"): [0, 30, 0], ("follow", "path"): "motion.npy", ("follow", "first_frame"): 2,
+    ("follow", "positions"): [[x, y, z + 2] for x, y, z in CUBE],
     ("solver", "substeps"): 3, ("solver", "iterations"): 5, ("solver", "hit_substeps"): 1, ("body", "fracture_energy"): 20.0,
 }
 POINTS = [[0.5, 0.1, 0.2], [0.4, -0.3, 0.2], [-0.3, 0.2, 0.4]]
@@ -225,6 +235,7 @@ ALSO = {
     "fragment_region": {"group": "Some"},
     "grid_force": {"values": [[5, 0, 0]] * 8 + [[0, 5, 0]] * 8},  # two frames of 2 x 2 x 2, or one of 2 x 2 x 4
     "activate": {"group": "Some"},
+    "follow": {"frame": 4, "positions": [[x, y, (1 + 0.1 * frame) * z + 2] for frame in range(3) for x, y, z in CUBE]},
     "seam": {"group": "Some", "points": [[-0.5, -0.5, 0.5], [-0.5, 0.5, 0.5]], "frame": 2},
 }
 ALSO_OF = {
@@ -279,6 +290,10 @@ def test_without_its_needs_a_parameter_changes_nothing(meshes, node_type, name):
     if (node_type, name) == ("grid_force", "path"):
         kept = {"path": str(meshes / "steady.json")}
         counting = [{**g, "source": "file"} for g in counting]
+    elif (node_type, name) == ("follow", "path"):
+        kept = {"path": str(meshes / "still.npy")}
+    elif node_type == "follow":
+        idle, counting = ([{**g, "path": str(meshes / "still.npy")} for g in some] for some in (idle, counting))
     elif node_type == "grid_force":
         idle = [{**g, "path": str(meshes / "steady.json")} for g in idle]
     if (node_type, name) == ("collider", "path"):

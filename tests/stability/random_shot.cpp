@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <map>
 
@@ -282,10 +283,47 @@ void Shot::keep(uint64_t seed) {
     scene.activations = {held, glued};
 }
 
+void Shot::follow(uint64_t seed) {
+    Draw draw(seed);
+    const SimulationMesh rest = scene.rest;
+    const uint32_t n = scene.bodies[0].particle_end;
+    Vec3 middle = Vec3::Zero();
+    for (uint32_t i = 0; i < n; ++i) middle += rest.rest_position[i] / n;
+    const Vec3 axis = draw.vector(1).normalized(), along = draw.vector(1).normalized(), across = draw.vector(1);
+    const double turn = draw.uniform(0, 0.3), way = draw.logarithmic(0.001, 0.1), shear = draw.uniform(0, 0.03);
+    const bool is_set = draw.one_in(2);
+    motion = [=](size_t frame) {
+        const double t = static_cast<double>(frame);
+        SourcePose pose;
+        const Quat q = rotation_about(axis, turn * t);
+        pose.whole = {middle - q * middle + Vec3(0, 0, way * t), q};
+        const Mat3 F =
+            Mat3::Identity() + Mat3((shear * t) * (along * (across - across.dot(along) * along).transpose()));
+        for (uint32_t i = 0; i < n; ++i) {
+            const Vec3& x = rest.rest_position[i];
+            pose.own.push_back({middle + F * (x - middle) - x, Quat::Identity()});
+            const Mat3 S = Eigen::SelfAdjointEigenSolver<Mat3>(F.transpose() * F).operatorSqrt();
+            if (is_set) pose.set.push_back(S);
+        }
+        return pose;
+    };
+    Activation a;
+    a.name = "rig", a.until = draw.of({Until::frame, Until::contact}), a.keeps = draw.of({Keeps::held, Keeps::asleep});
+    Source source;
+    source.name = "rig", source.start = std::make_shared<const SourcePose>(motion(0));
+    for (ParticleId i(0); i < n; ++i) a.particles.push_back(i), source.particles.push_back(i);
+    scene.activations = {a}, scene.sources = {source};
+}
+
 FrameInput Shot::input(size_t frame) const {
     FrameInput in = quiet_input(scene, material);
     in.materials = materials(), in.gravity = Vec3(0, 0, -gravity);
     in.forces = forces;
+    if (motion) {
+        const auto at = [&](size_t f) { return std::make_shared<const SourcePose>(motion(std::min(f, kLetGo))); };
+        in.sources = {{at(frame), at(frame + 1), scene.rest.rest_position[0], frame < kLetGo}};
+        in.activations[0].comes = frame >= kLetGo;
+    }
     if (frame > 0 && frame % 2 == 0 && frame / 2 <= blasts.size()) in.forces.push_back(blasts[frame / 2 - 1]);
     return in;
 }

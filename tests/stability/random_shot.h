@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <functional>
 #include <random>
 #include <string>
 #include <vector>
@@ -39,9 +40,10 @@ struct Shot {
     Scene scene;  // collider 0: the floor
     Material material;
     SolverSettings settings;
-    double gravity = 9.81;      // m/s2
-    std::vector<Force> forces;  // in all frames
-    std::vector<Force> blasts;  // in frames 2, 4, 6, ...
+    double gravity = 9.81;                           // m/s2
+    std::vector<Force> forces;                       // in all frames
+    std::vector<Force> blasts;                       // in frames 2, 4, 6, ...
+    std::function<SourcePose(size_t frame)> motion;  // of what follows
 
     explicit Shot(uint64_t seed);
     /// Takes one parameter from anywhere in its range instead; which one, and its value.
@@ -54,6 +56,9 @@ struct Shot {
     void blow(uint64_t seed);
     /// Has activations of all kinds keep parts of the first body, at rest, until something touches or breaks them.
     void keep(uint64_t seed);
+    /// Has the first body follow a motion with turns and strains, until frame kLetGo or a contact before.
+    void follow(uint64_t seed);
+    static constexpr size_t kLetGo = 10;
     std::vector<Material> materials() const { return std::vector(scene.bodies.size(), material); }
     FrameInput input(size_t frame = 0) const;
 };

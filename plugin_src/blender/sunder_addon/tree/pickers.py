@@ -134,6 +134,13 @@ def _own_properties(node_type, changed):
             "object": thing("Region", "Its bounding box at the first frame, along the fragments' own axes: an empty or a "
                             "mesh"),
         }
+    if node_type == "follow":
+        return {
+            "from_object": BoolProperty(
+                name="Follow Its Object", default=True, options=set(), update=changed,
+                description="Follow the object that the body was cut from: its place, or each vertex of it with all that "
+                            "deforms it (armatures, shape keys, modifiers, caches). Every frame is read when baking"),
+        }
     if node_type == "pin":
         return {
             "source": _source("The bounding box of", ("Values", "Numbers"), VALUES, False, changed),
@@ -180,8 +187,13 @@ def uses_motion(node):
     return getattr(node, "use_motion", False) and has_source(node) and node.source != VALUES
 
 
+_OF_MOTION = ("position", "rotation", "source", "path", "positions", "first_frame")
+
+
 def is_replaced(node, parameter):
     """Whether an object stands in for a parameter's value."""
+    if getattr(node, "from_object", False) and parameter in _OF_MOTION:
+        return True
     if uses_motion(node) and parameter in ("velocity", "angular_velocity"):
         return True
     if node.sunder_type == "pin" and node.motion_object and parameter in ("pivot", "position", "rotation"):
