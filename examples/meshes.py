@@ -155,7 +155,10 @@ def arm():
     at = lambda k, i: k * sides + i % sides
     faces = [(at(k, i), at(k, i + 1), at(k + 1, i + 1), at(k + 1, i)) for k in range(rings - 1) for i in range(sides)]
     faces += [(at(0, i + 1), at(0, i), len(points) - 2) for i in range(sides)]
-    return points, faces + [(at(rings - 1, i), at(rings - 1, i + 1), len(points) - 1) for i in range(sides)]
+    faces += [(at(rings - 1, i), at(rings - 1, i + 1), len(points) - 1) for i in range(sides)]
+    order = list(dict.fromkeys(i for face in faces for i in face))  # so are the vertices of an OBJ file numbered when it is read
+    number = {old: new for new, old in enumerate(order)}
+    return [points[i] for i in order], [tuple(number[i] for i in face) for face in faces]
 
 
 def arm_motion(points, frames=24):

@@ -1,5 +1,6 @@
 #include "fracture_tools/skin/vertex_motion.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -14,6 +15,9 @@ namespace {
 // Of a fragment's half extent along each of its axes, how far its skin has to spread (root mean square) to tell how it
 // is stretched there: a cube's own six faces spread by 0.75, two faces of a sheet by 1 across it.
 constexpr double kLeastSpread = 0.3;
+// How much rather a fit is straight than curved, over the spread of its points: what these do not tell is not curved.
+constexpr double kStraight = 1e-3;
+constexpr double kSingular = 1e-12;   // the same, of a fit that points on a plane do not tell; beside rounding
 constexpr double kFlat = 0.02;        // a principal stretch below: the fragment is squeezed flat
 constexpr double kFits = 0.1;         // of the mesh's diagonal: how far a body's surface may lie from it
 constexpr double kOnTheMesh = 1e-9;   // of the same: how far what lies on it may, by rounding
@@ -21,17 +25,17 @@ constexpr double kRegular = 1e-6;     // share of a ring's spread that stays as 
 constexpr double kNearAFrame = 1e-9;  // of a frame: a moment that is one but for rounding
 
 struct Polar {
-    Mat3 turn, stretch;    // A = turn * stretch
-    double least_stretch;  // below 0: inside out
+    Mat3 turn, stretch;  // A = turn * stretch
+    bool is_flat, is_inside_out;
 };
 
 Polar polar(const Mat3& A) {
     const Eigen::SelfAdjointEigenSolver<Mat3> eigen(A.transpose() * A);
     const Vec3 s = eigen.eigenvalues().cwiseMax(0).cwiseSqrt();
     const Mat3& V = eigen.eigenvectors();
-    const double least = A.determinant() > 0 ? s.minCoeff() : -s.minCoeff();
     const Vec3 inverse = s.cwiseMax(1e-12).cwiseInverse();
-    return {A * V * inverse.asDiagonal() * V.transpose(), V * s.asDiagonal() * V.transpose(), least};
+    return {A * V * inverse.asDiagonal() * V.transpose(), V * s.asDiagonal() * V.transpose(), !(s.minCoeff() > kFlat),
+            A.determinant() < 0};
 }
 
 double diagonal_of(std::span<const Vec3> points) {
@@ -58,15 +62,8 @@ std::vector<SkinArea> skins_of(const FragmentSet& set) {
     return skins;
 }
 
-// Weighted points, and how they spread.
-struct Cloud {
-    double weight = 0;
-    Vec3 mean = Vec3::Zero();
-    Mat3 spread = Mat3::Zero();  // (1/w) sum w (x - mean)(x - mean)^T, m2
-};
-
-Cloud cloud_of(const std::map<uint32_t, double>& weight, std::span<const Vec3> vertex) {
-    Cloud cloud;
+PointCloud cloud_of(const std::map<uint32_t, double>& weight, std::span<const Vec3> vertex) {
+    PointCloud cloud;
     for (const auto& [v, w] : weight) cloud.weight += w, cloud.mean += w * vertex[v];
     if (!(cloud.weight > 0)) return cloud;
     cloud.mean /= cloud.weight;
@@ -77,7 +74,18 @@ Cloud cloud_of(const std::map<uint32_t, double>& weight, std::span<const Vec3> v
     return cloud;
 }
 
-bool spans(const Cloud& cloud, const SimulationMesh& rest, uint32_t fragment) {
+// 1, x, y, z, and their products.
+template <int n>
+using Terms = Eigen::Matrix<double, 10, n>;
+
+Terms<1> terms_of(const Vec3& x) {
+    Terms<1> terms;
+    terms << 1, x.x(), x.y(), x.z(), x.x() * x.x(), x.y() * x.y(), x.z() * x.z(), x.y() * x.z(), x.z() * x.x(),
+        x.x() * x.y();
+    return terms;
+}
+
+bool spans(const PointCloud& cloud, const SimulationMesh& rest, uint32_t fragment) {
     if (!(cloud.weight > 0)) return false;
     const Mat3 axes = rest.rest_orientation[fragment].toRotationMatrix();
     const Mat3 scale = rest.radii[fragment].cwiseInverse().asDiagonal();
@@ -156,7 +164,7 @@ void VertexMotion::fit_fragment(const SimulationMesh& rest, std::span<const Skin
     std::vector<uint32_t> ring = {f};
     asked[f] = 1;
     std::map<uint32_t, double> weight;
-    Cloud cloud;
+    PointCloud cloud;
     while (!ring.empty()) {
         for (const uint32_t g : ring)
             for (const auto& [v, area] : skin[g]) weight[v] += area;
@@ -174,12 +182,25 @@ void VertexMotion::fit_fragment(const SimulationMesh& rest, std::span<const Skin
                 if (!asked[g]) weight[v] += area;
         cloud = cloud_of(weight, point);
     }
-    const double floor = 1e-12 * cloud.spread.trace();
-    const Mat3 inverse = (cloud.spread + Mat3(floor * Mat3::Identity())).inverse();
-    sample_mean_.push_back(cloud.mean);
+    add_samples(rest.rest_position[f], weight, cloud, point);
+}
+
+// What a fit says of the fragment's centre is linear in where the vertices are.
+void VertexMotion::add_samples(const Vec3& center, const std::map<uint32_t, double>& weight, const PointCloud& cloud,
+                               std::span<const Vec3> point) {
+    const double size = std::sqrt(cloud.spread.trace());
+    const auto terms_at = [&](const Vec3& x) { return terms_of((x - center) / size); };
+    Terms<10> normal = Terms<10>::Identity() * kSingular;
+    normal(0, 0) = 0;
+    for (int k = 4; k < 10; ++k) normal(k, k) = kStraight;
     for (const auto& [v, w] : weight) {
-        const double share = w / cloud.weight;
-        sample_.push_back({v, share, share * (inverse * (point[v] - cloud.mean))});
+        const Terms<1> terms = terms_at(point[v]);
+        normal += (w / cloud.weight) * terms * terms.transpose();
+    }
+    const Terms<10> inverse = normal.ldlt().solve(Terms<10>::Identity());
+    for (const auto& [v, w] : weight) {
+        const Terms<1> told = (w / cloud.weight) * (inverse * terms_at(point[v]));
+        sample_.push_back({v, told[0], Vec3(told.segment<3>(1)) / size});
     }
 }
 
@@ -213,24 +234,24 @@ Result<SourcePose> VertexMotion::pose_at(size_t k) const {
     std::vector<Vec3> position(n);
     std::vector<Mat3> turn(n);
     for (size_t f = 0; f < n; ++f) {
-        Vec3 mean = Vec3::Zero();
+        Vec3 center = Vec3::Zero();
         Mat3 A = Mat3::Zero();
         const std::span samples(sample_.data() + sample_begin_[f], sample_.data() + sample_begin_[f + 1]);
         for (const Sample& s : samples) {
-            mean += s.share * vertex[s.vertex], A += vertex[s.vertex] * s.gradient.transpose();
+            center += s.share * vertex[s.vertex], A += vertex[s.vertex] * s.gradient.transpose();
         }
         const Polar of = polar(A);
-        if (!(of.least_stretch > kFlat)) {
+        if (of.is_flat || of.is_inside_out) {
             const Tie& near = tie_[samples.front().vertex];
             return bad_input("motion",
                              "fragment " + std::to_string(f) + ", about vertex " +
                                  std::to_string(triangles_[near.triangle][0]) + " of the mesh, is " +
-                                 (of.least_stretch < 0 ? "turned inside out" : "squeezed flat") + " at frame " +
+                                 (of.is_flat ? "squeezed flat" : "turned inside out") + " at frame " +
                                  std::to_string(frames_.first_frame + static_cast<int>(k)),
                              "let it go earlier, or mend the animation there");
         }
         turn[f] = of.turn;
-        position[f] = mean + A * (rest_center_[f] - sample_mean_[f]);
+        position[f] = center;
         const Quat q = Quat(of.turn).normalized();
         pose.own.push_back({position[f] - q * rest_center_[f], q});
     }
@@ -278,7 +299,7 @@ std::vector<Mat3> VertexMotion::set_of(std::span<const Vec3> position, std::span
         if (trace > 0) {
             const Mat3 A = turn[f] + moved * (qq + Mat3((kRegular * trace) * Mat3::Identity())).inverse();
             const Polar of = polar(A);
-            if (of.least_stretch > kFlat) F = of.stretch / math::cbrt(of.stretch.determinant());
+            if (!of.is_flat && !of.is_inside_out) F = of.stretch / math::cbrt(of.stretch.determinant());
         }
         set.push_back((F + F.transpose()) / 2);
     }

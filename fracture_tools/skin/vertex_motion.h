@@ -42,12 +42,20 @@ struct CutBody {
     const Pose& pose;            // fragment coordinates -> scene
 };
 
+/// Weighted points, and how they spread.
+struct PointCloud {
+    double weight = 0;
+    Vec3 mean = Vec3::Zero();
+    Mat3 spread = Mat3::Zero();  // (1/w) sum w (x - mean)(x - mean)^T, m2
+};
+
 /// What fragments and the vertices of their surface do.
 ///
 /// A vertex of the outer surface lies on a triangle of the mesh, or beside it where the surface was meshed anew: it
-/// goes where the triangle's corners take it, and turns beside it with its fragment. A fragment goes where the best
-/// affine map of its skin takes its centre, and turns as that does; where its own skin is too flat to tell, the skin of
-/// its neighbours is asked as well, ring by ring, until it spans the fragment's thickness.
+/// goes where the triangle's corners take it, and turns beside it with its fragment. A fragment goes where the best map
+/// of its skin takes its centre, and turns as that map does there: the best of second order, for a skin lies around the
+/// centre, and where it bends an affine map goes beside it. Where its own skin is too flat to tell, the skin of its
+/// neighbours is asked as well, ring by ring, until it spans the fragment's thickness.
 class VertexMotion {
 public:
     /// Errors: frames of another number of vertices than the mesh has, a vertex that is not finite, a mesh that is not
@@ -85,7 +93,8 @@ private:
         Vec3 weight = Vec3::Zero();  // of the triangle's corners
         Vec3 offset = Vec3::Zero();  // beside it at rest, m, in the scene
     };
-    // The best affine map of points p: x -> mean + (sum p gradient^T)(x - rest mean), mean = sum share p.
+    // What a vertex p of the skin says of a fragment: its centre lies at sum share p, and the map there is sum p
+    // gradient^T.
     struct Sample {
         uint32_t vertex;
         double share;
@@ -98,6 +107,8 @@ private:
     // `skin`: of each fragment; `point`: on the mesh at rest, of each pool vertex, m.
     void fit_fragment(const SimulationMesh& rest, std::span<const std::vector<std::pair<uint32_t, double>>> skin,
                       std::span<const Vec3> point, uint32_t fragment);
+    void add_samples(const Vec3& center, const std::map<uint32_t, double>& weight, const PointCloud& cloud,
+                     std::span<const Vec3> point);
     size_t index_of(int frame) const;
     Vec3 on_mesh(size_t frame_index, const Tie& tie) const;
     Result<SourcePose> pose_at(size_t frame_index) const;
@@ -110,7 +121,6 @@ private:
     std::vector<Tie> tie_;                // (n_pool_vertices)
     std::vector<uint32_t> sample_begin_;  // (n_fragments + 1)
     std::vector<Sample> sample_;
-    std::vector<Vec3> sample_mean_;  // of a fragment's samples at rest     (n_fragments), m
     std::vector<Vec3> rest_center_;  // of the fragments, placed            (n_fragments), m
     std::vector<double> mass_;       // kg
     std::vector<uint32_t> ring_offset_;

@@ -7,6 +7,9 @@
 namespace sunder {
 namespace {
 
+// Of a frame, over which the speed of the way on is taken: as long as a step, over which that of the way there was.
+constexpr double kAhead = 0.125;
+
 SourceWay way_of(const FrameInput::SourceDrive& drive, double share) {
     return {*drive.begin, *drive.end, drive.pivot, share};
 }
@@ -58,7 +61,7 @@ bool hand_over(const Scene& scene, const FrameInput& input, LetGo when, FrameSta
     bool any = false;
     for (size_t k = 0; k < scene.sources.size(); ++k) {
         const FrameInput::SourceDrive& drive = input.sources[k];
-        const SourceWay way = way_of(drive, 1);
+        const SourceWay way = way_of(drive, kAhead);
         for (const ParticleId i : scene.sources[k].particles) {
             Inactivity& own = state.inactive[i];
             if (is_kept(state, i) || own.followed != HUGE_VAL) continue;
@@ -67,8 +70,9 @@ bool hand_over(const Scene& scene, const FrameInput& input, LetGo when, FrameSta
             if (when == LetGo::in_step || !drive.goes_on) continue;
             const Pose next = way.pose(scene.rest.fragment[i], scene.rest.rest_position[i]);
             const Quat turn = (state.orientation[i] * scene.rest.rest_orientation[i].conjugate()).normalized();
-            const Vec3 velocity = (next.apply(scene.rest.rest_position[i]) - state.position[i]) / input.duration;
-            const Vec3 spin = rotation_vector(next.orientation * turn.conjugate()) / input.duration;
+            const Vec3 velocity =
+                (next.apply(scene.rest.rest_position[i]) - state.position[i]) / (kAhead * input.duration);
+            const Vec3 spin = rotation_vector(next.orientation * turn.conjugate()) / (kAhead * input.duration);
             const double half = state.time > 0 ? 0.5 : 1;
             state.velocity[i] += half * (velocity - state.velocity[i]);
             state.angular_velocity[i] += half * (spin - state.angular_velocity[i]);

@@ -25,7 +25,9 @@ def cylinder(sides=16, rings=17, radius=0.25):
     for i in range(sides):
         j = (i + 1) % sides
         faces += [(j + 1, i + 1, end - 1), (top + i + 1, top + j + 1, end)]
-    return vertices, faces
+    order = list(dict.fromkeys(i for face in faces for i in face))  # as an OBJ file is read: by first use
+    number = {old: new + 1 for new, old in enumerate(order)}
+    return vertices[np.array(order) - 1], [tuple(number[i] for i in face) for face in faces]
 
 
 def bent(points, frame, most=0.9):
@@ -108,13 +110,15 @@ def test_it_goes_on_as_fast_as_the_artist_had_it(rig):
 
 
 def test_nothing_jumps_where_it_is_let_go(rig):
-    graph = graph_of(shot(), rig)
+    # Too soft to swing in a frame: then all of it goes on as it was, but that a fragment moves as one.
+    graph = graph_of(shot(body={"youngs_modulus": 0.01}), rig)
     meshes = {frame: graph.evaluate("deformer.mesh", frame=frame) for frame in (LAST, LAST + 1)}
     own, of = artists(meshes[LAST])
     velocity = (bent(VERTICES, LAST + 1e-3) - bent(VERTICES, LAST - 1e-3))[of] / 2e-3
     moved = meshes[LAST + 1].positions[own] - meshes[LAST].positions[own]
     fastest = np.linalg.norm(velocity, axis=1).max()
-    assert np.linalg.norm(moved - velocity, axis=1).max() < 0.1 * fastest
+    away = np.linalg.norm(moved - velocity, axis=1)
+    assert away.max() < 0.05 * fastest and away.mean() < 0.01 * fastest
     told = meshes[LAST].velocities[own] / RATE
     assert np.linalg.norm(told - (bent(VERTICES, LAST) - bent(VERTICES, LAST - 1))[of], axis=1).max() < 1e-4 * fastest
 

@@ -52,7 +52,7 @@ struct Shot {
         input.activations[0].comes |= lets_go;
         for (int k = 0; k < frames; ++k, ++frame) {
             const auto at = [&](int f) { return std::make_shared<const SourcePose>(motion(std::min(f, last))); };
-            input.sources = {{at(frame), at(frame + 1), Vec3(0, 0, 0.15), frame < last}};
+            input.sources = {{at(frame), at(frame + 1), Vec3(1, 0, 0), frame < last}};
             test::advance(*solver, input, settings, state);
         }
     }

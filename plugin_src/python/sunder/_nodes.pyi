@@ -24,6 +24,9 @@ NodeType = Literal[
     "prefracture",
     "fragment_region",
     "body",
+    "follow",
+    "activate",
+    "seam",
     "rigid_body",
     "collider",
     "pin",
@@ -308,6 +311,126 @@ class AddsNodes:
         restitution: Share of the approach speed with which a contact bounces.
 
         yield, a word of Python, is set in the node: node["yield"] = ...
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["follow"],
+        name: str,
+        *,
+        body: _Wire = ...,
+        mesh: _Wire = ...,
+        motion: Literal["transform", "vertices"] = ...,
+        position: Union[_Vector3, _Animation] = ...,
+        rotation: Union[_Vector3, _Animation] = ...,
+        frame: Optional[_Integer] = ...,
+        source: Literal["file", "values"] = ...,
+        path: _Path = ...,
+        positions: _Points = ...,
+        first_frame: _Integer = ...,
+        source_strain: Literal["rest", "elastic"] = ...,
+    ) -> Node:
+        """A body follows an animation, of its place or of each vertex of its mesh, until it is let go with the speed and
+        spin that it has. `activate` nodes behind it say when and where that is for the fragments that they hold.
+
+        body: What follows.
+        mesh: Of `motion` vertices: the mesh that the body was cut from.
+        motion: transform: the body moves as one, by `position` and `rotation`; vertices: each vertex of its mesh is
+            where `path` or `positions` say.
+        position: Where the origin of the fragments is [m]. Needs motion = transform.
+        rotation: How the fragments are turned about their origin; Euler angles XYZ: about x first, then y, then z
+            [degrees]. Needs motion = transform.
+        frame: First frame at which it has let go; null: it follows to the end, but for what `activate` nodes let go.
+        source: file: places stand in a file of their own; values: in the graph. Needs motion = vertices.
+        path: A .npy file of shape (frames, vertices, 3), floats, m, in the scene; relative to the graph file's folder.
+            Needs motion = vertices and source = file.
+        positions: Where each vertex of the mesh is in the scene, in the order of the mesh as read, equal positions
+            being one; frame after frame [m]. Needs motion = vertices and source = values.
+        first_frame: Of the first of these; before it, and after the last, the mesh stands. Needs motion = vertices.
+        source_strain: What the animation's stretch is to the body once it is let go. rest: the shape that it has then
+            is its rest, but for a change of volume; elastic: it springs back, and breaks where that is too much. Needs
+            motion = vertices.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["activate"],
+        name: str,
+        *,
+        body: _Wire = ...,
+        object: _Wire = ...,
+        mode: Literal["held", "asleep", "glued"] = ...,
+        region: Literal["all", "box", "sphere", "group", "cluster"] = ...,
+        box_min: _Vector3 = ...,
+        box_max: _Vector3 = ...,
+        center: _Vector3 = ...,
+        radius: _Number = ...,
+        group: str = ...,
+        cluster: _Integer = ...,
+        until: Literal["frame", "object", "contact", "neighbour"] = ...,
+        frame: _Integer = ...,
+        impulse: _Number = ...,
+        delay: _Integer = ...,
+        growth: _Number = ...,
+    ) -> Node:
+        """Keeps fragments from moving, or their edges from breaking, until a condition comes for each. Several can follow
+        one another: where two speak of a fragment, the later one counts.
+
+        body: Whose fragments these are.
+        object: Of `until` object: what comes over the fragments, on its keys. It need not be wired to the solver, and
+            pushes nothing unless it is.
+        mode: held: does not move, and is there to be hit; asleep: not simulated until something touches its piece, or
+            the condition comes; glued: no edge of it breaks.
+        region: Fragments whose centre lies in it, with the body as placed at the first frame. all: every one; box takes
+            `box_min` and `box_max`; sphere takes `center` and `radius`; group takes `group`; cluster takes `cluster`.
+        box_min: Lowest corner of the box [m]. Needs region = box.
+        box_max: Highest corner of the box [m]. Needs region = box.
+        center: Of the sphere [m]. Needs region = sphere.
+        radius: Of the sphere [m]. Needs region = sphere.
+        group: Vertex group of the mesh: fragments that own one of its vertices. Needs region = group.
+        cluster: Number of a cluster, as pre-fracture gathered them. Needs region = cluster.
+        until: frame: at `frame`; object: when the object comes over a fragment; contact: when something else pushes a
+            fragment by more than `impulse`; neighbour: when an edge of a fragment or of one beside it breaks.
+        frame: First frame at which it has let go. Needs until = frame.
+        impulse: Of a fragment's contacts in this frame and the one before, that they have to exceed; 0: any touch will
+            do [N s]. Needs until = contact.
+        delay: From the object's touch until it lets go [frames]. Needs until = object.
+        growth: How fast it spreads through the region from what was touched; 0: it does not [m/s]. Needs until =
+            object.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["seam"],
+        name: str,
+        *,
+        body: _Wire = ...,
+        mode: Literal["break", "hold"] = ...,
+        between: Literal["groups", "clusters", "curve", "all"] = ...,
+        group: str = ...,
+        other_group: str = ...,
+        points: _Points = ...,
+        distance: _Number = ...,
+        frame: _Integer = ...,
+        frames: _Integer = ...,
+    ) -> Node:
+        """Tells interfaces of a body when to break, or not to. Several can follow one another; what one holds no other
+        breaks.
+
+        body: Whose interfaces these are.
+        mode: break: they break at `frame`, or weaken from there on; hold: they cannot break before.
+        between: Which interfaces: groups: of fragments of `group` with those of `other_group`; clusters: of different
+            clusters; curve: nearer than `distance` to the line through `points`; all.
+        group: Vertex group of the mesh: fragments that own one of its vertices. Needs between = groups.
+        other_group: Likewise; empty: all that are not in the one. Needs between = groups.
+        points: Of the line, in the scene, with the body as placed at the first frame [m]. Needs between = curve.
+        distance: From the line to the middle of an interface [m]. Needs between = curve.
+        frame: At which they are broken; from which on they may break.
+        frames: How long it takes from that frame on: a factor on their toughness falls to 0, where what is left of them
+            breaks; 0: at once [frames]. Needs mode = break.
         """
 
     @overload
