@@ -10,6 +10,7 @@ NodeType lattice_node();
 NodeType prefracture_node();
 NodeType fragment_region_node();
 NodeType body_node();
+NodeType body_region_node();
 NodeType activate_node();
 NodeType seam_node();
 NodeType rigid_body_node();

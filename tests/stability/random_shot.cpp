@@ -1,5 +1,3 @@
-#include "tests/stability/random_shot.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include "fracture_tools/fragments/prefracture.h"
 #include "fracture_tools/mesh/mesh_io.h"
 #include "solver/scene/local_force.h"
+#include "tests/stability/random_shot.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder::test {
@@ -225,10 +224,11 @@ void Shot::blow(uint64_t seed) {
     Vec3 low = Vec3::Constant(kNever), high = -low;
     for (const Vec3& x : scene.rest.rest_position) low = low.cwiseMin(x), high = high.cwiseMax(x);
     const double size = (high - low).maxCoeff();
-    const auto add = [&](std::vector<Force>& io_forces, LocalForce::Kind kind, double drag = 0) {
+    const auto add = [&](std::vector<Force>& io_forces, LocalForce::Kind kind, double drag = 0,
+                         const std::string& body = {}) {
         io_forces.emplace_back();
         io_forces.back().local =
-            std::make_shared<LocalForce>(LocalForce{"drawn", draw.index(1 << 30), std::move(kind), drag});
+            std::make_shared<LocalForce>(LocalForce{"drawn", draw.index(1 << 30), std::move(kind), drag, body});
     };
     const auto place = [&] { return Vec3((low + high) / 2 + draw.vector(0.6 * size)); };
     const auto falloff = [&] {
@@ -272,20 +272,43 @@ void Shot::keep(uint64_t seed) {
     held.name = "held", held.particles = std::move(scene.pins.back().particles);
     scene.pins.pop_back();
     held.keeps = draw.of({Keeps::held, Keeps::held, Keeps::asleep});
-    held.until = draw.of({Until::contact, Until::neighbour, Until::frame});
+    held.until = draw.of({Until::contact, Until::neighbour, Until::frame, Until::object});
     held.impulse = draw.one_in(2) ? 0 : draw.logarithmic(0.1, 1000);
+    const Vec3 middle = scene.rest.rest_position[draw.of({held.particles.front(), held.particles.back()})];
+    const Vec3 way = draw.vector(2);
+    sweep = {{middle - way, turn(draw)}, {middle + way, turn(draw)}};
+    held.object.radius = draw.logarithmic(0.01, 1), held.falloff = draw.one_in(2) ? 0 : draw.logarithmic(0.01, 1);
+    held.delay = draw.of({0.0, 0.2}), held.growth = draw.of({0.0, 1.0});
     Activation glued;
     glued.name = "glued", glued.keeps = Keeps::glued;
     glued.until = draw.of({Until::contact, Until::neighbour});
     for (ParticleId i(scene.bodies[0].particle_begin); i < scene.bodies[0].particle_end; ++i)
         if (draw.one_in(3)) glued.particles.push_back(i);
     scene.activations = {held, glued};
+    Seam seam{"seam", {}};
+    scene.rest.material = scene.rest.body, scene.region_bodies = {0};
+    for (EdgeId e(scene.bodies[0].edge_begin); e < scene.bodies[0].edge_end; ++e)
+        if (draw.one_in(5)) seam.edges.push_back(e);
+    for (uint32_t i = scene.bodies[0].particle_begin; i < scene.bodies[0].particle_end; ++i)
+        if (draw.one_in(3)) scene.rest.material[i] = static_cast<uint32_t>(scene.bodies.size());
+    scene.seams = {seam};
+    of_region = material;
+    of_region.toughness *= draw.logarithmic(0.1, 10), of_region.youngs_modulus *= draw.logarithmic(0.1, 10);
+    of_region.yield *= draw.logarithmic(0.1, 10);
+}
+
+std::vector<Material> Shot::materials() const {
+    std::vector<Material> all(scene.bodies.size(), material);
+    all.insert(all.end(), scene.region_bodies.size(), of_region);
+    return all;
 }
 
 FrameInput Shot::input(size_t frame) const {
     FrameInput in = quiet_input(scene, material);
     in.materials = materials(), in.gravity = Vec3(0, 0, -gravity);
     in.forces = forces;
+    if (!scene.activations.empty()) in.activations[0] = {frame >= 18, sweep};
+    if (!scene.seams.empty()) in.seams[0] = frame < 6 ? kNever : std::max(0.0, 1.6 - 0.1 * static_cast<double>(frame));
     if (frame > 0 && frame % 2 == 0 && frame / 2 <= blasts.size()) in.forces.push_back(blasts[frame / 2 - 1]);
     return in;
 }

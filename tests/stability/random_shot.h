@@ -42,6 +42,8 @@ struct Shot {
     double gravity = 9.81;      // m/s2
     std::vector<Force> forces;  // in all frames
     std::vector<Force> blasts;  // in frames 2, 4, 6, ...
+    Material of_region;         // of `keep`
+    DrivenPose sweep;           // of the object of `keep`, in all frames
 
     explicit Shot(uint64_t seed);
     /// Takes one parameter from anywhere in its range instead; which one, and its value.
@@ -52,9 +54,10 @@ struct Shot {
     void hold(uint64_t seed);
     /// Adds forces that differ from place to place.
     void blow(uint64_t seed);
-    /// Has activations of all kinds keep parts of the first body, at rest, until something touches or breaks them.
+    /// Has activations of all kinds keep parts of the first body, at rest, until something touches or breaks them, or
+    /// their frame or an object comes; a seam through it weaken and break, and a region have factors.
     void keep(uint64_t seed);
-    std::vector<Material> materials() const { return std::vector(scene.bodies.size(), material); }
+    std::vector<Material> materials() const;
     FrameInput input(size_t frame = 0) const;
 };
 
