@@ -23,6 +23,7 @@ NodeType vortex_node();
 NodeType turbulence_node();
 NodeType guide_node();
 NodeType grid_force_node();
+NodeType pressure_node();
 NodeType solver_node();
 NodeType deformer_node();
 NodeType bake_mesh_node();

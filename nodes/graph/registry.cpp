@@ -1,8 +1,9 @@
+#include "nodes/graph/registry.h"
+
 #include <algorithm>
 
 #include "nodes/graph/json.h"
 #include "nodes/graph/node_list.h"
-#include "nodes/graph/registry.h"
 
 namespace sunder {
 
@@ -13,11 +14,11 @@ const NodeType* Registry::find(std::string_view type) const {
 
 const Registry& standard_registry() {
     static const Registry registry({
-        mesh_file_node(),   lattice_node(),    prefracture_node(), fragment_region_node(), body_node(),
-        body_region_node(), activate_node(),   seam_node(),        rigid_body_node(),      collider_node(),
-        pin_node(),         force_node(),      blast_node(),       point_force_node(),     vortex_node(),
-        turbulence_node(),  guide_node(),      grid_force_node(),  solver_node(),          deformer_node(),
-        bake_mesh_node(),   bake_state_node(),
+        mesh_file_node(),   lattice_node(),   prefracture_node(), fragment_region_node(), body_node(),
+        body_region_node(), activate_node(),  seam_node(),        rigid_body_node(),      collider_node(),
+        pin_node(),         force_node(),     blast_node(),       point_force_node(),     vortex_node(),
+        turbulence_node(),  guide_node(),     grid_force_node(),  pressure_node(),        solver_node(),
+        deformer_node(),    bake_mesh_node(), bake_state_node(),
     });
     return registry;
 }

@@ -1,3 +1,5 @@
+#include "tests/stability/random_shot.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,7 +8,6 @@
 #include "fracture_tools/fragments/prefracture.h"
 #include "fracture_tools/mesh/mesh_io.h"
 #include "solver/scene/local_force.h"
-#include "tests/stability/random_shot.h"
 #include "tests/support/lattice_scene.h"
 
 namespace sunder::test {
@@ -262,6 +263,16 @@ void Shot::blow(uint64_t seed) {
         guide.rate = draw.logarithmic(0.01, 1e3);
         guide.pose.begin = guide.pose.end = {size * draw.vector(0.5), turn(draw)};
         add(forces, guide);
+    }
+    if (draw.one_in(2)) {  // as if its first body were hollow, and not closed
+        Pressure gas{.lining = {}, .pressure = draw.logarithmic(1, 1e5), .vent = draw.logarithmic(1e-3, 1)};
+        std::vector<Vec3> lining;
+        for (uint32_t i = scene.bodies[0].particle_begin; i < scene.bodies[0].particle_end; ++i) {
+            lining.push_back(std::pow(scene.rest.volume[i], 2.0 / 3) * draw.vector(1));
+            gas.area += lining.back().norm();
+        }
+        gas.lining = std::make_shared<const std::vector<Vec3>>(std::move(lining));
+        add(forces, gas, 0, scene.bodies[0].name);
     }
 }
 

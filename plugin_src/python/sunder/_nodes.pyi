@@ -37,6 +37,7 @@ NodeType = Literal[
     "turbulence",
     "guide",
     "grid_force",
+    "pressure",
     "solver",
     "deformer",
     "bake_mesh",
@@ -786,6 +787,23 @@ class AddsNodes:
         Time:
         first_frame: Of the first of several grids, one a frame; before and after, the first and the last one stay.
             Needs source = values.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["pressure"],
+        name: str,
+        *,
+        body: _Wire = ...,
+        pressure: Union[_Number, _Animation] = ...,
+        vent: _Number = ...,
+    ) -> Node:
+        """Blows a closed hollow body up from inside until it bursts. The pressure drops as the body opens.
+
+        body: Of a mesh with a surface inside that encloses a hollow.
+        pressure: Above that outside, while the body is closed [Pa].
+        vent: Share of the surface inside that is open when the pressure has dropped to half.
         """
 
     @overload

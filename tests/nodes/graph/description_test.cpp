@@ -1,8 +1,9 @@
+#include "nodes/graph/description.h"
+
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "nodes/graph/description.h"
 #include "nodes/graph/json.h"
 #include "nodes/graph/parameter.h"
 #include "nodes/graph/registry.h"
@@ -16,8 +17,8 @@ TEST(Description, all_node_types_are_there) {
     EXPECT_EQ(types, (std::vector<std::string>{"mesh_file",   "lattice",   "prefracture", "fragment_region", "body",
                                                "body_region", "activate",  "seam",        "rigid_body",      "collider",
                                                "pin",         "force",     "blast",       "point_force",     "vortex",
-                                               "turbulence",  "guide",     "grid_force",  "solver",          "deformer",
-                                               "bake_mesh",   "bake_state"}));
+                                               "turbulence",  "guide",     "grid_force",  "pressure",        "solver",
+                                               "deformer",    "bake_mesh", "bake_state"}));
 }
 
 TEST(Description, every_default_fits_its_own_description) {
