@@ -329,7 +329,8 @@ private:
             if (load(row(e, i), &b.toughness, 1) >= 0) return not_finite(e, i, 0);
             const uint8_t kind = read_number<uint8_t>(row(e, i) + sizeof(double));
             const uint32_t number = read_number<uint32_t>(row(e, i) + sizeof(double) + 1);
-            const size_t counts[] = {0, s.n_particles(), s.rigid_bodies.size(), size_t{1} << 31};  // by kind
+            const size_t most = size_t{1} << 31;  // of what the file does not tell the number of
+            const size_t counts[] = {0, s.n_particles(), s.rigid_bodies.size(), most, most};  // by kind
             if (kind >= std::size(counts) || (kind == 0 ? number != kNone : number >= counts[kind]))
                 return fault("cause " + std::to_string(i) + ": there is no thing " + std::to_string(number) +
                              " of kind " + std::to_string(kind));
@@ -349,6 +350,9 @@ private:
         for (size_t i = 0; i < e.count; ++i) {
             Inactivity& own = s.inactive[i];
             own.what = read_number<uint8_t>(row(e, i));
+            constexpr int kAll = Inactivity::kHeld | Inactivity::kAsleep | Inactivity::kGlued | Inactivity::kTouched;
+            if ((own.what & ~kAll) != 0)
+                return fault("inactive " + std::to_string(i) + ": nothing keeps it as " + std::to_string(own.what));
             double v[4];
             for (int k = 0; k < 4; ++k)  // what is not due is so at infinity
                 if (load(row(e, i) + 1 + 8 * k, v + k, 1, k < 2 ? 0 : -1) >= 0) return not_finite(e, i, 1 + k);

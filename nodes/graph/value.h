@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
@@ -47,6 +48,12 @@ struct FollowValue {
     bool goes_on(int frame) const;  // it tells of that frame
 };
 
+/// What the fragments of a region have in place of their body's material, at the frame asked for.
+struct RegionValue {
+    Material material;
+    double yield_factor = 1;  // of the yield in it, that groups start with
+};
+
 /// Fragments with a place, a start and, at the frame asked for, a material.
 struct BodyValue {
     std::string name;    // of the body node; tells bodies of one scene apart
@@ -61,8 +68,19 @@ struct BodyValue {
     std::vector<ActivationValue> activations;    // of `activate` nodes, in their order
     std::vector<SeamValue> seams;                // of `seam` nodes, in their order
     std::shared_ptr<const FollowValue> follows;  // or null
+    std::vector<uint32_t> region;                // of each fragment, which of `regions` from 1 on, or 0; empty: all 0
+    std::vector<RegionValue> regions;            // of `body_region` nodes
     std::vector<std::string> warnings;           // of these
 };
+
+/// Those of bodies, then those of their regions: as FrameInput::materials.
+inline std::vector<Material> materials_of(std::span<const std::shared_ptr<const BodyValue>> bodies) {
+    std::vector<Material> materials;
+    for (const auto& body : bodies) materials.push_back(body->material);
+    for (const auto& body : bodies)
+        for (const RegionValue& region : body->regions) materials.push_back(region.material);
+    return materials;
+}
 
 /// A collider and where it is at the frame asked for.
 struct ColliderValue {

@@ -100,6 +100,11 @@ ArrayView own(std::vector<PieceId> values) {
     return {ArrayType::uint32, {kept->size()}, numbers(std::span<const PieceId>(*kept)).data(), kept};
 }
 
+std::array<uint8_t, 1> kept(const Inactivity& i) { return {static_cast<uint8_t>(i.what & ~Inactivity::kTouched)}; }
+std::array<int32_t, 2> pusher(const BrokenEdge& b) {
+    return {static_cast<int32_t>(b.by.kind), static_cast<int32_t>(b.by.number)};
+}
+
 // Lists that may be left out keep their width when they are empty.
 template <class N, size_t Width, class T>
 ArrayView corners(const std::vector<T>& values) {
@@ -203,23 +208,13 @@ const std::vector<Entry<StateValue>>& entries_of(const StateValue*) {
         {"fragment", [](const S& s) { return as_is<uint32_t>(s.scene->rest.fragment); }},
         {"piece", [](const S& s) { return own(connected_pieces(s.scene->rest, s.state->edge_intact)); }},
         {"asleep", [](const S& s) { return as_is<uint8_t>(s.state->asleep); }},
-        {"kept",
-         [](const S& s) {
-             return made<uint8_t, 1>(s.state->inactive, [](const Inactivity& i) {
-                 return std::array{static_cast<uint8_t>(i.what & ~Inactivity::kTouched)};
-             });
-         }},
+        {"kept", [](const S& s) { return made<uint8_t, 1>(s.state->inactive, kept); }},
         {"edge_intact", [](const S& s) { return as_is<uint8_t>(s.state->edge_intact); }},
         {"broken_edge", [](const S& s) { return of_broken<uint32_t>(s, [](auto& b) { return b.edge.value; }); }},
         {"broken_time", [](const S& s) { return of_broken<double>(s, [](auto& b) { return b.time; }); }},
         {"broken_strain", [](const S& s) { return of_broken<double>(s, [](auto& b) { return b.strain; }); }},
         {"broken_toughness", [](const S& s) { return of_broken<double>(s, [](auto& b) { return b.toughness; }); }},
-        {"broken_by",
-         [](const S& s) {
-             return made<int32_t, 2>(s.state->broken, [](const BrokenEdge& b) {
-                 return std::array{static_cast<int32_t>(b.by.kind), static_cast<int32_t>(b.by.number)};
-             });
-         }},
+        {"broken_by", [](const S& s) { return made<int32_t, 2>(s.state->broken, pusher); }},
         {"rigid_position",
          [](const S& s) {
              return made<double, 3>(s.state->rigid_bodies, [](const RigidBodyState& r) { return row_of(r.position); });

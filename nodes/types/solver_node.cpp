@@ -296,9 +296,7 @@ private:
     Result<std::vector<Material>> start_materials() {
         const auto bodies = context_.inputs_as<BodyValue>("bodies", context_.start_frame());
         if (!bodies) return bodies.error();
-        std::vector<Material> materials;
-        for (const auto& body : *bodies) materials.push_back(body->material);
-        return materials;
+        return materials_of(*bodies);
     }
 
     CookContext& context_;

@@ -71,6 +71,23 @@ Status add_source(CookContext& context, const BodyValue& value, const Body& body
     return {};
 }
 
+// Which of the scene's materials each particle has.
+void add_regions(std::span<const std::shared_ptr<const BodyValue>> bodies, Scene& io_scene, KeyHasher& io_hasher) {
+    if (std::ranges::all_of(bodies, [](const auto& body) { return body->regions.empty(); })) return;
+    io_scene.rest.material = io_scene.rest.body;
+    for (size_t b = 0; b < bodies.size(); ++b) {
+        const BodyValue& value = *bodies[b];
+        const size_t before = bodies.size() + io_scene.region_bodies.size();
+        for (size_t i = 0; i < value.region.size(); ++i) {
+            io_hasher.add(value.region[i]);
+            if (value.region[i] > 0)
+                io_scene.rest.material[io_scene.bodies[b].particle_begin + i] =
+                    static_cast<uint32_t>(before + value.region[i] - 1);
+        }
+        io_scene.region_bodies.insert(io_scene.region_bodies.end(), value.regions.size(), static_cast<uint32_t>(b));
+    }
+}
+
 // Where pins let go of what activations hold on.
 void tell_of_releases(SceneInput& io_input) {
     for (const Activation& a : io_input.scene.activations) {
@@ -109,6 +126,7 @@ Status add_bodies(CookContext& context, SceneInput& io_input, KeyHasher& io_hash
         if (Status ok = add_source(context, *value, body, io_input, io_hasher); !ok) return ok;
         scene.bodies.push_back(std::move(body));
     }
+    add_regions(*bodies, scene, io_hasher);
     return {};
 }
 
@@ -209,6 +227,21 @@ SolverSettings settings_of(const Parameters& p) {
     return s;
 }
 
+namespace {
+
+// FrameInput::yield_changes, from frame to frame.
+std::vector<double> yield_changes(std::span<const std::shared_ptr<const BodyValue>> from,
+                                  std::span<const std::shared_ptr<const BodyValue>> to) {
+    std::vector<double> changes(to.size(), 1.0);
+    for (size_t b = 0; b < to.size(); ++b)
+        for (size_t k = 0; k < to[b]->regions.size(); ++k)
+            changes.push_back(to[b]->regions[k].yield_factor / from[b]->regions[k].yield_factor);
+    if (std::ranges::all_of(changes, [](double change) { return change == 1; })) changes.clear();
+    return changes;
+}
+
+}  // namespace
+
 Result<FrameInput> frame_input(CookContext& context, int frame) {
     FrameInput input;
     input.duration = context.seconds(1);
@@ -220,16 +253,17 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
         if (acts(*force)) input.forces.push_back(*force);
     Result<std::vector<std::shared_ptr<const BodyValue>>> bodies = context.inputs_as<BodyValue>("bodies", frame);
     if (!bodies) return bodies.error();
-    const bool sweeps = std::ranges::any_of(*bodies, [](const auto& body) {
-        return body->follows || std::ranges::any_of(body->activations, [](const ActivationValue& a) {
-                   return a.activation.until == Until::object;
-               });
+    const bool has_change = std::ranges::any_of(*bodies, [](const auto& body) {
+        return body->follows || !body->regions.empty() ||
+               std::ranges::any_of(body->activations,
+                                   [](const ActivationValue& a) { return a.activation.until == Until::object; });
     });
-    const auto bodies_begin = sweeps ? context.inputs_as<BodyValue>("bodies", frame - 1) : bodies;
+    const auto bodies_begin = has_change ? context.inputs_as<BodyValue>("bodies", frame - 1) : bodies;
     if (!bodies_begin) return bodies_begin.error();
+    input.materials = materials_of(*bodies);
+    input.yield_changes = yield_changes(*bodies_begin, *bodies);
     for (size_t b = 0; b < bodies->size(); ++b) {
         const BodyValue &from = *(*bodies_begin)[b], &to = *(*bodies)[b];
-        input.materials.push_back(to.material);
         for (size_t k = 0; k < to.activations.size(); ++k)
             input.activations.push_back(
                 {to.activations[k].comes, {from.activations[k].object, to.activations[k].object, true}});
@@ -278,6 +312,7 @@ ContentKey key_of(const FrameInput& input, const SolverSettings& s) {
         add(hasher, *s.begin), add(hasher, *s.end);
         hasher.add(s.pivot).add(s.goes_on);
     }
+    for (const double change : input.yield_changes) hasher.add(change);
     return hasher.key();
 }
 

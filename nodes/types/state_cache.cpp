@@ -9,7 +9,8 @@ size_t memory_of(const FrameState& state) {
            bytes(state.group_rotation) + bytes(state.edge_intact) + bytes(state.rigid_bodies) + bytes(state.contacts) +
            bytes(state.broken) + bytes(state.still_time) + bytes(state.asleep) + bytes(state.rest_load) +
            bytes(state.rest_conditions) + bytes(state.edge_damage) + bytes(state.edge_hold) +
-           bytes(state.stiffness_factor) + bytes(state.plastic_curvature) + bytes(state.inactive) + bytes(state.layer_strain);
+           bytes(state.stiffness_factor) + bytes(state.plastic_curvature) + bytes(state.inactive) +
+           bytes(state.layer_strain);
 }
 
 bool StateCache::is_kept(int frame) const {

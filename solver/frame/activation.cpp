@@ -19,12 +19,21 @@ bool keeps(const FrameState& state, const Activation& a, ParticleId i) {
     return (state.inactive[i].what & bit_of(a.keeps)) != 0;
 }
 
+// How far beyond the object's surface it reaches for this fragment, m: as far as any distance for a share of them all
+// that falls with it, from all at 0 to none at the falloff. Of its number in the body, so that it is always the same.
+double reach_for(const Activation& a, const SimulationMesh& rest, ParticleId i) {
+    if (!(a.falloff > 0)) return 0;
+    const double number = rest.fragment[i];
+    return a.falloff * static_cast<double>(hash_of({&number, 1}) >> 11) * 0x1p-53;
+}
+
 // When what an object comes over is let go, and what lies about it.
 void advance_front(const Scene& scene, const Activation& a, const DrivenPose& way, FrameState& s) {
     const size_t channel = a.keeps == Keeps::glued;
     std::vector<ParticleId> touched;
     for (const ParticleId i : a.particles)
-        if (keeps(s, a, i) && comes_over(a.object, way, scene.rest, s, i)) touched.push_back(i);
+        if (keeps(s, a, i) && comes_over(a.object, way, scene.rest, s, i, reach_for(a, scene.rest, i)))
+            touched.push_back(i);
     const double when = s.time + a.delay;
     for (const ParticleId i : touched) s.inactive[i].due[channel] = std::min(s.inactive[i].due[channel], when);
     if (!(a.growth > 0)) return;
@@ -136,7 +145,7 @@ bool cut_seams(const Scene& scene, const FrameInput& input, FrameState& s) {
             if (!s.edge_intact[e] || held[e] || is_glued(edge.a) || is_glued(edge.b)) continue;
             s.edge_intact[e] = 0;
             if (!s.edge_damage.empty()) s.edge_damage[e] = 1;
-            s.broken.push_back({e, s.time, 0});
+            s.broken.push_back({e, s.time, 0, 0, {Pusher::Kind::seam, static_cast<uint32_t>(k)}});
             if (!s.asleep.empty() && s.asleep[edge.a]) woken.push_back({MovableId(edge.a), true});
             if (!s.asleep.empty() && s.asleep[edge.b]) woken.push_back({MovableId(edge.b), true});
         }

@@ -120,9 +120,9 @@ Result<StepReport> FrameSteps::run(const FrameInput& input, const SolverSettings
     else
         forget_sleep(settings.sleeping ? context.n_movables() : 0, io_state);
     if (begin_activations(scene_, input, before, io_state)) awake_.forget();
+    const size_t n_cut = io_state.broken.size();
     if (Status ok = give_blasts(context, io_state); !ok) return ok.error();
     StepReport report;
-    report.edges_broken = io_state.broken.size();
     enter(context, io_state);
     if (!std::exchange(has_local_hits_, false)) local_hit_.reset();
     met_ = false;
@@ -152,6 +152,7 @@ Result<StepReport> FrameSteps::run(const FrameInput& input, const SolverSettings
     set_followers(scene_, input, io_state);
     if (settings.sleeping) report.n_components = fall_asleep(scene_, input, settings.self_collision, before, io_state);
     io_state.edge_bond.clear();
+    report.edges_broken += n_cut;
     report.asleep = static_cast<size_t>(std::ranges::count(io_state.asleep, 1));
     return report;
 }

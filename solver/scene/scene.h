@@ -114,6 +114,7 @@ struct Activation {
     double impulse = 0;                 // that a contact has to exceed, N s; 0: any will do
     double delay = 0;                   // from the object's touch on, s
     double growth = 0;                  // how fast it spreads from what was touched, m/s; 0: it does not
+    double falloff = 0;                 // how far beyond the object it reaches, m: there for no fragment, at 0 for all
     Shape object = {};
     std::shared_ptr<const SignedDistanceGrid> grid = {};  // what object.grid points to
 };
@@ -138,6 +139,7 @@ struct Scene {
     std::vector<Pin> pins;
     std::vector<Collider> colliders;
     std::vector<RigidBody> rigid_bodies;
+    std::vector<uint32_t> region_bodies = {};  // whose regions have the materials after those of bodies
     std::vector<Activation> activations = {};
     std::vector<Seam> seams = {};
     std::vector<Source> sources = {};
@@ -175,9 +177,10 @@ struct FrameInput {
     double duration = 1.0 / 24;        // s, > 0
     Vec3 gravity = Vec3(0, 0, -9.81);  // m/s2
     std::vector<Force> forces;
-    std::vector<Material> materials;    // one a body
-    std::vector<DrivenPose> pins;       // one a pin; identity leaves it at rest
-    std::vector<DrivenPose> colliders;  // one a collider
+    std::vector<Material> materials;         // one a body, then one a region of Scene::region_bodies
+    std::vector<DrivenPose> pins;            // one a pin; identity leaves it at rest
+    std::vector<DrivenPose> colliders;       // one a collider
+    std::vector<double> yield_changes = {};  // one a material: what yields are multiplied by; empty: by 1
     struct ActivationDrive {
         bool comes = false;  // the frame until which it keeps
         DrivenPose object = {};

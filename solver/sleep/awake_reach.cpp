@@ -18,7 +18,7 @@ std::vector<Aabb> reach(const StepContext& context, const FrameState& state, std
     const size_t n = state.n_particles();
     SUNDER_ASSERT(rests.size() == n + state.rigid_bodies.size() && seconds > 0 && skin >= 0);
     const double fall = fall_in_step(seconds, acceleration_of(context.input));
-    const LocalFields local(context.scene, context.input);
+    const LocalFields local(context.scene, context.input, state, rests);
     const double begin = std::max(0.0, end - seconds / context.input.duration);
     std::vector<Aabb> boxes(rests.size());
     std::vector<double> size(rests.size());

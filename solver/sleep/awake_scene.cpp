@@ -126,7 +126,7 @@ void AwakeScene::go_on(const StepPair& whole, const WorkerPool& workers) {
 
 void AwakeScene::build(const StepContext& whole, const FrameState& state) {
     if (scene_.colliders.empty()) scene_.colliders = whole.scene.colliders;
-    scene_.bodies = whole.scene.bodies;
+    scene_.bodies = whole.scene.bodies, scene_.region_bodies = whole.scene.region_bodies;
     asleep_ = state.asleep;
     const size_t n_movables = asleep_.size(), n = state.n_particles();
     std::vector<uint8_t> here(n_movables);
@@ -207,7 +207,8 @@ void AwakeScene::take_particles(const SimulationMesh& rest, const WorkerPool& wo
          Pick{rest.rest_orientation, m.rest_orientation}, Pick{rest.radii, m.radii}, Pick{rest.volume, m.volume},
          Pick{rest.mass, m.mass}, Pick{rest.body, m.body}, Pick{rest.fragment, m.fragment},
          Pick{rest.yield_factor, m.yield_factor}, Pick{rest.toughness_factor, m.toughness_factor},
-         Pick{rest.group_uneven, m.group_uneven}, Pick{rest.group_trace, m.group_trace}, Pick{rest.thin, m.thin});
+         Pick{rest.material, m.material}, Pick{rest.group_uneven, m.group_uneven},
+         Pick{rest.group_trace, m.group_trace}, Pick{rest.thin, m.thin});
     m.hull_offset.clear();
     if (rest.hull_offset.empty()) return;
     m.hull_offset.push_back(0);
@@ -339,7 +340,8 @@ void AwakeScene::leave(const WorkerPool& workers, FrameState& io_state) {
     for (size_t e = 0; e < edge_.size(); ++e) s.edge_intact[edge_[e]] = state_.edge_intact[e];
     for (size_t e = 0; e < edge_.size() && !s.edge_damage.empty(); ++e)
         s.edge_damage[edge_[e]] = state_.edge_damage[e], s.edge_hold[edge_[e]] = state_.edge_hold[e];
-    for (size_t e = 0; e < edge_.size() && !s.edge_bond.empty(); ++e) s.edge_bond[edge_[e]] = state_.edge_bond[e];
+    for (size_t e = 0; e < edge_.size() && !s.edge_bond.empty(); ++e)  // contacts may have let go of all that is glued
+        s.edge_bond[edge_[e]] = state_.edge_bond.empty() ? 1 : state_.edge_bond[e];
     for (BrokenEdge b : state_.broken) {
         b.edge = edge_[b.edge];
         if (b.by.kind == Pusher::Kind::particle) b.by.number = particle_[b.by.number];

@@ -215,7 +215,7 @@ void wake_changed(const Scene& scene, const FrameInput& input, bool self_collisi
                  first_collider = first_pin + input.pins.size();
     const auto changed = [&](size_t k) { return now[k] != then[k]; };
     for (ParticleId i(0); i < n; ++i)
-        if (s.asleep[i] && changed(2 + scene.rest.body[i])) woken.push_back({i, true});
+        if (s.asleep[i] && changed(2 + scene.rest.material_of(i))) woken.push_back({i, true});
     for (size_t k = 0; k < input.pins.size(); ++k)
         if (changed(first_pin + k) || (input.pins[k].active && moves(input.pins[k])))
             for (const ParticleId i : scene.pins[k].particles)

@@ -28,7 +28,7 @@ void place(const Pose& pose, const Vec3& rest_position, double seconds, Particle
 }  // namespace
 
 bool follows(const FrameState& state, ParticleIndex particle) {
-    return is_kept(state, particle) && state.inactive[particle].followed == HUGE_VAL;
+    return !state.inactive.empty() && state.inactive[particle].follows();
 }
 
 void take_up_followers(const StepContext& context, const StepTime& time, const FrameState& state, Movables& movables) {

@@ -3,16 +3,15 @@
 #include <algorithm>
 
 #include "solver/data/invariant.h"
+#include "solver/scene/strength.h"
 #include "solver/step/following.h"
 
 namespace sunder {
 namespace {
 
-constexpr double kLeastBond = 1e-6;  // of a seam that is to break, and is glued until within the frame
-
-// What a contact that pushes takes of the approach that it left, when velocities settle, N s: a gap closes in one step
-// by the way that was left of it, and what hits has that speed still.
-double ending_of(const ActiveContact& c, double h, const Movables& movables) {
+// What is left of a hit after a step for the next one to take, N s: a gap closes in one step by the way that was left
+// of it, and what hits has that speed still.
+double left_of(const ActiveContact& c, double h, const Movables& movables) {
     const auto way = [&](MovableId i) -> Vec3 { return movables.moving[i].x - movables.start_position[i]; };
     const bool has_b = has_movable_b(c.contact);
     const MovableId a = c.contact.a, b = c.contact.b;
@@ -21,15 +20,18 @@ double ending_of(const ActiveContact& c, double h, const Movables& movables) {
     return inverse_mass > 0 ? std::max(0.0, closed) / h / inverse_mass : 0;
 }
 
-// What contacts push fragments by in a step, N s.
-std::vector<double> pushes_of(const StepContext& context, double h, std::span<const ActiveContact> contacts,
-                              const Movables& movables) {
+enum class Counted { taken, foreseen };  // what a step took of hits; with what the next one will take
+
+// What contacts push fragments by, N s.
+std::vector<double> pushes_of(const StepContext& context, double h, Counted counted,
+                              std::span<const ActiveContact> contacts, const Movables& movables) {
     const size_t n = context.n_particles();
     std::vector<double> push(n, 0.0);
     for (const ActiveContact& c : contacts) {
         if (!c.separate_pieces) continue;
         const MovableId a = c.contact.a, b = c.contact.b;
-        const double impulse = c.impulse.normal > 0 ? c.impulse.normal / h + ending_of(c, h, movables) : 0;
+        double impulse = c.impulse.normal / h;
+        if (impulse > 0 && counted == Counted::foreseen) impulse += left_of(c, h, movables);
         if (has_movable_b(c.contact) && b < n) push[b] += impulse;
         if (a < n) push[a] += impulse;
     }
@@ -73,7 +75,7 @@ bool contacts_let_go(const StepContext& context, const FrameState& state) {
 bool let_go_of_pushed(const StepContext& context, double h, const LiveTopology& live,
                       std::span<const ActiveContact> contacts, const Movables& movables, FrameState& state) {
     SUNDER_ASSERT(h > 0 && state.inactive.size() == context.n_particles());
-    const std::vector<double> push = pushes_of(context, h, contacts, movables);
+    const std::vector<double> push = pushes_of(context, h, Counted::foreseen, contacts, movables);
     bool any = false, any_glued = false;
     for (const Activation& a : context.scene.activations) {
         if (!waits_for_contact(a)) continue;
@@ -94,7 +96,7 @@ bool let_go_of_pushed(const StepContext& context, double h, const LiveTopology& 
 
 void add_pushes(const StepContext& context, double h, std::span<const ActiveContact> contacts, const Movables& movables,
                 FrameState& state) {
-    const std::vector<double> push = pushes_of(context, h, contacts, movables);
+    const std::vector<double> push = pushes_of(context, h, Counted::taken, contacts, movables);
     for (size_t i = 0; i < push.size(); ++i)
         if (state.inactive[i].what != 0) state.inactive[i].push += push[i];
 }
@@ -117,24 +119,7 @@ void let_go_beside_breaks(const Scene& scene, std::span<const BrokenEdge> broken
 }
 
 void take_up_bonds(const Scene& scene, const FrameInput& input, FrameState& state) {
-    const std::vector<Edge>& edges = scene.rest.edges;
-    state.edge_bond.clear();
-    const auto bond = [&](size_t e, double factor) {
-        if (state.edge_bond.empty()) state.edge_bond.assign(edges.size(), 1.0);
-        state.edge_bond[e] *= factor;
-    };
-    for (size_t k = 0; k < scene.seams.size(); ++k)
-        for (const EdgeId e : scene.seams[k].edges)
-            if (input.seams[k] != 1 && state.edge_intact[e]) bond(e, std::max(input.seams[k], kLeastBond));
-    if (state.inactive.empty()) return;
-    std::vector<uint8_t> follows(scene.sources.empty() ? 0 : scene.rest.n_particles(), 0);
-    for (const Source& source : scene.sources)
-        for (const ParticleId i : source.particles) follows[i] = sunder::follows(state, i);
-    const auto both_follow = [&](const Edge& e) { return !follows.empty() && follows[e.a] && follows[e.b]; };
-    const auto is_glued = [&](ParticleId i) { return (state.inactive[i].what & Inactivity::kGlued) != 0; };
-    for (size_t e = 0; e < edges.size(); ++e)
-        if (state.edge_intact[e] && (is_glued(edges[e].a) || is_glued(edges[e].b) || both_follow(edges[e])))
-            bond(e, kNever);
+    state.edge_bond = edge_bonds(scene, input.seams, state);
 }
 
 }  // namespace sunder

@@ -140,7 +140,7 @@ def scene(folder, node_type, mesh="cube", **given):
         nodes["body"] |= {**place, **it, "fragments": fragments}
         return nodes, ["solver.state"], 4
     nodes = {**block(), "floor": floor, "solver": solver}
-    if node_type in ("activate", "seam"):
+    if node_type in ("activate", "seam", "body_region"):
         cut = {"type": "prefracture", "mesh": "@file.mesh", "pieces": 12, "clusters": 3}
         ram = {"type": "collider", "shape": "box", "size": [0.4, 2, 2], "position": {"keys": [[1, [-0.9, 0, 0.5]], [4, [-0.5, 0, 0.5]]]}}
         ball = {"type": "rigid_body", "radius": 0.2, "position": [0, 0, 1.25], "velocity": [0, 0, -9]}
@@ -221,7 +221,10 @@ OTHER = {
     ("grid_force", "path"): "swirl.json", ("force", "gusts"): 0.5, ("force", "gust_seed"): 3,
     ("activate", "center"): [0.4, 0.4, 0.4], ("activate", "box_max"): [0.2, 0.2, 0.2], ("activate", "box_min"): [0, 0, 0],
     ("activate", "cluster"): 1, ("activate", "group"): "Others", ("activate", "frame"): 4, ("activate", "impulse"): 1e6,
-    ("activate", "delay"): 2, ("activate", "growth"): 30, ("seam", "group"): "Others", ("seam", "other_group"): "Others",
+    ("activate", "delay"): 2, ("activate", "growth"): 30, ("activate", "falloff"): 0.8, ("seam", "group"): "Others",
+    ("seam", "other_group"): "Others",
+    ("body_region", "center"): [0.4, 0.4, 0.4], ("body_region", "box_max"): [0.2, 0.2, 0.2], ("body_region", "box_min"): [0, 0, 0],
+    ("body_region", "cluster"): 1, ("body_region", "group"): "Others",
     ("seam", "points"): [[0, 0, 0], [0, 0, 1]], ("seam", "distance"): 0.6, ("seam", "frames"): 90,
     ("follow", "position"): [0, 0, 3], ("follow", "rotation"): [0, 30, 0], ("follow", "path"): "motion.npy", ("follow", "first_frame"): 2,
     ("follow", "positions"): [[x, y, z + 2] for x, y, z in CUBE],
@@ -236,6 +239,7 @@ ALSO = {
     "grid_force": {"values": [[5, 0, 0]] * 8 + [[0, 5, 0]] * 8},  # two frames of 2 x 2 x 2, or one of 2 x 2 x 4
     "activate": {"group": "Some"},
     "follow": {"frame": 4, "positions": [[x, y, (1 + 0.1 * frame) * z + 2] for frame in range(3) for x, y, z in CUBE]},
+    "body_region": {"group": "Some", "stiffness": 0.5},
     "seam": {"group": "Some", "points": [[-0.5, -0.5, 0.5], [-0.5, 0.5, 0.5]], "frame": 2},
 }
 ALSO_OF = {

@@ -24,6 +24,7 @@ NodeType = Literal[
     "prefracture",
     "fragment_region",
     "body",
+    "body_region",
     "follow",
     "activate",
     "seam",
@@ -37,6 +38,7 @@ NodeType = Literal[
     "turbulence",
     "guide",
     "grid_force",
+    "pressure",
     "solver",
     "deformer",
     "bake_mesh",
@@ -316,6 +318,42 @@ class AddsNodes:
     @overload
     def add(
         self,
+        type: Literal["body_region"],
+        name: str,
+        *,
+        body: _Wire = ...,
+        region: Literal["all", "box", "sphere", "group", "cluster"] = ...,
+        box_min: _Vector3 = ...,
+        box_max: _Vector3 = ...,
+        center: _Vector3 = ...,
+        radius: _Number = ...,
+        group: str = ...,
+        cluster: _Integer = ...,
+        toughness: Union[_Number, _Animation] = ...,
+        stiffness: Union[_Number, _Animation] = ...,
+    ) -> Node:
+        """Makes a part of a body tougher, weaker, softer or stiffer, for all of the shot or with time; nothing is cut
+        anew. Several can follow one another: their factors multiply.
+
+        body: Of which it is a part.
+        region: Fragments whose centre lies in it, with the body as placed at the first frame. all: every one; box takes
+            `box_min` and `box_max`; sphere takes `center` and `radius`; group takes `group`; cluster takes `cluster`.
+        box_min: Lowest corner of the box [m]. Needs region = box.
+        box_max: Highest corner of the box [m]. Needs region = box.
+        center: Of the sphere [m]. Needs region = sphere.
+        radius: Of the sphere [m]. Needs region = sphere.
+        group: Vertex group of the mesh: fragments that own one of its vertices. Needs region = group.
+        cluster: Number of a cluster, as pre-fracture gathered them. Needs region = cluster.
+        toughness: Factor on the body's toughnesses.
+        yield: Factor on the body's yield, and on what yields have grown to by hardening.
+        stiffness: Factor on the body's Young's modulus.
+
+        yield, a word of Python, is set in the node: node["yield"] = ...
+        """
+
+    @overload
+    def add(
+        self,
         type: Literal["follow"],
         name: str,
         *,
@@ -374,6 +412,7 @@ class AddsNodes:
         impulse: _Number = ...,
         delay: _Integer = ...,
         growth: _Number = ...,
+        falloff: _Number = ...,
     ) -> Node:
         """Keeps fragments from moving, or their edges from breaking, until a condition comes for each. Several can follow
         one another: where two speak of a fragment, the later one counts.
@@ -399,6 +438,8 @@ class AddsNodes:
         delay: From the object's touch until it lets go [frames]. Needs until = object.
         growth: How fast it spreads through the region from what was touched; 0: it does not [m/s]. Needs until =
             object.
+        falloff: How far beyond its surface the object lets go: at the surface of all fragments, so far away of none,
+            between of the fewer the farther [m]. Needs until = object.
         """
 
     @overload
@@ -787,6 +828,23 @@ class AddsNodes:
         Time:
         first_frame: Of the first of several grids, one a frame; before and after, the first and the last one stay.
             Needs source = values.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["pressure"],
+        name: str,
+        *,
+        body: _Wire = ...,
+        pressure: Union[_Number, _Animation] = ...,
+        vent: _Number = ...,
+    ) -> Node:
+        """Blows a closed hollow body up from inside until it bursts. The pressure drops as the body opens.
+
+        body: Of a mesh with a surface inside that encloses a hollow.
+        pressure: Above that outside, while the body is closed [Pa].
+        vent: Share of the surface inside that is open when the pressure has dropped to half.
         """
 
     @overload

@@ -342,6 +342,14 @@ class _Compiler:
             scene_input.check_evaluated(thing, depsgraph, node)
             self._region(node, *scene_input.own_bounds(thing, node, depsgraph))
 
+    def _add_part(self, node, depsgraph):
+        if node.source == pickers.OBJECT and node.region in ("box", "sphere"):
+            thing, = scene_input.objects_of(node)
+            scene_input.check_evaluated(thing, depsgraph, node)
+            self._region(node, *scene_input.world_bounds(thing, depsgraph))
+
+    _add_activate = _add_body_region = _add_part
+
     def _region(self, node, low, high):
         fields = self.nodes[node.graph_name]
         if node.region == "box":

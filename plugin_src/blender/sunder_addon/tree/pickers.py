@@ -56,7 +56,8 @@ def has_source(node):
     return node.sunder_type in _SOURCED
 
 
-_SOURCED = ("mesh_file", "body", "rigid_body", "collider", "pin", "fragment_region", "blast", *FIELDS)
+_PARTS_OF_BODIES = ("activate", "body_region")
+_SOURCED = ("mesh_file", "body", "rigid_body", "collider", "pin", "fragment_region", "blast", *_PARTS_OF_BODIES, *FIELDS)
 
 
 def properties(node_type, changed):
@@ -141,6 +142,11 @@ def _own_properties(node_type, changed):
                 description="Follow the object that the body was cut from: its place, or each vertex of it with all that "
                             "deforms it (armatures, shape keys, modifiers, caches). Every frame is read when baking"),
         }
+    if node_type in _PARTS_OF_BODIES:
+        return {
+            "source": _source("The bounding box of", ("Values", "Numbers"), VALUES, False, changed),
+            "object": thing("Region", "Its bounding box at the first frame: an empty or a mesh"),
+        }
     if node_type == "pin":
         return {
             "source": _source("The bounding box of", ("Values", "Numbers"), VALUES, False, changed),
@@ -167,7 +173,7 @@ REPLACED = {
     "rigid_body": ((OBJECT, COLLECTION), ("radius", "size", "position", "rotation")),
     "collider": ((OBJECT, COLLECTION), ("radius", "size", "height", "position", "rotation", "path", "scale")),
     "fragment_region": ((OBJECT,), ("box_min", "box_max", "center", "radius")),
-    "pin": ((OBJECT,), ("box_min", "box_max", "center", "radius")),
+    **{name: ((OBJECT,), ("box_min", "box_max", "center", "radius")) for name in ("pin", *_PARTS_OF_BODIES)},
     "force": ((OBJECT,), ("wind",)),
     "blast": ((OBJECT,), ("position", "direction")),
     "point_force": ((OBJECT,), ("position", "strength", "falloff", "reach")),
