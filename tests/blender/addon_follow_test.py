@@ -52,7 +52,8 @@ class Follow(ObjectCase):
         tree, nodes = self.tree(thing, pieces=12)
         follow = self.node(tree, "follow", frame=LAST + 1, **parameters)
         solver = nodes["solver"]
-        for link in list(solver.inputs["bodies"].links):
+        bodies = next(s for s in solver.inputs if s.identifier == "bodies")
+        for link in list(bodies.links):
             tree.links.remove(link)
         self.connect(nodes["body"], "body", follow, "body")
         self.connect(follow, "body", solver, "bodies")
