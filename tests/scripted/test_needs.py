@@ -89,6 +89,7 @@ def test_effects_are_told_of_a_node_and_of_its_keys():
 
 CUBE = [(x - 0.5, y - 0.5, z - 0.5) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
 QUADS = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]
+AS_READ = [CUBE[i] for i in dict.fromkeys(i - 1 for quad in QUADS for i in quad)]  # a file's vertices, by their first use
 LID = [(x, y, z + 0.001) for x, y, z in CUBE[4:]]  # a little above the cube: a seam, found and welded unless that is forbidden
 MESHES = {
     "cube": obj_text(CUBE, QUADS),
@@ -107,7 +108,7 @@ def meshes(tmp_path_factory):
     for name, vector in (("steady", [3, 0, 0]), ("swirl", [0, 3, 1])):
         (folder / f"{name}.json").write_text(json.dumps({"values": [vector] * 8}))
     for name, stretch in (("still", 0.05), ("motion", 0.15)):
-        np.save(folder / f"{name}.npy", [np.array(CUBE) * [1, 1, 1 + stretch * frame] + [0, 0, 2] for frame in range(3)])
+        np.save(folder / f"{name}.npy", [np.array(AS_READ) * [1, 1, 1 + stretch * frame] + [0, 0, 2] for frame in range(3)])
     return folder
 
 
@@ -227,7 +228,7 @@ OTHER = {
     ("body_region", "cluster"): 1, ("body_region", "group"): "Others",
     ("seam", "points"): [[0, 0, 0], [0, 0, 1]], ("seam", "distance"): 0.6, ("seam", "frames"): 90,
     ("follow", "position"): [0, 0, 3], ("follow", "rotation"): [0, 30, 0], ("follow", "path"): "motion.npy", ("follow", "first_frame"): 2,
-    ("follow", "positions"): [[x, y, z + 2] for x, y, z in CUBE],
+    ("follow", "positions"): [[x, y, z + 2] for x, y, z in AS_READ], ("follow", "source"): "values", ("follow", "source_strain"): "elastic",
     ("solver", "substeps"): 3, ("solver", "iterations"): 5, ("solver", "hit_substeps"): 1, ("body", "fracture_energy"): 20.0,
 }
 POINTS = [[0.5, 0.1, 0.2], [0.4, -0.3, 0.2], [-0.3, 0.2, 0.4]]
@@ -238,7 +239,7 @@ ALSO = {
     "fragment_region": {"group": "Some"},
     "grid_force": {"values": [[5, 0, 0]] * 8 + [[0, 5, 0]] * 8},  # two frames of 2 x 2 x 2, or one of 2 x 2 x 4
     "activate": {"group": "Some"},
-    "follow": {"frame": 4, "positions": [[x, y, (1 + 0.1 * frame) * z + 2] for frame in range(3) for x, y, z in CUBE]},
+    "follow": {"frame": 4, "positions": [[x, y, (1 + 0.1 * frame) * z + 2] for frame in range(3) for x, y, z in AS_READ]},
     "body_region": {"group": "Some", "stiffness": 0.5},
     "seam": {"group": "Some", "points": [[-0.5, -0.5, 0.5], [-0.5, 0.5, 0.5]], "frame": 2},
 }
