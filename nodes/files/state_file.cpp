@@ -37,9 +37,6 @@ PlyElement inactive_element() {
 
 // Until when each followed a source, infinite where it does or has none; behind that, where anything was let go.
 PlyElement followed_element() { return {"followed", 0, ply_scalars("until", PlyType::float64)}; }
-bool tells_what_followed(const FrameState& s) {
-    return std::ranges::any_of(s.inactive, [](const Inactivity& i) { return i.followed != HUGE_VAL; });
-}
 
 // The elements in file order; counts are filled in by the writer and taken over from a file by the reader.
 std::vector<PlyElement> layout(std::string_view version = kStateFileMagic) {
@@ -360,9 +357,7 @@ private:
         }
         if (elements_->size() == n_of_version_ + 1) return {};
         const PlyElement& followed = elements_->back();
-        if (followed.count != e.count)
-            return fault("tells until when " + std::to_string(followed.count) + " particles followed, of " +
-                         std::to_string(e.count));
+        if (followed.count != e.count) return fault("tells of another number of particles until when they followed");
         for (size_t i = 0; i < e.count; ++i)
             if (load(row(followed, i), &s.inactive[i].followed, 1, 0) >= 0) return not_finite(followed, i, 0);
         return {};
@@ -391,7 +386,8 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
     std::vector<PlyElement> elements = layout(version);
     const size_t n_of_version = elements.size();
     if (!s.inactive.empty()) elements.push_back(inactive_element());
-    if (tells_what_followed(s)) elements.push_back(followed_element());
+    const bool was_let_go = std::ranges::any_of(s.inactive, [](const Inactivity& i) { return i.followed != HUGE_VAL; });
+    if (was_let_go) elements.push_back(followed_element());
     const size_t counts[] = {n,
                              s.edge_intact.size(),
                              s.group_rotation.size(),
@@ -459,8 +455,7 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
         bytes.number(i.what), bytes.number(i.due[0]), bytes.number(i.due[1]);
         bytes.number(i.push), bytes.number(i.former_push);
     }
-    if (tells_what_followed(s))
-        for (const Inactivity& i : s.inactive) bytes.number(i.followed);
+    for (size_t i = 0; i < n && was_let_go; ++i) bytes.number(s.inactive[i].followed);
     return bytes;
 }
 

@@ -8,6 +8,7 @@
 
 #include "fracture_tools/fragments/prefracture.h"
 #include "fracture_tools/mesh/mesh_io.h"
+#include "solver/data/rotations.h"
 #include "solver/scene/local_force.h"
 #include "tests/support/lattice_scene.h"
 
