@@ -147,6 +147,40 @@ def frame():
     return blocks(planes, planes, (0, 2.4, 2.7, 5.1, 5.4), lambda i, j, k: k in (1, 3) or (i != 1 and j != 1))
 
 
+def arm():
+    """A round column, 2 m high and 0.3 m wide, its ends fans."""
+    sides, rings = 16, 17
+    points = [(0.15 * math.cos(2 * math.pi * i / sides), 0.15 * math.sin(2 * math.pi * i / sides), 2 * k / (rings - 1))
+              for k in range(rings) for i in range(sides)] + [(0, 0, 0), (0, 0, 2)]
+    at = lambda k, i: k * sides + i % sides
+    faces = [(at(k, i), at(k, i + 1), at(k + 1, i + 1), at(k + 1, i)) for k in range(rings - 1) for i in range(sides)]
+    faces += [(at(0, i + 1), at(0, i), len(points) - 2) for i in range(sides)]
+    faces += [(at(rings - 1, i), at(rings - 1, i + 1), len(points) - 1) for i in range(sides)]
+    order = list(dict.fromkeys(i for face in faces for i in face))  # so are the vertices of an OBJ file numbered when it is read
+    number = {old: new for new, old in enumerate(order)}
+    return [points[i] for i in order], [tuple(number[i] for i in face) for face in faces]
+
+
+def arm_motion(points, frames=24):
+    """Where the arm's vertices are, frame after frame: it bends back and then swings forward, as a rig would have it."""
+    def place(x, y, z, frame):
+        swing = (frame - 1) / 8
+        curvature = -0.5 * math.sin(math.pi * swing) if swing < 1.5 else 0.5 - 1.2 * (swing - 1.5) ** 2
+        if abs(curvature) < 1e-6:
+            return x, y, 0.3 + z
+        angle = curvature * z
+        return ((1 - math.cos(angle)) / curvature + x * math.cos(angle), y,
+                0.3 + math.sin(angle) / curvature - x * math.sin(angle))
+    return [[[round(c, 5) for c in place(*p, frame)] for p in points] for frame in range(1, frames + 1)]
+
+
+def write_motion(name, places):
+    """The same for a `follow` node, as numpy saves it."""
+    import numpy as np
+    np.save(HERE / (name + ".npy"), np.array(places, np.float32))
+
+
 if __name__ == "__main__":
-    for make in (panel, door, can, roof, beam, wall, frame):
+    for make in (panel, door, can, roof, beam, wall, frame, arm):
         write(make.__name__, *make())
+    write_motion("arm", arm_motion(arm()[0]))

@@ -314,15 +314,15 @@ private:
     }
 
     Status count_loads(size_t solver, const StateValue& state) {
-        std::vector<Material> materials;
+        std::vector<std::shared_ptr<const BodyValue>> bodies;
         const auto wires = graph_.wires({solvers_[solver].node, "bodies"});
         if (!wires) return wires.error();
         for (const SocketReference& wire : *wires) {
             const Result<Value> body = graph_.evaluate(wire.node, wire.socket, state.frame);
             if (!body) return body.error();
-            materials.push_back(std::get<std::shared_ptr<const BodyValue>>(*body)->material);
+            bodies.push_back(std::get<std::shared_ptr<const BodyValue>>(*body));
         }
-        add_loads(state, materials, loads_[solver]);
+        add_loads(state, bodies, loads_[solver]);
         return {};
     }
 

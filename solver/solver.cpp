@@ -70,7 +70,7 @@ FrameState Solver::initial_state(const std::vector<Material>& materials) const {
         for (uint32_t i = body.particle_begin; i < body.particle_end; ++i) {
             s.velocity[i] = body.velocity + body.angular_velocity.cross(rest.rest_position[i] - center);
             s.angular_velocity[i] = body.angular_velocity;
-            s.yield[i] = yield_strain(rest, i, materials[rest.body[i]]);
+            s.yield[i] = yield_strain(rest, i, materials[rest.material_of(i)]);
         }
     }
     add_bending(rest, materials, s);
@@ -108,6 +108,8 @@ Result<StepReport> Solver::advance(const FrameInput& input, const SolverSettings
     add_bending(impl_->scene.rest, input.materials, o_after);
     add_fading(impl_->scene.rest, input.materials, o_after);
     add_inactivity(impl_->scene, o_after);
+    for (size_t i = 0; i < o_after.n_particles() && !input.yield_changes.empty(); ++i)
+        o_after.yield[i] *= input.yield_changes[impl_->scene.rest.material_of(i)];
     using Clock = std::chrono::steady_clock;
     std::optional<ThreadTrial>& trial = impl_->trial;
     const WorkerPool& threads = trial && trial->alone() ? impl_->alone : *impl_->workers;

@@ -210,7 +210,8 @@ bool SkinMotion::take(bool is_rebound, const ParticleMaps& particle, const Parti
     return true;
 }
 
-void SkinMotion::move(const SkinBinding& binding, const RangeRunner& run, const Placed& placed) {
+void SkinMotion::move(const SkinBinding& binding, const RangeRunner& run, const Placed& placed,
+                      const Corrected& correct) {
     const size_t n = binding.n_vertices(), n_chunks = binding.chunks.size();
     position_.reserve(most_vertices_), moved_.reserve(most_vertices_);
     position_.resize(n), moved_.resize(n), chunk_changed_.resize(n_chunks);
@@ -223,6 +224,12 @@ void SkinMotion::move(const SkinBinding& binding, const RangeRunner& run, const 
             const size_t n_maps = extras_ == SkinExtras::normal_maps ? binding.chunks[chunk]->n_vertices() : 0;
             if (normal_map.size() < n_maps) normal_map.resize(n_maps);
             move_chunk(binding, chunk, n_maps > 0 ? normal_map.data() : nullptr);
+            if (correct) {
+                const size_t first = binding.first_vertex[chunk], n_own = binding.chunks[chunk]->n_vertices();
+                const size_t n_moving = velocity_.empty() ? 0 : n_own;
+                correct(chunk, std::span(moved_).subspan(first, n_own), std::span(position_).subspan(first, n_own),
+                        std::span(velocity_).subspan(n_moving == 0 ? 0 : first, n_moving));
+            }
             if (placed) placed(chunk, {normal_map.data(), n_maps});
         }
     });

@@ -58,8 +58,13 @@ public:
     /// maps are those of its vertices that moved, for as long as the call lasts; none unless asked for.
     using Placed = std::function<void(size_t chunk, std::span<const NormalMap> normal_map)>;
 
+    /// Of the vertices of a chunk, which the skin has just put in place where they moved: what goes beside it.
+    using Corrected = std::function<void(size_t chunk, std::span<const uint8_t> moved, std::span<Vec3> io_position,
+                                         std::span<Vec3> io_velocity)>;
+
     /// Moves vertices by the maps that were taken.
-    void move(const SkinBinding& binding, const RangeRunner& run, const Placed& placed = {});
+    void move(const SkinBinding& binding, const RangeRunner& run, const Placed& placed = {},
+              const Corrected& correct = {});
 
     /// In double: normals of small triangles far from the origin need it. (n_vertices x 3), m
     std::span<const Vec3> positions() const { return position_; }

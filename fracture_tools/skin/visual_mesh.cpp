@@ -12,6 +12,7 @@
 #include "fracture_tools/skin/side_by_side.h"
 #include "fracture_tools/skin/skin_motion.h"
 #include "fracture_tools/skin/skinning.h"
+#include "fracture_tools/skin/source_skin.h"
 #include "fracture_tools/skin/split_topology.h"
 #include "fracture_tools/skin/surface_normals.h"
 #include "fracture_tools/skin/visual_attributes.h"
@@ -111,7 +112,7 @@ Status build_on_any_thread(const MovingBody& body, const RangeRunner& run) {
 
 struct VisualMeshBuilder::Impl {
     Impl(std::shared_ptr<const FragmentSet> fragments, const SimulationMesh& rest, const Pose& pose,
-         VisualTopology wanted)
+         VisualTopology wanted, std::shared_ptr<const VertexMotion> followed)
         : is_constant(wanted == VisualTopology::constant) {
         if (!fragments) {
             status = bad_usage("no fragments were given");
@@ -119,6 +120,9 @@ struct VisualMeshBuilder::Impl {
         }
         set = std::move(fragments);
         status = prepare(rest, pose);
+        if (!status || !followed) return;
+        follow_breaks(std::vector<uint8_t>(edges.size(), 1), run_serially);
+        source.emplace(std::move(followed), rest, skin->binding());
     }
 
     Status prepare(const SimulationMesh& rest, const Pose& pose) {
@@ -164,6 +168,8 @@ struct VisualMeshBuilder::Impl {
         if (frame.edge_intact.size() != edges.size())
             return bad_input("frame", "it tells of " + std::to_string(frame.edge_intact.size()) +
                                           " edges, the body has " + std::to_string(edges.size()));
+        if (source.has_value() != (frame.source != nullptr) || (source && frame.source->until.size() != n))
+            return bad_input("frame", "it does not tell until when each fragment followed its source");
         const size_t n_moving = frame.velocity.size();
         if ((n_moving != n && n_moving != 0) || frame.angular_velocity.size() != n_moving)
             return bad_input("frame", "it has " + std::to_string(n_moving) + " velocities and " +
@@ -277,27 +283,39 @@ struct VisualMeshBuilder::Impl {
         return out;
     }
 
-    void follow_particles(const BodyFrame& frame, bool is_rebound, const RangeRunner& run) {
+    Status follow_particles(const BodyFrame& frame, bool is_rebound, const RangeRunner& run) {
+        if (source) {
+            const Result<bool> is_new = source->take(*frame.source, frame.orientation, frame.angular_velocity);
+            if (!is_new) return is_new.error();
+            is_rebound = is_rebound || *is_new;
+        }
         transforms->evaluate(frame.position, frame.orientation, frame.plastic_deformation, frame.edge_intact, particle,
                              run);
         rate.carried.clear(), rate.turned.clear(), rate.turn.clear();
         if (!frame.velocity.empty())
             transforms->rates(frame.position, frame.velocity, frame.angular_velocity, frame.edge_intact, rate, run);
         const SkinBinding& binding = *skin->binding();
-        if (!motion->take(is_rebound, particle, rate)) return;
+        if (!motion->take(is_rebound, particle, rate)) return {};
         mesh.positions = {}, mesh.velocities = {}, mesh.corner_normals = {};  // free for the next lines to write over
         const size_t n = mesh.skin->n_vertices(), most = topology->n_fans();
         auto& position = positions.take(n, most);
         auto* velocity = rate.carried.empty() ? nullptr : &velocities.take(n, most);
-        motion->move(binding, run, [&](size_t chunk, std::span<const NormalMap> normal_map) {
+        SkinMotion::Corrected correct;
+        if (source)
+            correct = [&](size_t chunk, std::span<const uint8_t> moved, std::span<Vec3> x, std::span<Vec3> v) {
+                source->correct(binding, chunk, moved, x, v);
+            };
+        const auto placed = [&](size_t chunk, std::span<const NormalMap> normal_map) {
             normals->place_chunk(*topology, *motion, chunk, normal_map);
             list_chunk(chunk, motion->positions(), position);
             if (velocity) list_chunk(chunk, motion->velocities(), *velocity);
-        });
+        };
+        motion->move(binding, run, placed, correct);
         position.written = motion->frame();
         mesh.positions = ArrayRecycler<Vec3f>::share(position);
         if (velocity) velocity->written = motion->frame(), mesh.velocities = ArrayRecycler<Vec3f>::share(*velocity);
         mesh.corner_normals = normals->evaluate(*topology, binding, *motion, run);
+        return {};
     }
 
     const bool is_constant;
@@ -320,6 +338,7 @@ struct VisualMeshBuilder::Impl {
     ArrayRecycler<uint8_t> hidden;
     ArrayRecycler<uint32_t> nearest;
     std::optional<SkinMotion> motion;
+    std::optional<SourceSkin> source;
     ParticleMaps particle;
     ParticleMapRates rate;
     ArrayRecycler<Vec3f> positions, velocities;
@@ -327,8 +346,9 @@ struct VisualMeshBuilder::Impl {
 };
 
 VisualMeshBuilder::VisualMeshBuilder(std::shared_ptr<const FragmentSet> fragments, const SimulationMesh& rest,
-                                     const Pose& pose, VisualTopology topology)
-    : impl_(std::make_unique<Impl>(std::move(fragments), rest, pose, topology)) {}
+                                     const Pose& pose, VisualTopology topology,
+                                     std::shared_ptr<const VertexMotion> motion)
+    : impl_(std::make_unique<Impl>(std::move(fragments), rest, pose, topology, std::move(motion))) {}
 
 VisualMeshBuilder::~VisualMeshBuilder() = default;
 
@@ -337,7 +357,7 @@ Result<VisualMesh> VisualMeshBuilder::build(const BodyFrame& frame, const RangeR
     if (!self.status) return self.status.error();
     if (Status s = self.check_frame(frame); !s) return s.error();
     const bool is_rebound = self.follow_breaks(frame.edge_intact, run);
-    self.follow_particles(frame, is_rebound, run);
+    if (Status s = self.follow_particles(frame, is_rebound, run); !s) return s.error();
     return self.mesh;
 }
 

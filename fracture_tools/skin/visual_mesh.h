@@ -15,6 +15,8 @@
 namespace sunder {
 
 struct SkinBinding;
+struct SourceMoment;
+class VertexMotion;
 
 /// A layer of a frame, as MeshLayer. Where a break surface meets the outer one its vertices have what that has.
 struct VisualLayer : LayerId {
@@ -66,6 +68,7 @@ struct BodyFrame {
     std::span<const uint8_t> edge_intact;         // (n_edges of the body)
     std::span<const Vec3> velocity = {};          // (n_fragments x 3), m/s; may be left out together with the next
     std::span<const Vec3> angular_velocity = {};  // (n_fragments x 3), rad/s, world
+    const SourceMoment* source = nullptr;         // of a body that follows a mesh
 };
 
 /// Keeps the split topology of one body between frames. Frames may be asked for in any order: topology is a function
@@ -76,8 +79,10 @@ class VisualMeshBuilder {
 public:
     /// `rest` is the body's simulation mesh as placed in the scene (its slice alone, particle i = fragment i);
     /// `pose` is where the body was placed (fragment coordinates -> `rest` coordinates).
+    /// `motion`: of a body that follows a mesh (source_skin.h), each frame of which then tells until when it did.
     VisualMeshBuilder(std::shared_ptr<const FragmentSet> fragments, const SimulationMesh& rest, const Pose& pose,
-                      VisualTopology topology = VisualTopology::compact);
+                      VisualTopology topology = VisualTopology::compact,
+                      std::shared_ptr<const VertexMotion> motion = nullptr);
     ~VisualMeshBuilder();
 
     /// `run` may use threads; it changes no bit.

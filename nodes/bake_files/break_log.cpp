@@ -65,8 +65,8 @@ struct Thing {
 };
 
 std::optional<Pusher::Kind> kind_of(std::string_view name) {
-    for (const auto kind :
-         {Pusher::Kind::nothing, Pusher::Kind::particle, Pusher::Kind::rigid_body, Pusher::Kind::collider})
+    for (const auto kind : {Pusher::Kind::nothing, Pusher::Kind::particle, Pusher::Kind::rigid_body,
+                            Pusher::Kind::collider, Pusher::Kind::seam})
         if (kind_name(kind) == name) return kind;
     return {};
 }
@@ -97,6 +97,9 @@ LoggedBreak logged(const StateValue& value, const BrokenEdge& broken) {
             break;
         case Pusher::Kind::collider:
             out.by = scene.colliders[n].name;
+            break;
+        case Pusher::Kind::seam:
+            out.by = scene.seams[n].name;
             break;
     }
     return out;
@@ -201,6 +204,8 @@ std::string_view kind_name(Pusher::Kind kind) {
             return "rigid_body";
         case Pusher::Kind::collider:
             return "collider";
+        case Pusher::Kind::seam:
+            return "seam";
         default:
             return "nothing";
     }
@@ -267,7 +272,8 @@ bool FragmentLoads::matter() const {
     return std::ranges::any_of(of, [](const FragmentLoad& f) { return f.toughness < kNever; });
 }
 
-void add_loads(const StateValue& value, std::span<const Material> materials, FragmentLoads& io_loads) {
+void add_loads(const StateValue& value, std::span<const std::shared_ptr<const BodyValue>> bodies,
+               FragmentLoads& io_loads) {
     const Scene& scene = *value.scene;
     const SimulationMesh& rest = scene.rest;
     if (io_loads.of.size() != rest.n_particles()) {
@@ -282,7 +288,11 @@ void add_loads(const StateValue& value, std::span<const Material> materials, Fra
         if (load.strain > 0 ? !(strain / toughness > load.share()) : !(toughness < kNever)) return;
         load.strain = strain, load.toughness = toughness, load.frame = value.frame;
     };
-    const std::vector<double> toughness = fragment_toughness(rest, materials, value.state->edge_intact);
+    std::vector<double> seams;
+    for (const auto& body : bodies)
+        for (const SeamValue& seam : body->seams) seams.push_back(seam.factor);
+    const std::vector<double> toughness = fragment_toughness(rest, materials_of(bodies), value.state->edge_intact,
+                                                             edge_bonds(scene, seams, *value.state));
     for (size_t g = 0; g < toughness.size(); ++g) offer(g, value.state->strain[g], toughness[g]);
     for (const BrokenEdge& b : value.state->broken)
         if (b.toughness > 0)

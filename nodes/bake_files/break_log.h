@@ -30,7 +30,7 @@ struct LoggedBreak {
     bool operator==(const LoggedBreak&) const = default;
 };
 
-/// "nothing", "body", "rigid_body" or "collider".
+/// "nothing", "body", "rigid_body", "collider" or "seam".
 std::string_view kind_name(Pusher::Kind kind);
 
 struct FrameBreaks {
@@ -74,8 +74,9 @@ struct FragmentLoads {
     bool matter() const;
 };
 
-/// Counts a frame in. `materials`: of the solver's bodies at that frame.
-void add_loads(const StateValue& state, std::span<const Material> materials, FragmentLoads& io_loads);
+/// Counts a frame in. `bodies`: the solver's at that frame.
+void add_loads(const StateValue& state, std::span<const std::shared_ptr<const BodyValue>> bodies,
+               FragmentLoads& io_loads);
 std::string encode_loads(const FragmentLoads& loads);
 /// Errors: as decode_breaks.
 Result<FragmentLoads> decode_loads(std::string_view text, const std::string& where);

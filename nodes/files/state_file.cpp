@@ -5,69 +5,11 @@
 
 #include "nodes/files/compression.h"
 #include "nodes/files/ply_file.h"
+#include "nodes/files/state_layout.h"
 #include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
-
-constexpr const char* kPlacement = "x y z qw qx qy qz vx vy vz wx wy wz";
-constexpr const char* kPlastic = "fp00 fp01 fp02 fp10 fp11 fp12 fp20 fp21 fp22";
-constexpr size_t kParticleDoubles = 13 + 9 + 2;
-
-std::vector<PlyProperty> operator+(std::vector<PlyProperty> a, const std::vector<PlyProperty>& b) {
-    a.insert(a.end(), b.begin(), b.end());
-    return a;
-}
-
-constexpr size_t kOffsetDoubles = 12;
-constexpr size_t kBendingDoubles = 9 + std::tuple_size_v<LayerStrain>;
-constexpr size_t kElementsOfVersion1 = 7;  // without what sleeps
-
-bool knows_cause(std::string_view version) {
-    return version == kCauseStateFileMagic || version == kScaledStateFileMagic;
-}
-bool knows_damage(std::string_view version) { return version == kDamageStateFileMagic || knows_cause(version); }
-bool knows_bending(std::string_view version) { return version == kBendingStateFileMagic || knows_damage(version); }
-bool knows_rest(std::string_view version) { return version == kStateFileMagic || knows_bending(version); }
-
-// What a file of any version may end with, in this order, each where its scene has such.
-std::vector<PlyElement> last_elements() {
-    const auto doubles = [](std::string_view names) { return ply_scalars(names, PlyType::float64); };
-    return {{"inactive", 0, ply_scalars("what", PlyType::uint8) + doubles("due glue_due push former_push")},
-            {"offset", 0, doubles("bx by bz brx bry brz ax ay az arx ary arz")}};
-}
-
-// The elements in file order; counts are filled in by the writer and taken over from a file by the reader.
-std::vector<PlyElement> layout(std::string_view version = kStateFileMagic) {
-    const auto doubles = [](std::string_view names) { return ply_scalars(names, PlyType::float64); };
-    const auto ints = [](std::string_view names) { return ply_scalars(names, PlyType::int32); };
-    const bool is_latest = knows_rest(version);
-    const auto contact = doubles(is_latest ? "px py pz force fx fy fz tx ty tz" : "px py pz force fx fy fz");
-    std::vector<PlyElement> elements = {
-        {"particle", 0, doubles(kPlacement) + doubles(kPlastic) + doubles("yield strain") + ints("body fragment")},
-        {"edge", 0, ints("a b") + ply_scalars("intact", PlyType::uint8)},
-        {"group", 0, doubles("qw qx qy qz")},
-        {"rigid_body", 0, doubles(kPlacement)},
-        {"broken_edge", 0, ints("edge") + doubles("time strain")},
-        {"contact", 0, ints("a b") + contact},
-        {"clock", 0,
-         ints("frame") + doubles(version == kScaledStateFileMagic ? "time simulated_frame time_scale" : "time")},
-        {"rest", 0, doubles(is_latest ? "still_time load" : "still_time") + ply_scalars("asleep", PlyType::uint8)},
-        {"rest_condition", 0, ints("low high")}};
-    if (version == kStateFileMagic1) elements.resize(kElementsOfVersion1);
-    if (knows_bending(version)) {
-        std::string names = "kp00 kp01 kp02 kp10 kp11 kp12 kp20 kp21 kp22";
-        for (size_t i = 0; i < std::tuple_size_v<LayerStrain>; ++i) names += " layer" + std::to_string(i);
-        elements.push_back({"bending", 0, doubles(names)});
-    }
-    if (knows_damage(version)) {
-        elements.push_back({"damage", 0, doubles("damage hold")});
-        elements.push_back({"stiffness", 0, doubles("factor")});
-    }
-    if (knows_cause(version))
-        elements.push_back({"cause", 0, doubles("toughness") + ply_scalars("kind", PlyType::uint8) + ints("by")});
-    return elements;
-}
 
 // The four vectors of a placement, as particles and rigid bodies have them.
 void put_placement(double*& p, const Vec3& x, const Quat& q, const Vec3& v, const Vec3& w) {
@@ -117,9 +59,9 @@ private:
     const char* row(const PlyElement& e, size_t i) const { return file_.rows(e) + i * PlyFile::row_bytes(e); }
 
     Status check_layout() {
-        std::vector<PlyElement> wanted = layout(version_);
+        std::vector<PlyElement> wanted = state_elements(version_);
         const std::vector<PlyElement>& found = file_.header().elements;
-        for (const PlyElement& last : last_elements())
+        for (const PlyElement& last : last_state_elements())
             if (wanted.size() < found.size() && found[wanted.size()].name == last.name) wanted.push_back(last);
         for (size_t e = 0; e < wanted.size(); ++e) {
             bool same = found.size() == wanted.size() && found[e].name == wanted[e].name &&
@@ -324,7 +266,8 @@ private:
             if (load(row(e, i), &b.toughness, 1) >= 0) return not_finite(e, i, 0);
             const uint8_t kind = read_number<uint8_t>(row(e, i) + sizeof(double));
             const uint32_t number = read_number<uint32_t>(row(e, i) + sizeof(double) + 1);
-            const size_t counts[] = {0, s.n_particles(), s.rigid_bodies.size(), size_t{1} << 31};  // by kind
+            const size_t most = size_t{1} << 31;  // of what the file does not tell the number of
+            const size_t counts[] = {0, s.n_particles(), s.rigid_bodies.size(), most, most};  // by kind
             if (kind >= std::size(counts) || (kind == 0 ? number != kNone : number >= counts[kind]))
                 return fault("cause " + std::to_string(i) + ": there is no thing " + std::to_string(number) +
                              " of kind " + std::to_string(kind));
@@ -367,11 +310,19 @@ private:
         for (size_t i = 0; i < e.count; ++i) {
             Inactivity& own = s.inactive[i];
             own.what = read_number<uint8_t>(row(e, i));
+            constexpr int kAll = Inactivity::kHeld | Inactivity::kAsleep | Inactivity::kGlued | Inactivity::kTouched;
+            if ((own.what & ~kAll) != 0)
+                return fault("inactive " + std::to_string(i) + ": nothing keeps it as " + std::to_string(own.what));
             double v[4];
             for (int k = 0; k < 4; ++k)  // what is not due is so at infinity
                 if (load(row(e, i) + 1 + 8 * k, v + k, 1, k < 2 ? 0 : -1) >= 0) return not_finite(e, i, 1 + k);
             own.due = {v[0], v[1]}, own.push = v[2], own.former_push = v[3];
         }
+        const PlyElement* const followed = last_element("followed");
+        if (!followed) return {};
+        if (followed->count != e.count) return fault("tells of another number of particles until when they followed");
+        for (size_t i = 0; i < e.count; ++i)
+            if (load(row(*followed, i), &s.inactive[i].followed, 1, 0) >= 0) return not_finite(*followed, i, 0);
         return {};
     }
 
@@ -381,6 +332,10 @@ private:
     const std::vector<PlyElement>* elements_ = nullptr;
     StateFile out_;
 };
+
+bool was_let_go(const FrameState& s) {
+    return std::ranges::any_of(s.inactive, [](const Inactivity& i) { return i.followed != HUGE_VAL; });
+}
 
 }  // namespace
 
@@ -394,8 +349,9 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
                                      : !s.edge_damage.empty()                    ? kDamageStateFileMagic
                                      : s.plastic_curvature.empty()               ? kStateFileMagic
                                                                                  : kBendingStateFileMagic;
-    std::vector<PlyElement> elements = layout(version);
-    const size_t last_counts[] = {s.inactive.size(), has_offsets(s) ? s.edge_offset.size() : 0};
+    std::vector<PlyElement> elements = state_elements(version);
+    const size_t last_counts[] = {s.inactive.size(), was_let_go(s) ? s.inactive.size() : 0,
+                                  has_offsets(s) ? s.edge_offset.size() : 0};
     const size_t counts[] = {n,
                              s.edge_intact.size(),
                              s.group_rotation.size(),
@@ -412,7 +368,7 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
     for (size_t e = 0; e < elements.size(); ++e) elements[e].count = counts[e];
     for (size_t e = 0; e < std::size(last_counts); ++e) {
         if (last_counts[e] == 0) continue;
-        elements.push_back(last_elements()[e]);
+        elements.push_back(last_state_elements()[e]);
         elements.back().count = last_counts[e];
     }
     size_t total = 4096;
@@ -466,7 +422,8 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
         bytes.number(i.what), bytes.number(i.due[0]), bytes.number(i.due[1]);
         bytes.number(i.push), bytes.number(i.former_push);
     }
-    for (size_t e = 0; e < last_counts[1]; ++e)
+    for (size_t i = 0; i < last_counts[1]; ++i) bytes.number(s.inactive[i].followed);
+    for (size_t e = 0; e < last_counts[2]; ++e)
         for (const MemberOffset& end : s.edge_offset[e])
             bytes.append(end.shift.data(), 3 * sizeof(double)), bytes.append(end.turn.data(), 3 * sizeof(double));
     return bytes;

@@ -13,6 +13,7 @@
 //   damage      damage hold (double) of the edges, and stiffness  factor (double) of the particles: where edges fade
 //   cause       toughness (double), kind (uchar), by (int): of broken_edge; where edges broke
 //   inactive    what (uchar), due glue_due push former_push (double): of the same particles; where something is kept
+//   followed    until (double): of the same particles; where something was let go that followed a source
 //   offset      bx ... arz (double): of the edges, where b lies and how it is turned in a's group for good, and a in
 //               b's; where any is
 //

@@ -14,11 +14,12 @@ const NodeType* Registry::find(std::string_view type) const {
 
 const Registry& standard_registry() {
     static const Registry registry({
-        mesh_file_node(),  lattice_node(),    prefracture_node(), fragment_region_node(), body_node(),
-        activate_node(),   seam_node(),       rigid_body_node(),  collider_node(),        pin_node(),
-        force_node(),      blast_node(),      point_force_node(), vortex_node(),          turbulence_node(),
-        guide_node(),      grid_force_node(), solver_node(),      deformer_node(),        bake_mesh_node(),
-        bake_state_node(),
+        mesh_file_node(),  lattice_node(),     prefracture_node(), fragment_region_node(),
+        body_node(),       body_region_node(), follow_node(),      activate_node(),
+        seam_node(),       rigid_body_node(),  collider_node(),    pin_node(),
+        force_node(),      blast_node(),       point_force_node(), vortex_node(),
+        turbulence_node(), guide_node(),       grid_force_node(),  pressure_node(),
+        solver_node(),     deformer_node(),    bake_mesh_node(),   bake_state_node(),
     });
     return registry;
 }

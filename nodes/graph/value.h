@@ -2,10 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "fracture_tools/skin/vertex_motion.h"
 #include "fracture_tools/skin/visual_mesh.h"
 #include "nodes/files/content_key.h"
 #include "nodes/files/scene_time.h"
@@ -32,6 +34,26 @@ struct SeamValue {
     double factor = 1;  // 0: they break, infinite: they cannot
 };
 
+/// An animation that carries a body along.
+struct FollowValue {
+    std::string name;
+    ContentKey key = 0;                                 // of the motion of vertices
+    std::shared_ptr<const VertexMotion> vertices = {};  // null: it moves as one
+    std::shared_ptr<const SourcePose> pose = {};        // of what moves as one, at the frame asked for
+    Vec3 center = Vec3::Zero();                         // of its mass at rest, m
+
+    /// Of its fragments at a frame, which is that asked for where it moves as one.
+    Result<std::shared_ptr<const SourcePose>> at_frame(int frame) const;
+    Vec3 pivot() const;
+    bool goes_on(int frame) const;  // it tells of that frame
+};
+
+/// What the fragments of a region have in place of their body's material, at the frame asked for.
+struct RegionValue {
+    Material material;
+    double yield_factor = 1;  // of the yield in it, that groups start with
+};
+
 /// Fragments with a place, a start and, at the frame asked for, a material.
 struct BodyValue {
     std::string name;    // of the body node; tells bodies of one scene apart
@@ -45,8 +67,20 @@ struct BodyValue {
     Material material;                           // at the frame
     std::vector<ActivationValue> activations;    // of `activate` nodes, in their order
     std::vector<SeamValue> seams;                // of `seam` nodes, in their order
+    std::shared_ptr<const FollowValue> follows;  // or null
+    std::vector<uint32_t> region;                // of each fragment, which of `regions` from 1 on, or 0; empty: all 0
+    std::vector<RegionValue> regions;            // of `body_region` nodes
     std::vector<std::string> warnings;           // of these
 };
+
+/// Those of bodies, then those of their regions: as FrameInput::materials.
+inline std::vector<Material> materials_of(std::span<const std::shared_ptr<const BodyValue>> bodies) {
+    std::vector<Material> materials;
+    for (const auto& body : bodies) materials.push_back(body->material);
+    for (const auto& body : bodies)
+        for (const RegionValue& region : body->regions) materials.push_back(region.material);
+    return materials;
+}
 
 /// A collider and where it is at the frame asked for.
 struct ColliderValue {
@@ -76,9 +110,10 @@ struct StateValue {
     SceneTime at;  // in simulated time
     std::shared_ptr<const Scene> scene;
     std::shared_ptr<const FrameState> state;
-    std::vector<ContentKey> body_keys = {};       // BodyValue::key of each of scene->bodies
-    StepReport report = {};                       // of the step that ended in this frame; zeros at the start
-    std::vector<std::string> warnings = {};       // of what the method leaves out, of settling, of blasts
+    std::vector<ContentKey> body_keys = {};  // BodyValue::key of each of scene->bodies
+    StepReport report = {};                  // of the step that ended in this frame; zeros at the start
+    std::vector<std::string> warnings = {};  // of what the method leaves out, of settling, of blasts
+    std::vector<std::shared_ptr<const VertexMotion>> motions = {};  // of scene->bodies that follow a mesh; else null
     std::shared_ptr<const FrameState> kept = {};  // of a solver: its latest grid point up to here; most often `state`
 };
 

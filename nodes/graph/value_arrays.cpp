@@ -101,7 +101,6 @@ ArrayView own(std::vector<PieceId> values) {
 }
 
 std::array<uint8_t, 1> kept(const Inactivity& i) { return {static_cast<uint8_t>(i.what & ~Inactivity::kTouched)}; }
-
 std::array<int32_t, 2> pusher(const BrokenEdge& b) {
     return {static_cast<int32_t>(b.by.kind), static_cast<int32_t>(b.by.number)};
 }

@@ -25,7 +25,7 @@ ContentKey activation_key(CookContext& context, const Activation& a, const Param
     KeyHasher hasher;
     hasher.add(context.node()).add(static_cast<int>(a.keeps)).add(static_cast<int>(a.until));
     add_region(p, hasher);
-    hasher.add(p.integer("cluster")).add(a.impulse).add(a.delay).add(a.growth);
+    hasher.add(p.integer("cluster")).add(a.impulse).add(a.delay).add(a.growth).add(a.falloff);
     if (a.until == Until::object) hasher.add(context.input_key("object"));
     return hasher.key();
 }
@@ -66,6 +66,7 @@ Result<Value> cook_activate(CookContext& context) {
         const ColliderValue& object = *objects->front();
         a.object = object.collider.shape, a.grid = object.collider.grid;
         a.delay = p.integer("delay") / context.frame_rate(), a.growth = p.number("growth");
+        a.falloff = p.number("falloff");
         value.object = object.pose;
     }
     value.key = activation_key(context, a, p);
@@ -115,6 +116,15 @@ std::vector<ParameterDescription> condition_parameters() {
          .max = 1e5,
          .default_value = 0.0,
          .sentence = "How fast it spreads through the region from what was touched; 0: it does not",
+         .needs = {{is("until", {"object"})}}},
+        {.name = "falloff",
+         .label = "Falloff",
+         .unit = "m",
+         .min = 0,
+         .max = 1e5,
+         .default_value = 0.0,
+         .sentence = "How far beyond its surface the object lets go: at the surface of all fragments, so far away of "
+                     "none, between of the fewer the farther",
          .needs = {{is("until", {"object"})}}}};
 }
 

@@ -1,6 +1,7 @@
 // deformer: the visual mesh of one body, skinned to a state and split where edges broke.
 #include <algorithm>
 
+#include "fracture_tools/skin/source_skin.h"
 #include "fracture_tools/skin/visual_mesh.h"
 #include "nodes/graph/nearest_name.h"
 #include "nodes/graph/node_list.h"
@@ -13,6 +14,7 @@ namespace {
 struct DeformerStore {
     ContentKey key = 0;
     VisualTopology topology = VisualTopology::compact;
+    std::shared_ptr<const VertexMotion> motion;
     std::unique_ptr<VisualMeshBuilder> builder;
 };
 
@@ -39,6 +41,8 @@ struct Inputs {
     size_t index = 0;  // of the body among those of the state
     // Where time is scaled, velocities as they are seen, m/s, rad/s; else empty:
     std::vector<Vec3> velocity = {}, angular_velocity = {};
+    std::shared_ptr<const VertexMotion> motion = {};  // that it follows, or null
+    SourceMoment moment = {};
 
     const Body& placed() const { return state->scene->bodies[index]; }
 
@@ -53,6 +57,18 @@ struct Inputs {
         velocity = scaled(state->state->velocity), angular_velocity = scaled(state->state->angular_velocity);
     }
 
+    // `rate`: simulated frames a second, from `start` on.
+    void take_motion(int start, double frame_seconds) {
+        if (index < state->motions.size()) motion = state->motions[index];
+        if (!motion) return;
+        const FrameState& s = *state->state;
+        const auto frame_at = [&](double seconds) { return start + seconds / frame_seconds; };
+        moment.now = frame_at(s.time), moment.frame_seconds = frame_seconds / state->at.scale;
+        for (uint32_t i = placed().particle_begin; i < placed().particle_end; ++i)
+            moment.until.push_back(
+                s.inactive.empty() || s.inactive[i].followed == HUGE_VAL ? HUGE_VAL : frame_at(s.inactive[i].followed));
+    }
+
     BodyFrame frame() const {
         const Body& b = placed();
         const FrameState& s = *state->state;
@@ -64,7 +80,8 @@ struct Inputs {
                 .plastic_deformation = slice(s.plastic_deformation, b.particle_begin, b.particle_end),
                 .edge_intact = slice(s.edge_intact, b.edge_begin, b.edge_end),
                 .velocity = seen(velocity, s.velocity),
-                .angular_velocity = seen(angular_velocity, s.angular_velocity)};
+                .angular_velocity = seen(angular_velocity, s.angular_velocity),
+                .source = motion ? &moment : nullptr};
     }
 };
 
@@ -77,6 +94,7 @@ Result<Inputs> read_inputs(CookContext& context) {
     if (!index) return index.error();
     Inputs inputs{body.take(), state.take(), *index};
     inputs.scale_velocities();
+    inputs.take_motion(context.start_frame(), context.seconds(1));
     return inputs;
 }
 
@@ -85,18 +103,22 @@ struct Wanted {
     DeformerStore* store;
     const BodyValue* body;
     VisualTopology topology;
+    std::shared_ptr<const VertexMotion> motion;
 
-    bool is_kept() const { return store->builder && store->key == body->key && store->topology == topology; }
+    bool is_kept() const {
+        return store->builder && store->key == body->key && store->topology == topology && store->motion == motion;
+    }
     void make() const {
-        store->builder = std::make_unique<VisualMeshBuilder>(body->fragments, *body->rest, body->pose, topology);
-        store->key = body->key, store->topology = topology;
+        store->builder =
+            std::make_unique<VisualMeshBuilder>(body->fragments, *body->rest, body->pose, topology, motion);
+        store->key = body->key, store->topology = topology, store->motion = motion;
     }
 };
 
-Wanted wanted_builder(CookContext& context, const BodyValue& body) {
+Wanted wanted_builder(CookContext& context, const Inputs& inputs) {
     const bool is_constant = context.parameters().text("topology") == "constant";
-    return {&context.store().get<DeformerStore>(), &body,
-            is_constant ? VisualTopology::constant : VisualTopology::compact};
+    return {&context.store().get<DeformerStore>(), inputs.body.get(),
+            is_constant ? VisualTopology::constant : VisualTopology::compact, inputs.motion};
 }
 
 std::vector<Result<Value>> cook_together(std::span<CookContext* const> contexts) {
@@ -110,7 +132,7 @@ std::vector<Result<Value>> cook_together(std::span<CookContext* const> contexts)
     const std::shared_ptr<const WorkerPool> workers = contexts.front()->workers();
     std::vector<Wanted> wanted, missing;
     for (size_t i = 0; i < contexts.size(); ++i)
-        if (inputs[i]) wanted.push_back(wanted_builder(*contexts[i], *inputs[i]->body));
+        if (inputs[i]) wanted.push_back(wanted_builder(*contexts[i], *inputs[i]));
     std::ranges::copy_if(wanted, std::back_inserter(missing), [](const Wanted& w) { return !w.is_kept(); });
     workers->for_each(missing.size(), [&](size_t i) { missing[i].make(); });
 

@@ -32,6 +32,8 @@ void add(KeyHasher& io_hasher, const Guide& g) {
 
 void add(KeyHasher& io_hasher, const GridField& f) { io_hasher.add(f.key); }
 
+void add(KeyHasher& io_hasher, const Pressure& g) { io_hasher.add(g.pressure).add(g.vent).add(g.key); }
+
 }  // namespace
 
 std::vector<ParameterDescription> falloff_parameters() {

@@ -30,15 +30,6 @@ Result<Value> cook_fragment_region(CookContext& context) {
     return make_value(std::move(set));
 }
 
-ParameterDescription factor(const char* name, const char* label, const char* sentence) {
-    return {.name = name,
-            .label = label,
-            .min = kLeastFactor,
-            .max = kMostFactor,
-            .default_value = 1.0,
-            .sentence = sentence};
-}
-
 }  // namespace
 
 NodeType fragment_region_node() {
@@ -65,9 +56,9 @@ NodeType fragment_region_node() {
     d.parameters.insert(
         d.parameters.end(),
         {cluster_parameter(),
-         factor("toughness", "Toughness", "Factor on the body's toughness around the region's fragments"),
-         factor("yield", "Yield", "Factor on the body's yield around the region's fragments"),
-         factor("density", "Density", "Factor on the body's density in the region's fragments"),
+         factor_parameter("toughness", "Toughness", "Factor on the body's toughness around the region's fragments"),
+         factor_parameter("yield", "Yield", "Factor on the body's yield around the region's fragments"),
+         factor_parameter("density", "Density", "Factor on the body's density in the region's fragments"),
          {.name = "interface_toughness",
           .label = "Interface Toughness",
           .min = kLeastFactor,

@@ -1,5 +1,7 @@
 #include "nodes/types/region.h"
 
+#include "fracture_tools/fragments/fragment_factors.h"
+
 namespace sunder {
 
 Status check_region(const std::string& node, const Parameters& p) {
@@ -42,6 +44,15 @@ Result<std::vector<uint8_t>> in_region(const CookContext& context, const Fragmen
             inside[i] = 1;
     }
     return inside;
+}
+
+ParameterDescription factor_parameter(const char* name, const char* label, const char* sentence) {
+    return {.name = name,
+            .label = label,
+            .min = kLeastFactor,
+            .max = kMostFactor,
+            .default_value = 1.0,
+            .sentence = sentence};
 }
 
 void add_region(const Parameters& p, KeyHasher& io_hasher) {

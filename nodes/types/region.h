@@ -18,6 +18,9 @@ std::string known_groups(const FragmentSet& fragments);
 Result<std::vector<uint8_t>> in_region(const CookContext& context, const FragmentSet& fragments,
                                        std::span<const Vec3> centers, const Parameters& parameters);
 
+/// "toughness", "yield" or the like: what the body's own is multiplied by in a region.
+ParameterDescription factor_parameter(const char* name, const char* label, const char* sentence);
+
 /// All that tells one region from another.
 void add_region(const Parameters& parameters, KeyHasher& io_hasher);
 

@@ -25,6 +25,7 @@ struct SolverStore {
     std::shared_ptr<const WorkerPool> workers;  // the solver's
     std::shared_ptr<Solver> solver;
     std::vector<ContentKey> body_keys;
+    std::vector<std::shared_ptr<const VertexMotion>> motions;  // of bodies that follow a mesh, as last asked for
     StateCache frames;
     std::vector<std::string> told;    // of how the start settled
     std::vector<std::string> missed;  // of blasts that never go off
@@ -127,6 +128,7 @@ public:
             store_.body_keys = std::move(input->body_keys);
             store_.told_of_scene = std::move(input->warnings);
         }
+        store_.motions = std::move(input->motions);
         store_.node_key = context_.key();
         store_.history.clear();
         return {};
@@ -278,7 +280,7 @@ public:
             value.report = both(value.report, store_.reports[k]);
         Result<std::vector<Material>> materials = start_materials();
         if (!materials) return materials.error();
-        value.body_keys = store_.body_keys;
+        value.body_keys = store_.body_keys, value.motions = store_.motions;
         value.warnings = left_out(*value.scene, *materials, context_.parameters().text("method"));
         std::ranges::copy(store_.told_of_scene, std::back_inserter(value.warnings));
         std::ranges::copy(store_.missed, std::back_inserter(value.warnings));
@@ -299,9 +301,7 @@ private:
     Result<std::vector<Material>> start_materials() {
         const auto bodies = context_.inputs_as<BodyValue>("bodies", context_.start_frame());
         if (!bodies) return bodies.error();
-        std::vector<Material> materials;
-        for (const auto& body : *bodies) materials.push_back(body->material);
-        return materials;
+        return materials_of(*bodies);
     }
 
     CookContext& context_;

@@ -24,6 +24,13 @@ void add(KeyHasher& io_hasher, const std::vector<DrivenPose>& poses) {
     }
 }
 
+// Of a motion that a node gives, as an error of that node.
+Error in_source(const std::string& node, Error error) {
+    error.node = node;
+    error.where = "node '" + node + "'";
+    return error;
+}
+
 // What an artist has to know of it comes to `io_input.warnings`.
 void add_activations(const BodyValue& value, const Body& body, SceneInput& io_input, KeyHasher& io_hasher) {
     for (const ActivationValue& a : value.activations) {
@@ -39,6 +46,46 @@ void add_activations(const BodyValue& value, const Body& body, SceneInput& io_in
         io_hasher.add(s.key);
     }
     std::ranges::copy(value.warnings, std::back_inserter(io_input.warnings));
+}
+
+void add(KeyHasher& io_hasher, const SourcePose& pose) {
+    io_hasher.add(pose.whole).add(pose.own.size()).add(pose.set.size());
+    for (const Pose& own : pose.own) io_hasher.add(own);
+    for (const Mat3& F : pose.set)
+        for (int c = 0; c < 3; ++c) io_hasher.add(Vec3(F.col(c)));
+}
+
+Status add_source(CookContext& context, const BodyValue& value, const Body& body, SceneInput& io_input,
+                  KeyHasher& io_hasher) {
+    io_input.motions.push_back(value.follows ? value.follows->vertices : nullptr);
+    if (!value.follows) return {};
+    Source source;
+    source.name = value.follows->name;
+    for (uint32_t i = body.particle_begin; i < body.particle_end; ++i) source.particles.push_back(ParticleId(i));
+    const auto start = value.follows->at_frame(context.start_frame());
+    if (!start) return in_source(source.name, start.error());
+    source.start = *start;
+    io_hasher.add(source.name);
+    add(io_hasher, *source.start);
+    io_input.scene.sources.push_back(std::move(source));
+    return {};
+}
+
+// Which of the scene's materials each particle has.
+void add_regions(std::span<const std::shared_ptr<const BodyValue>> bodies, Scene& io_scene, KeyHasher& io_hasher) {
+    if (std::ranges::all_of(bodies, [](const auto& body) { return body->regions.empty(); })) return;
+    io_scene.rest.material = io_scene.rest.body;
+    for (size_t b = 0; b < bodies.size(); ++b) {
+        const BodyValue& value = *bodies[b];
+        const size_t before = bodies.size() + io_scene.region_bodies.size();
+        for (size_t i = 0; i < value.region.size(); ++i) {
+            io_hasher.add(value.region[i]);
+            if (value.region[i] > 0)
+                io_scene.rest.material[io_scene.bodies[b].particle_begin + i] =
+                    static_cast<uint32_t>(before + value.region[i] - 1);
+        }
+        io_scene.region_bodies.insert(io_scene.region_bodies.end(), value.regions.size(), static_cast<uint32_t>(b));
+    }
 }
 
 // Where pins let go of what activations hold on.
@@ -76,8 +123,10 @@ Status add_bodies(CookContext& context, SceneInput& io_input, KeyHasher& io_hash
         io_input.body_keys.push_back(value->key);
         io_hasher.add(value->key);
         add_activations(*value, body, io_input, io_hasher);
+        if (Status ok = add_source(context, *value, body, io_input, io_hasher); !ok) return ok;
         scene.bodies.push_back(std::move(body));
     }
+    add_regions(*bodies, scene, io_hasher);
     return {};
 }
 
@@ -178,6 +227,21 @@ SolverSettings settings_of(const Parameters& p) {
     return s;
 }
 
+namespace {
+
+// FrameInput::yield_changes, from frame to frame.
+std::vector<double> yield_changes(std::span<const std::shared_ptr<const BodyValue>> from,
+                                  std::span<const std::shared_ptr<const BodyValue>> to) {
+    std::vector<double> changes(to.size(), 1.0);
+    for (size_t b = 0; b < to.size(); ++b)
+        for (size_t k = 0; k < to[b]->regions.size(); ++k)
+            changes.push_back(to[b]->regions[k].yield_factor / from[b]->regions[k].yield_factor);
+    if (std::ranges::all_of(changes, [](double change) { return change == 1; })) changes.clear();
+    return changes;
+}
+
+}  // namespace
+
 Result<FrameInput> frame_input(CookContext& context, int frame) {
     FrameInput input;
     input.duration = context.seconds(1);
@@ -189,19 +253,26 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
         if (acts(*force)) input.forces.push_back(*force);
     Result<std::vector<std::shared_ptr<const BodyValue>>> bodies = context.inputs_as<BodyValue>("bodies", frame);
     if (!bodies) return bodies.error();
-    const bool sweeps = std::ranges::any_of(*bodies, [](const auto& body) {
-        return std::ranges::any_of(body->activations,
+    const bool has_change = std::ranges::any_of(*bodies, [](const auto& body) {
+        return body->follows || !body->regions.empty() ||
+               std::ranges::any_of(body->activations,
                                    [](const ActivationValue& a) { return a.activation.until == Until::object; });
     });
-    const auto bodies_begin = sweeps ? context.inputs_as<BodyValue>("bodies", frame - 1) : bodies;
+    const auto bodies_begin = has_change ? context.inputs_as<BodyValue>("bodies", frame - 1) : bodies;
     if (!bodies_begin) return bodies_begin.error();
+    input.materials = materials_of(*bodies);
+    input.yield_changes = yield_changes(*bodies_begin, *bodies);
     for (size_t b = 0; b < bodies->size(); ++b) {
         const BodyValue &from = *(*bodies_begin)[b], &to = *(*bodies)[b];
-        input.materials.push_back(to.material);
         for (size_t k = 0; k < to.activations.size(); ++k)
             input.activations.push_back(
                 {to.activations[k].comes, {from.activations[k].object, to.activations[k].object, true}});
         for (const SeamValue& seam : to.seams) input.seams.push_back(seam.factor);
+        if (!to.follows) continue;
+        const auto begin = from.follows->at_frame(frame - 1), end = to.follows->at_frame(frame);
+        if (!begin) return in_source(to.follows->name, begin.error());
+        if (!end) return in_source(to.follows->name, end.error());
+        input.sources.push_back({*begin, *end, to.follows->pivot(), to.follows->goes_on(frame)});
     }
 
     const auto pins_begin = context.inputs_as<PinValue>("pins", frame - 1);
@@ -254,6 +325,11 @@ ContentKey key_of(const FrameInput& input, const SolverSettings& s) {
     for (const FrameInput::ActivationDrive& a : input.activations)
         hasher.add(a.comes).add(a.object.begin).add(a.object.end);
     for (const double factor : input.seams) hasher.add(factor);
+    for (const FrameInput::SourceDrive& s : input.sources) {
+        add(hasher, *s.begin), add(hasher, *s.end);
+        hasher.add(s.pivot).add(s.goes_on);
+    }
+    for (const double change : input.yield_changes) hasher.add(change);
     return hasher.key();
 }
 

@@ -11,7 +11,8 @@ struct SceneInput {
     Scene scene;
     std::vector<ContentKey> body_keys;  // BodyValue::key of each body
     ContentKey key = 0;
-    std::vector<std::string> warnings;  // of what keeps fragments
+    std::vector<std::string> warnings;                         // of what keeps fragments
+    std::vector<std::shared_ptr<const VertexMotion>> motions;  // of each body, or null
 };
 
 /// From the inputs at the first frame. Errors: no body; a pin whose body is not wired to the solver.

@@ -209,6 +209,14 @@ def value_at(value, frame):
     return [a + (b - a) * share for a, b in zip(v0, v1)] if isinstance(v0, list) else v0 + (v1 - v0) * share
 
 
+def body_of(nodes, wire):
+    """The body node whose body comes along a wire ("@NODE.body"), through nodes that pass it on, of a graph file's nodes."""
+    name = wire[1:].rsplit(".", 1)[0]
+    while nodes[name]["type"] != "body":
+        name = nodes[name]["body"][1:].rsplit(".", 1)[0]
+    return name
+
+
 class Bake:
     """A bake folder. `meshes` and `states` are path patterns with ####, `rigid_bodies` the graph's nodes in the
     solver's order, `colliders` its collider nodes, `frames` the numbers of the whole frames."""

@@ -77,6 +77,8 @@ std::string name_of(const LoggedBreak& b) {
         case Pusher::Kind::particle:
             return b.by == b.body ? "its own piece " + std::to_string(b.by_fragment)
                                   : b.by + " (fragment " + std::to_string(b.by_fragment) + ")";
+        case Pusher::Kind::seam:
+            return "seam " + b.by;
         default:
             return b.by;
     }
@@ -90,7 +92,9 @@ struct Group {
     const LoggedBreak* worst = nullptr;  // for its toughness
 
     void add(const LoggedBreak& b) {
-        const auto share = [](const LoggedBreak& at) { return std::abs(at.strain) / at.toughness; };
+        const auto share = [](const LoggedBreak& at) {
+            return at.toughness > 0 ? std::abs(at.strain) / at.toughness : 0;
+        };
         ++n, sum += b.position;
         if (!first || b.time < first->time) first = &b;
         if (!worst || share(b) > share(*worst)) worst = &b;
@@ -168,9 +172,13 @@ int run_report(const ReportOptions& options) {
                 report->is_complete ? "" : " (not complete)", report->n_broken());
     if (!report->note.empty()) std::printf("note: %s\n", report->note.c_str());
     if (const LoggedBreak* first = report->first()) {
-        std::printf("first: %s at %.4f s, edge %u between fragments %u and %u: strain %.4g of %.4g, pushed by %s\n\n",
-                    first->body.c_str(), first->time, first->edge, first->fragments[0], first->fragments[1],
-                    first->strain, first->toughness, name_of(*first).c_str());
+        std::printf("first: %s at %.4f s, edge %u between fragments %u and %u", first->body.c_str(), first->time,
+                    first->edge, first->fragments[0], first->fragments[1]);
+        if (first->by_kind == Pusher::Kind::seam)
+            std::printf(", told to by %s\n\n", name_of(*first).c_str());
+        else
+            std::printf(": strain %.4g of %.4g, pushed by %s\n\n", first->strain, first->toughness,
+                        name_of(*first).c_str());
         print_breaks(*report);
         print_pieces(*report);
     }

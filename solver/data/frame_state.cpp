@@ -41,6 +41,7 @@ public:
     }
     void add(const Inactivity& i) {
         add(uint64_t{i.what}), add(i.due[0]), add(i.due[1]), add(i.push), add(i.former_push);
+        if (i.followed != HUGE_VAL) add(i.followed);
     }
     void add(const BrokenEdge& b) { add(uint64_t{b.edge.value}), add(b.time), add(b.strain); }
     uint64_t digest() const { return XXH3_64bits_digest(state_); }

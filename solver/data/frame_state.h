@@ -12,9 +12,9 @@
 
 namespace sunder {
 
-/// What pushed: a thing of the scene.
+/// What pushed, or the seam that was told to break: a thing of the scene.
 struct Pusher {
-    enum class Kind : uint8_t { nothing, particle, rigid_body, collider };
+    enum class Kind : uint8_t { nothing, particle, rigid_body, collider, seam };
     Kind kind = Kind::nothing;
     uint32_t number = kNone;  // among those of its kind; of nothing: kNone
     bool operator==(const Pusher&) const = default;
@@ -26,7 +26,7 @@ struct BrokenEdge {
     EdgeId edge;
     double time = 0;       // s
     double strain = 0;     // -, below 0: pressed
-    double toughness = 0;  // |strain| at which it breaks there, -; 0: not told (files of before)
+    double toughness = 0;  // |strain| at which it breaks there, -; 0: not told (files of before), or a seam's
     Pusher by = {};        // nothing: its own weight, pins or waves did it
     bool operator==(const BrokenEdge&) const = default;
 };
@@ -75,6 +75,9 @@ struct Inactivity {
     uint8_t what = 0;
     std::array<double, 2> due = {HUGE_VAL, HUGE_VAL};  // when a front lets go what is held; what is glued, s
     double push = 0, former_push = 0;  // normal impulses of contacts in this frame, in the one before, N s
+    double followed = HUGE_VAL;        // until when it followed a source, s; infinite: it does still, or there is none
+    /// Of a source's fragment: whether it follows that.
+    bool follows() const { return (what & (kHeld | kAsleep)) != 0 && followed == HUGE_VAL; }
     bool operator==(const Inactivity&) const = default;
 };
 

@@ -62,7 +62,7 @@ void build_one_rings(SimulationMesh& m) {
 void trim(SimulationMesh& m) {
     const auto each = [](auto&... array) { (array.shrink_to_fit(), ...); };
     each(m.rest_position, m.rest_orientation, m.radii, m.volume, m.mass, m.body, m.fragment, m.edges);
-    each(m.yield_factor, m.toughness_factor, m.hull_offset, m.hull_point);
+    each(m.yield_factor, m.toughness_factor, m.material, m.hull_offset, m.hull_point);
 }
 
 namespace {

@@ -37,6 +37,7 @@ struct SimulationMesh {
     // Factors on the body's material, > 0; empty: all 1.
     std::vector<double> yield_factor;      // on the yield strain at the start (n_particles), -
     std::vector<double> toughness_factor;  // on both toughnesses of its group (n_particles), -
+    std::vector<uint32_t> material;  // which material, those of bodies first (n_particles); empty: that of its body
 
     std::vector<uint32_t> group_offset;    // CSR                                          (n_particles + 1)
     std::vector<ParticleId> group_member;  // ascending in a ring                          (group_offset.back())
@@ -53,6 +54,7 @@ struct SimulationMesh {
 
     size_t n_particles() const { return rest_position.size(); }
     size_t n_edges() const { return edges.size(); }
+    uint32_t material_of(size_t particle) const { return material.empty() ? body[particle] : material[particle]; }
     std::span<const Vec3f> hull(ParticleIndex particle) const {
         if (hull_offset.empty()) return {};
         return std::span(hull_point).subspan(hull_offset[particle], hull_offset[particle + 1] - hull_offset[particle]);

@@ -6,6 +6,7 @@
 #include "solver/frame/object_touch.h"
 #include "solver/scene/rest_conditions.h"
 #include "solver/sleep/sleeping.h"
+#include "solver/step/following.h"
 #include "solver/step/letting_go.h"
 
 namespace sunder {
@@ -18,12 +19,21 @@ bool keeps(const FrameState& state, const Activation& a, ParticleId i) {
     return (state.inactive[i].what & bit_of(a.keeps)) != 0;
 }
 
+// How far beyond the object's surface it reaches for this fragment, m: as far as any distance for a share of them all
+// that falls with it, from all at 0 to none at the falloff. Of its number in the body, so that it is always the same.
+double reach_for(const Activation& a, const SimulationMesh& rest, ParticleId i) {
+    if (!(a.falloff > 0)) return 0;
+    const double number = rest.fragment[i];
+    return a.falloff * static_cast<double>(hash_of({&number, 1}) >> 11) * 0x1p-53;
+}
+
 // When what an object comes over is let go, and what lies about it.
 void advance_front(const Scene& scene, const Activation& a, const DrivenPose& way, FrameState& s) {
     const size_t channel = a.keeps == Keeps::glued;
     std::vector<ParticleId> touched;
     for (const ParticleId i : a.particles)
-        if (keeps(s, a, i) && comes_over(a.object, way, scene.rest, s, i)) touched.push_back(i);
+        if (keeps(s, a, i) && comes_over(a.object, way, scene.rest, s, i, reach_for(a, scene.rest, i)))
+            touched.push_back(i);
     const double when = s.time + a.delay;
     for (const ParticleId i : touched) s.inactive[i].due[channel] = std::min(s.inactive[i].due[channel], when);
     if (!(a.growth > 0)) return;
@@ -41,16 +51,41 @@ std::vector<uint32_t> sets_of_pieces(const Scene& scene, const FrameState& s) {
     return pieces;
 }
 
-// What is held gives no contact with colliders, and nothing bounds the push of one that moves: where it comes upon what
-// a contact lets go, it does so in that frame.
-void let_go_of_met(const Scene& scene, const FrameInput& input, const Activation& a, FrameState& s) {
+// Which source moves a fragment in this frame, or kNone.
+std::vector<uint32_t> movers(const Scene& scene, const FrameInput& input, const FrameState& s) {
+    std::vector<uint32_t> mover(scene.rest.n_particles(), kNone);
+    for (uint32_t k = 0; k < scene.sources.size(); ++k) {
+        if (!moves(input.sources[k])) continue;
+        for (const ParticleId i : scene.sources[k].particles)
+            if (follows(s, i)) mover[i] = k;
+    }
+    return mover;
+}
+
+// The way of something, as a fragment sees it that a source moves.
+DrivenPose seen_from(const FrameInput::SourceDrive& drive, const SimulationMesh& rest, ParticleId i, DrivenPose way) {
+    const auto at = [&](double share) {
+        return SourceWay(*drive.begin, *drive.end, drive.pivot, share).pose(rest.fragment[i], rest.rest_position[i]);
+    };
+    const Pose begin = at(0), end = at(1);
+    const Quat back = begin.orientation * end.orientation.conjugate();
+    way.end = {begin.position + back * (way.end.position - end.position), (back * way.end.orientation).normalized()};
+    return way;
+}
+
+// What is held gives no contact with colliders, and nothing bounds the push of what moves: where one comes upon what
+// a contact lets go, or a source would take that there, it lets go in that frame.
+void let_go_of_met(const Scene& scene, const FrameInput& input, const Activation& a, std::span<const uint32_t> mover,
+                   FrameState& s) {
     if (!waits_for_contact(a) || a.keeps == Keeps::glued) return;
     for (size_t c = 0; c < scene.colliders.size(); ++c) {
         const DrivenPose& way = input.colliders[c];
-        if (!way.active || !moves(way)) continue;
-        for (const ParticleId i : a.particles)
-            if (keeps(s, a, i) && comes_over(scene.colliders[c].shape, way, scene.rest, s, i))
-                sunder::let_go(s.inactive[i], a.keeps);
+        if (!way.active) continue;
+        for (const ParticleId i : a.particles) {
+            if (!keeps(s, a, i) || (mover[i] == kNone && !moves(way))) continue;
+            const DrivenPose seen = mover[i] == kNone ? way : seen_from(input.sources[mover[i]], scene.rest, i, way);
+            if (comes_over(scene.colliders[c].shape, seen, scene.rest, s, i)) sunder::let_go(s.inactive[i], a.keeps);
+        }
     }
 }
 
@@ -72,21 +107,23 @@ void let_go(const Scene& scene, const FrameInput& input, const FrameState& befor
         former[i] = own.what;
         own.former_push = own.what ? own.push : 0, own.push = 0;
     }
+    const std::vector<uint32_t> mover = movers(scene, input, s);
     for (size_t k = 0; k < scene.activations.size(); ++k) {
         const Activation& a = scene.activations[k];
         if (a.until == Until::object) advance_front(scene, a, input.activations[k].object, s);
-        let_go_of_met(scene, input, a, s);
+        let_go_of_met(scene, input, a, mover, s);
         const double end = s.time + (1 - kRounding) * input.duration;
         for (const ParticleId i : a.particles)
             if (input.activations[k].comes || s.inactive[i].due[a.keeps == Keeps::glued] < end)
                 sunder::let_go(s.inactive[i], a.keeps);
     }
     let_go_beside_breaks(scene, before.broken, s);
+    hand_over(scene, input, LetGo::at_frame, s);
     for (size_t i = 0; i < former.size(); ++i) former[i] &= static_cast<uint8_t>(~s.inactive[i].what);
     wake_pieces(scene, former, s);
     std::vector<Woken> woken;
     for (size_t i = 0; i < former.size() && !s.asleep.empty(); ++i)
-        if (former[i] && s.asleep[i]) woken.push_back({MovableId(i), true});
+        if ((former[i] || mover[i] != kNone) && s.asleep[i]) woken.push_back({MovableId(i), true});
     if (!woken.empty()) wake(scene, input, woken, s);
 }
 
@@ -108,7 +145,7 @@ bool cut_seams(const Scene& scene, const FrameInput& input, FrameState& s) {
             if (!s.edge_intact[e] || held[e] || is_glued(edge.a) || is_glued(edge.b)) continue;
             s.edge_intact[e] = 0;
             if (!s.edge_damage.empty()) s.edge_damage[e] = 1;
-            s.broken.push_back({e, s.time, 0});
+            s.broken.push_back({e, s.time, 0, 0, {Pusher::Kind::seam, static_cast<uint32_t>(k)}});
             if (!s.asleep.empty() && s.asleep[edge.a]) woken.push_back({MovableId(edge.a), true});
             if (!s.asleep.empty() && s.asleep[edge.b]) woken.push_back({MovableId(edge.b), true});
         }
@@ -120,7 +157,7 @@ bool cut_seams(const Scene& scene, const FrameInput& input, FrameState& s) {
 }  // namespace
 
 void add_inactivity(const Scene& scene, FrameState& s) {
-    if (scene.activations.empty()) return s.inactive.clear();
+    if (scene.activations.empty() && scene.sources.empty()) return s.inactive.clear();
     if (!s.inactive.empty()) return;
     s.inactive.resize(s.n_particles());
     for (const Activation& a : scene.activations)
@@ -129,6 +166,16 @@ void add_inactivity(const Scene& scene, FrameState& s) {
             if (waits_for_contact(a)) s.inactive[i].what |= Inactivity::kTouched;
             if (a.keeps != Keeps::glued) s.velocity[i] = s.angular_velocity[i] = Vec3::Zero();
         }
+    for (const Source& source : scene.sources) {
+        const SourceWay there(*source.start, *source.start, Vec3::Zero(), 0);
+        for (const ParticleId i : source.particles) {
+            const Pose pose = there.pose(scene.rest.fragment[i], scene.rest.rest_position[i]);
+            s.position[i] = pose.apply(scene.rest.rest_position[i]);
+            s.orientation[i] = (pose.orientation * scene.rest.rest_orientation[i]).normalized();
+            s.group_rotation[i] = pose.orientation;
+            if (!source.start->set.empty()) s.plastic_deformation[i] = source.start->set[scene.rest.fragment[i]];
+        }
+    }
 }
 
 void put_to_sleep(const Scene& scene, FrameState& s) {
@@ -142,7 +189,7 @@ void put_to_sleep(const Scene& scene, FrameState& s) {
 }
 
 bool begin_activations(const Scene& scene, const FrameInput& input, const FrameState& before, FrameState& s) {
-    if (scene.activations.empty() && scene.seams.empty()) return false;
+    if (scene.activations.empty() && scene.seams.empty() && scene.sources.empty()) return false;
     if (!s.inactive.empty()) let_go(scene, input, before, s);
     const bool cut = cut_seams(scene, input, s);
     take_up_bonds(scene, input, s);

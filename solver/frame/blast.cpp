@@ -5,6 +5,7 @@
 #include <string>
 
 #include "solver/frame/blast_shadow.h"
+#include "solver/step/letting_go.h"
 #include "solver/step/loops.h"
 
 namespace sunder {
@@ -12,9 +13,10 @@ namespace {
 
 constexpr double kFastest = 1e5;  // m/s; a step takes what is faster for numbers gone bad
 
-// By active pins, whether they hold firmly or let go.
-std::vector<uint8_t> held_by_pins(const StepContext& context) {
+// By active pins, whether they hold firmly or let go, and by activations.
+std::vector<uint8_t> what_is_held(const StepContext& context, const FrameState& state) {
     std::vector<uint8_t> held(context.n_movables(), 0);
+    for (size_t i = 0; i < state.inactive.size(); ++i) held[i] = is_kept(state, i);
     for (size_t k = 0; k < context.scene.pins.size(); ++k)
         if (context.input.pins[k].active)
             for (const ParticleId i : context.scene.pins[k].particles) held[i] = 1;
@@ -64,7 +66,7 @@ Status give(const StepContext& context, const LocalForce& force, const Blast& bl
 }  // namespace
 
 std::vector<Vec3> shares_of(const StepContext& context, const Blast& blast, const FrameState& state) {
-    const std::vector<uint8_t> held = held_by_pins(context);
+    const std::vector<uint8_t> held = what_is_held(context, state);
     std::vector<Vec3> shares(context.n_movables(), Vec3::Zero());
     const BlastShadow shadow(context, blast, state);
     for_all(context, shares.size(), [&](size_t i) {

@@ -193,7 +193,7 @@ double oscillation(const StepContext& context, const LiveModel& model, bool touc
     if (!(inertia > 0)) return 1;
     const double omega_squared = elastic / inertia, seen = std::min(1.0, strain / kUnseenStrain);
     const double seconds = context.input.duration;
-    const double damping_time = context.input.materials[rest.body[particles.front()]].damping_time;
+    const double damping_time = context.material(particles.front()).damping_time;
     double substeps = 1, error = kPhaseError;
     for (int pass = 0; pass < 3; ++pass) {  // the error of pairs depends on the substep
         const bool pairs = !touches && substeps > 1 && context.settings.method != Method::gauss_seidel &&

@@ -8,6 +8,7 @@
 #include "solver/frame/blast.h"
 #include "solver/frame/error_budget.h"
 #include "solver/sleep/sleeping.h"
+#include "solver/step/following.h"
 #include "solver/step/letting_go.h"
 
 namespace sunder {
@@ -36,7 +37,9 @@ Result<Hit> FrameSteps::advance(const StepContext& whole, const StepTime& time, 
                                 StepReport& io_report) {
     if (time.stage != Stage::second && !io_state.inactive.empty()) {  // a pair ends as it began
         FrameState& state = anything_sleeps(io_state) ? awake_.state() : io_state;
-        let_go_beside_breaks(anything_sleeps(io_state) ? awake_.context(whole).scene : scene_, state.broken, state);
+        const Scene& scene = anything_sleeps(io_state) ? awake_.context(whole).scene : scene_;
+        let_go_beside_breaks(scene, state.broken, state);
+        if (hand_over(scene, whole.input, LetGo::in_step, state)) take_up_bonds(scene, whole.input, state);
     }
     while (anything_sleeps(io_state)) {
         if (awake_.empty()) {
@@ -117,9 +120,9 @@ Result<StepReport> FrameSteps::run(const FrameInput& input, const SolverSettings
     else
         forget_sleep(settings.sleeping ? context.n_movables() : 0, io_state);
     if (begin_activations(scene_, input, before, io_state)) awake_.forget();
+    const size_t n_cut = io_state.broken.size();
     if (Status ok = give_blasts(context, io_state); !ok) return ok.error();
     StepReport report;
-    report.edges_broken = io_state.broken.size();
     enter(context, io_state);
     if (!std::exchange(has_local_hits_, false)) local_hit_.reset();
     met_ = false;
@@ -146,8 +149,10 @@ Result<StepReport> FrameSteps::run(const FrameInput& input, const SolverSettings
         begun = *is_first;
     }
     if (anything_sleeps(io_state)) awake_.leave(threads, io_state);
+    set_followers(scene_, input, io_state);
     if (settings.sleeping) report.n_components = fall_asleep(scene_, input, settings.self_collision, before, io_state);
     io_state.edge_bond.clear();
+    report.edges_broken += n_cut;
     report.asleep = static_cast<size_t>(std::ranges::count(io_state.asleep, 1));
     return report;
 }

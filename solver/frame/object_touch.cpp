@@ -44,15 +44,20 @@ struct HullPoint {
 // The distance to a convex shape is convex: over the hull it is least where no corner is lower along its slope. Shares
 // go from the highest corner that has some to the lowest (pairwise steps: Frank and Wolfe 1956; Lacoste-Julien and
 // Jaggi 2015), and nowhere is it lower than what the slope at any point says of the lowest corner.
-bool touches(const std::vector<Vec3>& corners, const Vec3& middle, const PlacedShape& shape) {
-    const auto gap = [&](const Vec3& x) { return point_shape_distance(x, shape).gap; };
+bool touches(const std::vector<Vec3>& corners, const Vec3& middle, const PlacedShape& shape, double beyond) {
+    const auto separation = [&](const Vec3& x) {
+        Separation s = point_shape_distance(x, shape);
+        s.gap -= beyond;
+        return s;
+    };
+    const auto gap = [&](const Vec3& x) { return separation(x).gap; };
     if (gap(middle) <= 0) return true;
     size_t nearest = 0;
     for (size_t c = 1; c < corners.size(); ++c)
         if (gap(corners[c]) < gap(corners[nearest])) nearest = c;
     HullPoint point(corners, nearest);
     for (int k = 0; k < kMostDescents; ++k) {
-        const Separation at = point_shape_distance(point.x, shape);
+        const Separation at = separation(point.x);
         if (at.gap <= 0) return true;
         const size_t low = point.lowest(at.normal), high = point.highest_shared(at.normal);
         const bool is_convex = shape.shape.kind != ShapeKind::mesh;
@@ -61,7 +66,7 @@ bool touches(const std::vector<Vec3>& corners, const Vec3& middle, const PlacedS
         double begin = 0, end = point.share[high];  // the least of a convex function along the way lies between
         for (int halving = 0; halving < kHalvings; ++halving) {
             const double half = 0.5 * (begin + end);
-            const Separation there = point_shape_distance(point.x + half * way, shape);
+            const Separation there = separation(point.x + half * way);
             if (there.gap <= 0) return true;
             (there.normal.dot(way) < 0 ? begin : end) = half;
         }
@@ -82,7 +87,7 @@ std::vector<Vec3> corners_of(const SimulationMesh& rest, const FrameState& s, Pa
 }  // namespace
 
 bool comes_over(const Shape& shape, const DrivenPose& way, const SimulationMesh& rest, const FrameState& state,
-                ParticleId i) {
+                ParticleId i, double beyond) {
     const Vec3& x = state.position[i];
     const std::vector<Vec3> corners = corners_of(rest, state, i);
     double reach = rest.radii[i].maxCoeff();
@@ -90,14 +95,15 @@ bool comes_over(const Shape& shape, const DrivenPose& way, const SimulationMesh&
     const double length = (way.begin.apply(way.end.inverse_apply(x)) - x).norm();
     const double nearest =
         std::min(point_shape_distance(x, {shape, way.begin}).gap, point_shape_distance(x, {shape, way.end}).gap);
-    if (nearest > reach + length) return false;
+    if (nearest > reach + length + beyond) return false;
     const double step = 0.25 * rest.radii[i].minCoeff();
     const int places = static_cast<int>(std::clamp(std::ceil(length / step), 1.0, double(kMostPlaces)));
     const Ellipsoid ellipsoid{x, state.orientation[i].toRotationMatrix(), rest.radii[i]};
     for (int k = 0; k <= places; ++k) {
         const PlacedShape placed{shape, interpolate(way, double(k) / places)};
-        if (point_shape_distance(x, placed).gap > reach) continue;
-        if (corners.empty() ? ellipsoid_shape_distance(ellipsoid, placed).gap <= 0 : touches(corners, x, placed))
+        if (point_shape_distance(x, placed).gap > reach + beyond) continue;
+        if (corners.empty() ? ellipsoid_shape_distance(ellipsoid, placed).gap <= beyond
+                            : touches(corners, x, placed, beyond))
             return true;
     }
     return false;

@@ -43,6 +43,26 @@ Status all_unit(const char* array, const std::vector<Quat>& values, const Worker
                      [&](size_t i) { return std::abs(values[i].norm() - 1) < 1e-3; });
 }
 
+// Whether a source tells where all of its fragments are, in numbers.
+Status check_source(const Scene& scene, const Source& source, const FrameInput::SourceDrive& drive) {
+    const std::string where = "source '" + source.name + "'";
+    if (!drive.begin || !drive.end) return bad_input(where, "does not tell where it is");
+    size_t n = 0;  // fragments of which it has to tell
+    for (const ParticleId i : source.particles) n = std::max(n, size_t{scene.rest.fragment[i]} + 1);
+    const auto is_finite = [](const Pose& p) {
+        return p.position.allFinite() && p.orientation.coeffs().allFinite() && p.orientation.norm() > 0;
+    };
+    for (const SourcePose* at : {source.start.get(), drive.begin.get(), drive.end.get()}) {
+        if (at->own.size() != drive.begin->own.size() || (!at->own.empty() && at->own.size() < n) ||
+            at->set.size() != drive.begin->set.size() || (!at->set.empty() && at->set.size() < n))
+            return bad_input(where, "does not tell of all of its fragments");
+        if (!is_finite(at->whole) || !std::ranges::all_of(at->own, is_finite) ||
+            !std::ranges::all_of(at->set, [](const Mat3& F) { return F.allFinite(); }))
+            return bad_input(where, "is not finite");
+    }
+    return {};
+}
+
 }  // namespace
 
 Status check_scene(const Scene& scene) {
@@ -62,6 +82,8 @@ Status check_scene(const Scene& scene) {
         if (rest.body[i] >= scene.bodies.size())
             return bad_input("scene", "particle " + std::to_string(i) + " belongs to body " +
                                           std::to_string(rest.body[i]) + " of " + std::to_string(scene.bodies.size()));
+        if (rest.material_of(i) >= scene.bodies.size() + scene.region_bodies.size())
+            return bad_input("scene", "particle " + std::to_string(i) + " is of a material that is not there");
     }
     for (const std::vector<double>* factors : {&rest.yield_factor, &rest.toughness_factor}) {
         const bool sound = std::all_of(factors->begin(), factors->end(), [](double f) { return f > 0; });
@@ -79,6 +101,9 @@ Status check_scene(const Scene& scene) {
     for (const Activation& a : scene.activations)
         if (!a.particles.empty() && a.particles.back() >= n)
             return bad_input("activation '" + a.name + "'", "names a particle that is not there");
+    for (const Source& s : scene.sources)
+        if (!s.particles.empty() && (s.particles.back() >= n || !s.start))
+            return bad_input("source '" + s.name + "'", "moves a particle that is not there, or has no start");
     for (const Seam& s : scene.seams)
         if (!s.edges.empty() && s.edges.back() >= rest.n_edges())
             return bad_input("seam '" + s.name + "'", "names an edge that is not there");
@@ -109,19 +134,29 @@ Status check_input(const Scene& scene, const FrameInput& input) {
         return bad_input("frame", "duration is " + number(input.duration) + " s",
                          "permitted: above 0, at most " + number(kLongestFrame));
     if (!input.gravity.allFinite()) return bad_input("frame", "gravity is not finite");
-    if (input.materials.size() != scene.bodies.size() || input.pins.size() != scene.pins.size() ||
+    const size_t n_bodies = scene.bodies.size(), n_materials = n_bodies + scene.region_bodies.size();
+    if (input.materials.size() != n_materials || input.pins.size() != scene.pins.size() ||
         input.colliders.size() != scene.colliders.size() || input.activations.size() != scene.activations.size() ||
-        input.seams.size() != scene.seams.size())
-        return Error{ErrorCode::internal,
-                     "frame input does not match the scene's bodies, pins, colliders, activations and seams",
-                     {},
-                     {},
-                     {},
-                     {}};
+        input.seams.size() != scene.seams.size() || input.sources.size() != scene.sources.size() ||
+        (!input.yield_changes.empty() && input.yield_changes.size() != n_materials))
+        return Error{
+            ErrorCode::internal,
+            "frame input does not match the scene's bodies, regions, pins, colliders, activations, seams and sources",
+            {},
+            {},
+            {},
+            {}};
     if (!std::ranges::all_of(input.seams, [](double factor) { return factor >= 0; }))
         return bad_input("frame", "a seam's factor is not one", "permitted: 0 and more");
-    for (size_t b = 0; b < scene.bodies.size(); ++b)
-        if (Status ok = input.materials[b].check("body '" + scene.bodies[b].name + "'"); !ok) return ok;
+    for (size_t k = 0; k < scene.sources.size(); ++k)
+        if (Status ok = check_source(scene, scene.sources[k], input.sources[k]); !ok) return ok;
+    if (!std::ranges::all_of(input.yield_changes, [](double change) { return change > 0 && std::isfinite(change); }))
+        return bad_input("frame", "a change of yields is not one", "permitted: above 0");
+    for (size_t m = 0; m < n_materials; ++m) {
+        const std::string& name = scene.bodies[m < n_bodies ? m : scene.region_bodies[m - n_bodies]].name;
+        if (Status ok = input.materials[m].check((m < n_bodies ? "body '" : "a region of body '") + name + "'"); !ok)
+            return ok;
+    }
     for (const std::vector<DrivenPose>* driven : {&input.pins, &input.colliders})
         for (const DrivenPose& d : *driven)
             if (!(d.begin.position.allFinite() && d.end.position.allFinite() &&

@@ -56,6 +56,7 @@ FrameInput standing(const FrameInput& input, double share) {
     for (Force& f : in.forces) f.acceleration *= share, f.wind *= share;
     for (std::vector<DrivenPose>* poses : {&in.pins, &in.colliders})
         for (DrivenPose& p : *poses) p.begin = p.end, p.grip.begin = p.grip.end;
+    for (FrameInput::SourceDrive& s : in.sources) s.begin = s.end;
     return in;
 }
 

@@ -23,7 +23,7 @@ void gauss_seidel_sweep(const SimulationMesh& rest, const LiveTopology& live, co
             const ParticleId j = live.member(s);
             if (role[j] != Role::free) continue;
             MovingParticle& p = io_particles[j];
-            const double k = stiffness[rest.body[g]] * shapes.member[s].weight;
+            const double k = stiffness[rest.material_of(g)] * shapes.member[s].weight;
             p.x += k * (A.center + matrix * shapes.member[s].q - p.x);
             p.d = slerp(p.d, k, R);
         }

@@ -79,7 +79,7 @@ void LiveModel::take_up_materials(const SimulationMesh& rest, std::span<const Ma
     stiffness.resize(n);
     workers.for_range(n, kParticleGrain, [&](size_t first, size_t last) {
         for (size_t g = first; g < last; ++g)
-            take_up_stiffness(rest, materials[rest.body[g]],
+            take_up_stiffness(rest, materials[rest.material_of(g)],
                               state.stiffness_factor.empty() ? 1 : state.stiffness_factor[g], g);
     });
     thin.assign(may_bend && sunder::bends(rest, materials) ? n : 0, 0);

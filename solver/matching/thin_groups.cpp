@@ -3,7 +3,7 @@
 namespace sunder {
 
 bool bends(const SimulationMesh& rest, std::span<const Material> materials, ParticleIndex g) {
-    return !rest.thin.empty() && rest.thin[g] != 0 && materials[rest.body[g]].curvature;
+    return !rest.thin.empty() && rest.thin[g] != 0 && materials[rest.material_of(g)].curvature;
 }
 
 bool bends(const SimulationMesh& rest, std::span<const Material> materials) {

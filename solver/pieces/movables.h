@@ -31,6 +31,7 @@ struct Movables {
     std::vector<double> inverse_mass;              // 1/kg; held: 0
     std::vector<Sym3> inertia;                     // of particles, world (n_particles)
     std::vector<Role> role;
+    std::vector<uint8_t> follows;  // 1: held where its source has it, or empty: nothing is
     Tethers tethers;
     // The implicit step: how long it takes, and where it starts from (second_order.h).
     std::vector<double> span;         // s

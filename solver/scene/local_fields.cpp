@@ -5,6 +5,7 @@
 
 #include "solver/scene/curl_noise.h"
 #include "solver/scene/motion.h"
+#include "solver/scene/pressure.h"
 
 namespace sunder {
 namespace {
@@ -15,6 +16,7 @@ using AtPlace = std::optional<Vec3>;
 AtPlace value(const Nothing&, const Vec3&) { return {}; }
 AtPlace value(const Blast&, const Vec3&) { return {}; }
 AtPlace value(const Guide&, const Vec3&) { return {}; }
+AtPlace value(const Pressure&, const Vec3&) { return {}; }
 
 AtPlace value(const PointField& f, const Vec3& x) {
     const Vec3 arm = x - f.center;
@@ -76,20 +78,24 @@ Pull pull_of(const Guide& guide, const SimulationMesh& rest, const Pulled& thing
 
 }  // namespace
 
-LocalFields::LocalFields(const Scene& scene, const FrameInput& input) : rest_(scene.rest) {
+LocalFields::LocalFields(const Scene& scene, const FrameInput& input, const FrameState& state,
+                         std::span<const uint8_t> asleep)
+    : rest_(scene.rest) {
     for (const Force& f : input.forces) {
         if (!f.local || !acts(f) || std::holds_alternative<Blast>(f.local->kind)) continue;
         const auto body = std::ranges::find(scene.bodies, f.local->body, &Body::name);
         const bool is_known = body != scene.bodies.end();
-        if (is_known || f.local->body.empty())
-            forces_.push_back({f.local.get(), is_known ? static_cast<uint32_t>(body - scene.bodies.begin()) : kNone});
+        const Pressure* gas = std::get_if<Pressure>(&f.local->kind);
+        if (!is_known && (gas || !f.local->body.empty())) continue;
+        const auto index = is_known ? static_cast<uint32_t>(std::distance(scene.bodies.begin(), body)) : kNone;
+        forces_.push_back({f.local.get(), index, gas ? pressure_left(*gas, rest_, state, asleep, index) : 1});
     }
 }
 
 Pull LocalFields::on(const Pulled& thing) const {
     Pull pull;
     const size_t i = thing.movable;
-    for (const auto& [force, body] : forces_) {
+    for (const auto& [force, body, left] : forces_) {
         const bool is_fragment = i < rest_.n_particles();
         if (body != kNone && !(is_fragment && rest_.body[i] == body)) continue;
         if (const Guide* guide = std::get_if<Guide>(&force->kind)) {
@@ -97,6 +103,12 @@ Pull LocalFields::on(const Pulled& thing) const {
             const Pull own = pull_of(*guide, rest_, thing);
             pull.acceleration += own.acceleration, pull.drag += own.drag;
             pull.turn += own.turn, pull.turn_drag += own.turn_drag;
+            continue;
+        }
+        if (const Pressure* gas = std::get_if<Pressure>(&force->kind)) {
+            if (is_fragment)
+                pull.acceleration -=
+                    left * gas->pressure / rest_.mass[i] * (thing.turn * (*gas->lining)[rest_.fragment[i]]);
             continue;
         }
         const AtPlace v = std::visit([&](const auto& kind) { return value(kind, thing.place); }, force->kind);

@@ -1,6 +1,7 @@
 // What forces that differ from place to place do to one thing.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "solver/scene/local_force.h"
@@ -26,10 +27,11 @@ struct Pulled {
     double begin = 0, end = 1;  // of the step, in the frame
 };
 
-/// Those of a frame that act all along it; blasts do not.
+/// Those of a frame that act all along it; blasts do not. `asleep`: what does not move in the step, or empty.
 class LocalFields {
 public:
-    LocalFields(const Scene& scene, const FrameInput& input);
+    LocalFields(const Scene& scene, const FrameInput& input, const FrameState& state,
+                std::span<const uint8_t> asleep = {});
     bool empty() const { return forces_.empty(); }
     Pull on(const Pulled& thing) const;
 
@@ -37,6 +39,7 @@ private:
     struct Acting {
         const LocalForce* force;
         uint32_t body;  // that alone it acts on, or none: on all
+        double left;    // of a pressure
     };
     const SimulationMesh& rest_;
     std::vector<Acting> forces_;

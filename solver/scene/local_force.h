@@ -81,12 +81,22 @@ struct GridField {
     uint64_t key = 0;  // equal for equal grids
 };
 
+/// Gas in the hollows of a body (pressure.h).
+struct Pressure {
+    std::shared_ptr<const std::vector<Vec3>>
+        lining;           // area that each fragment has inside, as it rests in the scene, m2
+    double area = 0;      // of all, m2
+    double pressure = 0;  // of what is closed, Pa
+    double vent = 1;      // share of the area
+    uint64_t key = 0;     // equal for equal linings
+};
+
 struct Nothing {                          // in this frame
     std::optional<int> blast_frame = {};  // of a blast: the frame after which it goes off
 };
 
 struct LocalForce {
-    using Kind = std::variant<Nothing, Blast, PointField, VortexField, TurbulenceField, Guide, GridField>;
+    using Kind = std::variant<Nothing, Blast, PointField, VortexField, TurbulenceField, Guide, GridField, Pressure>;
     std::string name;  // of its node
     uint64_t key = 0;  // equal for equal kinds
     Kind kind;

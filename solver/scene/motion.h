@@ -5,6 +5,7 @@
 
 #include "solver/data/math_functions.h"
 #include "solver/data/rotations.h"
+#include "solver/data/source_pose.h"
 #include "solver/scene/scene.h"
 
 namespace sunder {
@@ -36,9 +37,7 @@ inline Vec3 rotation_vector(const Quat& q) {
 
 /// Where a driven pose is at `share` of the frame, in [0, 1].
 inline Pose interpolate(const DrivenPose& drive, double share) {
-    const Vec3 from = drive.begin.apply(drive.pivot), to = drive.end.apply(drive.pivot);
-    const Quat orientation = slerp(drive.begin.orientation, share, drive.end.orientation);
-    return {from + share * (to - from) - orientation * drive.pivot, orientation};
+    return pose_between(drive.begin, drive.end, drive.pivot, share);
 }
 
 /// Principal moments of inertia of a solid sphere or box about its centre, kg m2.

@@ -13,6 +13,8 @@ inline bool moves(const DrivenPose& d) {
            d.begin.orientation.coeffs() != d.end.orientation.coeffs();
 }
 
+inline bool moves(const FrameInput::SourceDrive& d) { return d.begin != d.end && !(*d.begin == *d.end); }
+
 enum class FrameEnd { begin, end };
 
 /// The sleepers themselves; gravity, forces and self-collision; then one each of the materials, pins and colliders.

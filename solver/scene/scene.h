@@ -10,6 +10,7 @@
 #include "solver/data/result.h"
 #include "solver/data/signed_distance_grid.h"
 #include "solver/data/simulation_mesh.h"
+#include "solver/data/source_pose.h"
 
 namespace sunder {
 
@@ -113,6 +114,7 @@ struct Activation {
     double impulse = 0;                 // that a contact has to exceed, N s; 0: any will do
     double delay = 0;                   // from the object's touch on, s
     double growth = 0;                  // how fast it spreads from what was touched, m/s; 0: it does not
+    double falloff = 0;                 // how far beyond the object it reaches, m: there for no fragment, at 0 for all
     Shape object = {};
     std::shared_ptr<const SignedDistanceGrid> grid = {};  // what object.grid points to
 };
@@ -123,14 +125,24 @@ struct Seam {
     std::vector<EdgeId> edges;  // ascending
 };
 
+/// Fragments of a body whose motion is given: they follow it for as long as an activation holds them or lets them
+/// sleep.
+struct Source {
+    std::string name;
+    std::vector<ParticleId> particles;             // ascending
+    std::shared_ptr<const SourcePose> start = {};  // at the start
+};
+
 struct Scene {
     SimulationMesh rest;  // all bodies, one after the other, each as placed at the start
     std::vector<Body> bodies;
     std::vector<Pin> pins;
     std::vector<Collider> colliders;
     std::vector<RigidBody> rigid_bodies;
+    std::vector<uint32_t> region_bodies = {};  // whose regions have the materials after those of bodies
     std::vector<Activation> activations = {};
     std::vector<Seam> seams = {};
+    std::vector<Source> sources = {};
 };
 
 struct LocalForce;  // local_force.h
@@ -165,15 +177,22 @@ struct FrameInput {
     double duration = 1.0 / 24;        // s, > 0
     Vec3 gravity = Vec3(0, 0, -9.81);  // m/s2
     std::vector<Force> forces;
-    std::vector<Material> materials;    // one a body
-    std::vector<DrivenPose> pins;       // one a pin; identity leaves it at rest
-    std::vector<DrivenPose> colliders;  // one a collider
+    std::vector<Material> materials;         // one a body, then one a region of Scene::region_bodies
+    std::vector<DrivenPose> pins;            // one a pin; identity leaves it at rest
+    std::vector<DrivenPose> colliders;       // one a collider
+    std::vector<double> yield_changes = {};  // one a material: what yields are multiplied by; empty: by 1
     struct ActivationDrive {
         bool comes = false;  // the frame until which it keeps
         DrivenPose object = {};
     };
     std::vector<ActivationDrive> activations = {};  // one an activation
     std::vector<double> seams = {};  // one a seam: factor on toughness; 0: it breaks, infinite: it cannot
+    struct SourceDrive {
+        std::shared_ptr<const SourcePose> begin, end;
+        Vec3 pivot = Vec3::Zero();  // of the whole, in its rest placement, m
+        bool goes_on = true;        // false: the source stands in this frame, for it tells of no later one
+    };
+    std::vector<SourceDrive> sources = {};  // one a source
 };
 
 enum class Method {

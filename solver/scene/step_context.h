@@ -20,7 +20,7 @@ struct StepContext {
 
     size_t n_particles() const { return scene.rest.n_particles(); }
     size_t n_movables() const { return n_particles() + scene.rigid_bodies.size(); }
-    const Material& material(ParticleIndex particle) const { return input.materials[scene.rest.body[particle]]; }
+    const Material& material(ParticleIndex particle) const { return input.materials[scene.rest.material_of(particle)]; }
 };
 
 /// In `FrameState::asleep` and `StepContext::fixed`, of what moves, but not in this step: it feels whatever may come to

@@ -9,6 +9,7 @@
 #include "solver/scene/local_fields.h"
 #include "solver/scene/motion.h"
 #include "solver/scene/scales.h"
+#include "solver/step/following.h"
 
 namespace sunder {
 
@@ -17,7 +18,7 @@ std::vector<Aabb> reach(const StepContext& context, const FrameState& state, std
     const size_t n = state.n_particles();
     SUNDER_ASSERT(rests.size() == n + state.rigid_bodies.size() && seconds > 0 && skin >= 0);
     const double fall = fall_in_step(seconds, acceleration_of(context.input));
-    const LocalFields local(context.scene, context.input);
+    const LocalFields local(context.scene, context.input, state, rests);
     const double begin = std::max(0.0, end - seconds / context.input.duration);
     std::vector<Aabb> boxes(rests.size());
     std::vector<double> size(rests.size());
@@ -45,6 +46,16 @@ std::vector<Aabb> reach(const StepContext& context, const FrameState& state, std
         for (const ParticleId i : context.scene.pins[k].particles) {
             if (rests[i]) continue;
             const Aabb there = ball(pose.apply(context.scene.rest.rest_position[i]), size[i]);
+            boxes[i].extend(there.min), boxes[i].extend(there.max);
+        }
+    }
+    for (size_t k = 0; k < context.scene.sources.size(); ++k) {
+        const FrameInput::SourceDrive& drive = context.input.sources[k];
+        const SourceWay way(*drive.begin, *drive.end, drive.pivot, end);
+        for (const ParticleId i : context.scene.sources[k].particles) {
+            if (rests[i] || !follows(state, i)) continue;
+            const Vec3& rest = context.scene.rest.rest_position[i];
+            const Aabb there = ball(way.pose(context.scene.rest.fragment[i], rest).apply(rest), size[i]);
             boxes[i].extend(there.min), boxes[i].extend(there.max);
         }
     }

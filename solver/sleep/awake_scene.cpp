@@ -83,6 +83,7 @@ bool AwakeScene::wake_here(const StepContext& whole, const FrameState& state) {
     asleep_ = state.asleep;
     take_pins(whole.scene.pins);
     take_activations(whole.scene.activations);
+    take_sources(whole.scene.sources);
     return true;
 }
 
@@ -125,7 +126,7 @@ void AwakeScene::go_on(const StepPair& whole, const WorkerPool& workers) {
 
 void AwakeScene::build(const StepContext& whole, const FrameState& state) {
     if (scene_.colliders.empty()) scene_.colliders = whole.scene.colliders;
-    scene_.bodies = whole.scene.bodies;
+    scene_.bodies = whole.scene.bodies, scene_.region_bodies = whole.scene.region_bodies;
     asleep_ = state.asleep;
     const size_t n_movables = asleep_.size(), n = state.n_particles();
     std::vector<uint8_t> here(n_movables);
@@ -161,6 +162,7 @@ void AwakeScene::build(const StepContext& whole, const FrameState& state) {
     pick(rigid_body_, whole.workers, Pick{whole.scene.rigid_bodies, scene_.rigid_bodies});
     take_pins(whole.scene.pins);
     take_activations(whole.scene.activations);
+    take_sources(whole.scene.sources);
     take_rings(whole.scene.rest, state, whole.workers);
     take_seams(whole.scene.seams);
     gather(state, whole.workers);
@@ -183,6 +185,14 @@ void AwakeScene::take_activations(const std::vector<Activation>& activations) {
     }
 }
 
+void AwakeScene::take_sources(const std::vector<Source>& sources) {
+    scene_.sources = sources;
+    for (Source& source : scene_.sources) {
+        std::erase_if(source.particles, [&](ParticleId i) { return asleep_[i] != 0 || index_[i].is_none(); });
+        for (ParticleId& i : source.particles) i = particle_here(i);
+    }
+}
+
 void AwakeScene::take_seams(const std::vector<Seam>& seams) {
     scene_.seams = seams;
     for (Seam& seam : scene_.seams) {
@@ -197,7 +207,8 @@ void AwakeScene::take_particles(const SimulationMesh& rest, const WorkerPool& wo
          Pick{rest.rest_orientation, m.rest_orientation}, Pick{rest.radii, m.radii}, Pick{rest.volume, m.volume},
          Pick{rest.mass, m.mass}, Pick{rest.body, m.body}, Pick{rest.fragment, m.fragment},
          Pick{rest.yield_factor, m.yield_factor}, Pick{rest.toughness_factor, m.toughness_factor},
-         Pick{rest.group_uneven, m.group_uneven}, Pick{rest.group_trace, m.group_trace}, Pick{rest.thin, m.thin});
+         Pick{rest.material, m.material}, Pick{rest.group_uneven, m.group_uneven},
+         Pick{rest.group_trace, m.group_trace}, Pick{rest.thin, m.thin});
     m.hull_offset.clear();
     if (rest.hull_offset.empty()) return;
     m.hull_offset.push_back(0);
@@ -332,7 +343,8 @@ void AwakeScene::leave(const WorkerPool& workers, FrameState& io_state) {
     for (size_t e = 0; e < edge_.size() && !s.edge_damage.empty(); ++e)
         s.edge_damage[edge_[e]] = state_.edge_damage[e], s.edge_hold[edge_[e]] = state_.edge_hold[e];
     for (size_t e = 0; e < edge_.size() && !s.edge_offset.empty(); ++e) s.edge_offset[edge_[e]] = state_.edge_offset[e];
-    for (size_t e = 0; e < edge_.size() && !s.edge_bond.empty(); ++e) s.edge_bond[edge_[e]] = state_.edge_bond[e];
+    for (size_t e = 0; e < edge_.size() && !s.edge_bond.empty(); ++e)  // contacts may have let go of all that is glued
+        s.edge_bond[edge_[e]] = state_.edge_bond.empty() ? 1 : state_.edge_bond[e];
     for (BrokenEdge b : state_.broken) {
         b.edge = edge_[b.edge];
         if (b.by.kind == Pusher::Kind::particle) b.by.number = particle_[b.by.number];

@@ -48,6 +48,7 @@ private:
     bool meets_more(const StepContext& whole, const FrameState& state, std::span<const Aabb> boxes,
                     std::span<const uint8_t> counts) const;
     void take_pins(const std::vector<Pin>& pins);
+    void take_sources(const std::vector<Source>& sources);
     void take_seams(const std::vector<Seam>& seams);
     void take_activations(const std::vector<Activation>& activations);
     void take_particles(const SimulationMesh& rest, const WorkerPool& workers);

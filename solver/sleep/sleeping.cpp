@@ -11,6 +11,7 @@
 #include "solver/data/math_functions.h"
 #include "solver/scene/rest_conditions.h"
 #include "solver/scene/scales.h"
+#include "solver/step/following.h"
 
 namespace sunder {
 namespace {
@@ -214,7 +215,7 @@ void wake_changed(const Scene& scene, const FrameInput& input, bool self_collisi
                  first_collider = first_pin + input.pins.size();
     const auto changed = [&](size_t k) { return now[k] != then[k]; };
     for (ParticleId i(0); i < n; ++i)
-        if (s.asleep[i] && changed(2 + scene.rest.body[i])) woken.push_back({i, true});
+        if (s.asleep[i] && changed(2 + scene.rest.material_of(i))) woken.push_back({i, true});
     for (size_t k = 0; k < input.pins.size(); ++k)
         if (changed(first_pin + k) || (input.pins[k].active && moves(input.pins[k])))
             for (const ParticleId i : scene.pins[k].particles)
@@ -259,6 +260,10 @@ size_t fall_asleep(const Scene& scene, const FrameInput& input, bool self_collis
         if (!s.asleep[i]) s.still_time[i] = is_still(scene, input, before, s, i) ? s.still_time[i] + input.duration : 0;
     for (const ContactMemory& c : s.contacts)
         if (c.b & Contact::kStatic && moves(input.colliders[c.b & ~Contact::kStatic])) s.still_time[c.a] = 0;
+
+    for (size_t k = 0; k < scene.sources.size(); ++k)
+        for (const ParticleId i : scene.sources[k].particles)
+            if (follows(s, i) && moves(input.sources[k])) s.still_time[i] = 0;
 
     DisjointSets pieces = pieces_of(scene, s);
     size_t n_pieces = 0;

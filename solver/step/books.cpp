@@ -143,7 +143,8 @@ Status store(const StepContext& context, const StepTime& time, std::span<const G
         const MovingParticle& p = movables.moving[i];
         const double keep_spin = pieces.whole[pieces.of[i]].rigid ? keep_once : keep(i);  // turns a step at a time
         const Vec3 velocity = keep(i) * movables.velocity[i], spin = keep_spin * movables.angular_velocity[i];
-        if (i < n && is_kept(state, i) && p.x == movables.start_position[i]) {  // stays to the bit, too
+        const bool follows = !movables.follows.empty() && movables.follows[i];
+        if (i < n && is_kept(state, i) && !follows && p.x == movables.start_position[i]) {  // stays to the bit, too
             state.velocity[i] = state.angular_velocity[i] = Vec3::Zero();
             state.group_rotation[i] = goals[i].rotation;
         } else if (i < n) {

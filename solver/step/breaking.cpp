@@ -50,8 +50,8 @@ private:
 
 double FadeSearch::toughness_of(EdgeId e) const {
     const Edge& edge = rest().edges[e];
-    const Material& body = pass_.context.material(edge.a);
-    const double a = material_of(rest(), edge.a, body).toughness, b = material_of(rest(), edge.b, body).toughness;
+    const double a = material_of(rest(), edge.a, pass_.context.material(edge.a)).toughness,
+                 b = material_of(rest(), edge.b, pass_.context.material(edge.b)).toughness;
     const std::vector<double>& bond = pass_.state.edge_bond;
     return 0.5 * (a + b) * edge.toughness_factor * (bond.empty() ? 1 : bond[e]);
 }

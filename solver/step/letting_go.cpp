@@ -3,11 +3,11 @@
 #include <algorithm>
 
 #include "solver/data/invariant.h"
+#include "solver/scene/strength.h"
+#include "solver/step/following.h"
 
 namespace sunder {
 namespace {
-
-constexpr double kLeastBond = 1e-6;  // of a seam that is to break, and is glued until within the frame
 
 // What is left of a hit after a step for the next one to take, N s: a gap closes in one step by the way that was left
 // of it, and what hits has that speed still.
@@ -89,7 +89,8 @@ bool let_go_of_pushed(const StepContext& context, double h, const LiveTopology& 
             for (const ParticleId j : live.piece_particles(live.piece(i))) let_go(state.inactive[j], Keeps::asleep);
         }
     }
-    if (any_glued) take_up_bonds(context.scene, context.input, state);
+    const bool any_followed = any && hand_over(context.scene, context.input, LetGo::in_step, state);
+    if (any_glued || any_followed) take_up_bonds(context.scene, context.input, state);
     return any;
 }
 
@@ -118,19 +119,7 @@ void let_go_beside_breaks(const Scene& scene, std::span<const BrokenEdge> broken
 }
 
 void take_up_bonds(const Scene& scene, const FrameInput& input, FrameState& state) {
-    const std::vector<Edge>& edges = scene.rest.edges;
-    state.edge_bond.clear();
-    const auto bond = [&](size_t e, double factor) {
-        if (state.edge_bond.empty()) state.edge_bond.assign(edges.size(), 1.0);
-        state.edge_bond[e] *= factor;
-    };
-    for (size_t k = 0; k < scene.seams.size(); ++k)
-        for (const EdgeId e : scene.seams[k].edges)
-            if (input.seams[k] != 1 && state.edge_intact[e]) bond(e, std::max(input.seams[k], kLeastBond));
-    if (state.inactive.empty()) return;
-    const auto is_glued = [&](ParticleId i) { return (state.inactive[i].what & Inactivity::kGlued) != 0; };
-    for (size_t e = 0; e < edges.size(); ++e)
-        if (state.edge_intact[e] && (is_glued(edges[e].a) || is_glued(edges[e].b))) bond(e, kNever);
+    state.edge_bond = edge_bonds(scene, input.seams, state);
 }
 
 }  // namespace sunder

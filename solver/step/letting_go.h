@@ -26,7 +26,7 @@ inline bool is_kept(const FrameState& state, ParticleIndex particle) {
     return !state.inactive.empty() && (state.inactive[particle].what & (Inactivity::kHeld | Inactivity::kAsleep)) != 0;
 }
 
-/// What is held stands, but for what an active pin moves.
+/// What is held stands, but for what an active pin or a source moves.
 void hold_inactive(const FrameState& state, Movables& io_movables);
 
 /// Whether contacts of a step may let go of anything.
@@ -44,7 +44,7 @@ void add_pushes(const StepContext& context, double h, std::span<const ActiveCont
 /// Lets go of what waits for an edge to break beside it: one that broke in this frame.
 void let_go_beside_breaks(const Scene& scene, std::span<const BrokenEdge> broken, FrameState& io_state);
 
-/// FrameState::edge_bond, of what is glued and of seams.
+/// FrameState::edge_bond, of what is glued, of seams, and of what is carried along by a source: that bears nothing.
 void take_up_bonds(const Scene& scene, const FrameInput& input, FrameState& io_state);
 
 }  // namespace sunder

@@ -184,7 +184,7 @@ void match_shapes(const Pass& pass, int sweep, std::span<const uint8_t> smooth, 
     const SolverSettings& settings = context.settings;
     const SimulationMesh& rest = context.scene.rest;
     if (settings.method == Method::gauss_seidel) {
-        std::vector<double> k;  // by body
+        std::vector<double> k;  // by material
         for (const Material& m : context.input.materials) k.push_back(m.stiffness);
         return gauss_seidel_sweep(rest, model.live, model.shapes, k, matching.role, movables.moving, matching.goals);
     }

@@ -5,6 +5,7 @@
 #include "solver/pieces/momentum.h"
 #include "solver/scene/motion.h"
 #include "solver/scene/scales.h"
+#include "solver/step/following.h"
 #include "solver/step/letting_go.h"
 #include "solver/step/loops.h"
 #include "solver/step/pins.h"
@@ -13,8 +14,9 @@ namespace sunder {
 namespace {
 
 // Velocities, once forces that are the same everywhere took them, as those take them that differ from place to place.
-void pull_along(const StepContext& context, const StepTime& time, std::span<const uint8_t> kept, Movables& movables) {
-    const LocalFields local(context.scene, context.input);
+void pull_along(const StepContext& context, const StepTime& time, const FrameState& state,
+                std::span<const uint8_t> kept, Movables& movables) {
+    const LocalFields local(context.scene, context.input, state, context.fixed);
     movables.pull.resize(local.empty() ? 0 : movables.size());
     if (local.empty()) return;
     const double h = time.h, slowed = 1 + h * FieldsOfForce(context.input).drag;
@@ -58,7 +60,7 @@ void load(const StepContext& context, const StepTime& time, const FrameState& st
         movables.start_rotation[i] = p.d;
         movables.push[i] = ContactPush();
     });
-    pull_along(context, time, kept, movables);
+    pull_along(context, time, state, kept, movables);
 }
 
 namespace {
@@ -81,6 +83,7 @@ void hold(const StepContext& context, const StepTime& time, const FrameState& st
     std::ranges::fill(movables.role, Role::free);
     movables.tethers.clear();
     hold_pins(context, time, Pinned::at_the_end, pair, movables);
+    take_up_followers(context, time, state, movables);
     hold_inactive(state, movables);
     if (!model.thin.empty()) {
         model.pinned.resize(context.n_particles());

@@ -145,7 +145,10 @@ void pair_up(const StepContext& context, const StepTime& time, const LiveModel& 
         if (movables.role[i] == Role::free) start.begin(i, kept[i] != 0, pair, movables);
     });
     if (!is_paired(context, time.stage)) return;
-    if (time.stage == Stage::first) hold_pins(context, time, Pinned::in_the_first_stage, pair, movables);
+    if (time.stage == Stage::first) {
+        hold_pins(context, time, Pinned::in_the_first_stage, pair, movables);
+        hold_followers(context, time, Pinned::in_the_first_stage, pair, movables);
+    }
     for_all(context, n, [&](size_t i) {
         if (!pair.smooth[i] || movables.role[i] == Role::free) return;
         const MovingParticle& p = movables.moving[i];
@@ -182,6 +185,7 @@ void begin_middle(const StepContext& context, const StepTime& time, StepPair& pa
     const size_t n = movables.size();
     pair.position.resize(n), pair.velocity.resize(n), pair.spin.resize(n), pair.rotation.resize(n);
     hold_pins(context, time, Pinned::in_the_middle, pair, movables);
+    hold_followers(context, time, Pinned::in_the_middle, pair, movables);
 }
 
 void go_on_to_the_middle(const StepContext& context, double h, const Pieces& pieces, size_t i, StepPair& pair,

@@ -227,7 +227,7 @@ Result<StepOutcome> step(const StepContext& context, const StepTime& time, StepM
                   io_state.rigid_bodies.size() == context.scene.rigid_bodies.size() &&
                   io_memory.movables.size() == context.n_movables());
     SUNDER_ASSERT(context.fixed.empty() || context.fixed.size() == context.n_movables());
-    SUNDER_ASSERT(context.input.materials.size() == context.scene.bodies.size());
+    SUNDER_ASSERT(context.input.materials.size() == context.scene.bodies.size() + context.scene.region_bodies.size());
     return Stepper(context, time, io_memory, io_state, io_report).run();
 }
 

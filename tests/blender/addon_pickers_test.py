@@ -172,6 +172,33 @@ class Maps(ObjectCase):
         self.assertIs(self.status(tree).is_stale, True)
 
 
+    def test_a_part_of_a_body_is_what_lies_in_an_objects_bounding_box(self):
+        bpy.ops.object.empty_add(location=(0.5, 0.1, 0.5), radius=0.2)
+        box = bpy.context.object
+        bpy.context.view_layer.update()
+        tree, nodes = self.tree(self.cube(location=(0, 0, 0.5)))
+        soft = self.node(tree, "body_region", stiffness=0.5)
+        wait = self.node(tree, "activate", frame=3, region="sphere")
+        for part in (soft, wait):
+            part.source, part.object = "OBJECT", box
+        wired = [link for link in nodes["solver"].inputs["Bodies"].links if link.from_node == nodes["body"]]
+        for link in wired:
+            tree.links.remove(link)
+        self.connect(nodes["body"], "body", soft, "body")
+        self.connect(soft, "body", wait, "body")
+        self.connect(wait, "body", nodes["solver"], "bodies")
+        graph = self.graph(tree)
+        np.testing.assert_allclose([graph["body_region"]["box_min"], graph["body_region"]["box_max"]],
+                                   [[0.3, -0.1, 0.3], [0.7, 0.3, 0.7]], atol=1e-6)
+        np.testing.assert_allclose(graph["activate"]["center"], [0.5, 0.1, 0.5], atol=1e-6)
+        self.assertAlmostEqual(graph["activate"]["radius"], 0.2, places=6)
+        self.assertEqual(graph["solver"]["bodies"], ["@activate.body"])
+        self.bake(tree)
+        box.location.z = 0.6
+        bpy.context.view_layer.update()
+        self.assertIs(self.status(tree).is_stale, True)
+
+
 class Forces(ObjectCase):
     def blown(self, kind, **fields):
         bpy.ops.object.effector_add(type=kind, rotation=(math.radians(90), 0, 0))

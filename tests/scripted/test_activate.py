@@ -82,6 +82,27 @@ def test_a_seam_breaks_all_its_edges_at_its_frame_and_no_other():
     assert np.array_equal(np.flatnonzero(after.edge_intact == 0), wanted)
 
 
+def test_a_report_names_the_seam(sunder, scene, tmp_path):
+    scene(shot(("seam", {"between": "curve", "points": [[0, 0, 0], [0, 0, 1]], "distance": 0.04, "frame": 5})))
+    assert sunder("bake", "scene.json", "-o", "shot", "--frames", "1:6").status == 0
+    told = package.report(tmp_path / "shot")
+    assert {(b["by_kind"], b["by"], b["frame"]) for b in told["breaks"]} == {("seam", "it0", 5)} and told["broken"] == 8
+    first, row = [line for line in sunder("report", "shot").out.splitlines() if "seam it0" in line]
+    assert first.endswith(", told to by seam it0") and row.split()[:3] == ["5", f"{3 / 24:.4f}", "8"]
+
+
+def test_a_report_knows_what_glue_and_seams_make_of_toughness(sunder, scene, tmp_path):
+    half = {"region": "box", "box_min": [-1, -1, -1], "box_max": [0, 1, 1]}
+    scene(shot(("activate", {**half, "mode": "glued", "frame": 99}), ("seam", {"between": "all", "frame": 1, "frames": 100}),
+               body={"toughness": 0.02, "fracture_energy": None, "velocity": [0, 0, 1]}))
+    assert sunder("bake", "scene.json", "-o", "shot", "--frames", "1:6").status == 0
+    rows = package.report(tmp_path / "shot", fragments="all")["fragments"]
+    glued = [r for r in rows if r["position"][0] < 0]
+    assert len(glued) == 32 and all(r["toughness"] is None and r["share"] == 0 for r in glued)
+    free = [r for r in rows if r["position"][0] > 0.11]  # not beside glue
+    assert len(free) == 24 and all(0.019 <= r["toughness"] <= 0.02 + 1e-12 for r in free)
+
+
 def test_glue_holds_until_its_frame():
     weak = {"toughness": 0.001, "fracture_energy": None}
     pinned = shot(("activate", {"region": "box", "box_min": [-1, -1, 0.8], "box_max": [1, 1, 1], "frame": 99}),
@@ -137,3 +158,13 @@ def test_resumed_it_has_the_same_bits(sunder, scene, tmp_path, between):
             done = sunder("bake", "scene.json", "-o", folder, "--frames", some, "--resume")
             assert done.status == 0, done.err
     assert contents(tmp_path / "whole") == contents(tmp_path / "parts")
+
+
+def test_what_keeps_nothing_changes_no_bit():
+    hit = {"position": [0.05, -0.5, 0.55], "velocity": [0, 4, 0], "mass": 2}
+    nowhere = ("activate", {"region": "box", "box_min": [5, 5, 5], "box_max": [6, 6, 6], "mode": "glued"})
+    whole = ("seam", {"between": "all", "mode": "hold", "frame": 1})  # it has let go before the first frame
+    plain, same = (states(shot(*between, rigid=hit, body={"toughness": 0.01}), 12)[0] for between in ((), (nowhere, whole)))
+    assert not plain.edge_intact.all()
+    for name in ("position", "orientation", "velocity", "strain", "edge_intact", "edge_damage", "rigid_velocity"):
+        assert getattr(plain, name).tobytes() == getattr(same, name).tobytes(), name

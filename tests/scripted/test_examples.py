@@ -1,4 +1,4 @@
-"""The shots in examples/ go as docs/sheets.md, docs/cracks.md and docs/fields.md say."""
+"""The shots in examples/ go as docs/sheets.md, docs/cracks.md, docs/fields.md and docs/hand_off.md say."""
 import importlib.util
 from pathlib import Path
 
@@ -26,10 +26,12 @@ def test_meshes_are_those_that_the_script_writes(tmp_path):
     meshes = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(meshes)
     meshes.HERE = tmp_path
-    for make in (meshes.panel, meshes.door, meshes.can, meshes.roof, meshes.beam, meshes.wall, meshes.frame):
+    for make in (meshes.panel, meshes.door, meshes.can, meshes.roof, meshes.beam, meshes.wall, meshes.frame, meshes.arm):
         meshes.write(make.__name__, *make())
         written = (tmp_path / (make.__name__ + ".obj")).read_text()
         assert written == (EXAMPLES / (make.__name__ + ".obj")).read_text(), make.__name__
+    meshes.write_motion("arm", meshes.arm_motion(meshes.arm()[0]))
+    assert np.array_equal(np.load(tmp_path / "arm.npy"), np.load(EXAMPLES / "arm.npy"))
 
 
 def test_the_ball_goes_through_the_panel_and_leaves_the_rest_of_it():
@@ -72,6 +74,21 @@ def test_the_beam_bends_over_the_edge():
     assert len(sizes_of_pieces(bent)) == 1
     assert np.linalg.norm(bent.position - start.position, axis=1).max() > 0.05
     assert bent.strain.max() > 0.002
+
+
+def test_the_arm_swings_as_it_was_animated_and_then_breaks_its_back():
+    graph = sunder.Graph.load(str(EXAMPLES / "arm.json"))
+    motion = np.load(EXAMPLES / "arm.npy").astype(float)
+    rest = graph.evaluate("mesh.mesh").positions
+    for frame in (5, 21):
+        mesh = graph.evaluate("deformer.mesh", frame=frame)
+        away = np.linalg.norm(mesh.rest_positions[:, None] - rest[None], axis=2)
+        own, of = np.flatnonzero(away.min(axis=1) < 1e-6), away.argmin(axis=1)
+        assert np.abs(mesh.positions[own] - motion[frame - 1][of[own]]).max() < 2e-6
+    last, gone = states("arm", 21, 48)
+    assert last.edge_intact.all() and last.kept.all()
+    assert len(sizes_of_pieces(gone)) == 2 and sizes_of_pieces(gone)[0] > 30
+    assert (gone.position[:, 2] > 0).all()
 
 
 def test_the_wall_parts_into_large_pieces_and_chunks():

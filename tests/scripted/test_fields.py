@@ -6,6 +6,7 @@ import pytest
 
 import sunder
 from conftest import block_scene, contents
+from test_cracks import write_ball
 
 ARMS = np.array([[np.cos(2.4 * k), np.sin(2.4 * k), 0.3 * k - 1.5] for k in range(2, 11)])
 ARMS *= (0.5 * np.arange(2, 11) / np.linalg.norm(ARMS, axis=1))[:, None]  # 2 to 10 times 0.5 m
@@ -212,6 +213,98 @@ def test_a_file_that_holds_no_grid_is_refused_on_its_node(text, needle, tmp_path
     with pytest.raises(sunder.Error, match=needle) as caught:
         graph.evaluate("sim.state", frame=2)
     assert caught.value.node == "field" and caught.value.parameter == "path"
+
+
+BALL = {"radius": 0.5, "thickness": 0.02, "stiffness": 1e7, "toughness": 0.01}
+BURSTS = 2 * BALL["stiffness"] * BALL["thickness"] * BALL["toughness"] / ((BALL["radius"] - 0.01) * (1 - 0.3))  # Pa, by Laplace
+
+
+@pytest.fixture(scope="module")
+def shell(tmp_path_factory):
+    """A hollow ball: a sphere, and one inside turned inwards."""
+    folder = tmp_path_factory.mktemp("shell")
+    rows = []
+    for name, radius in (("outer", BALL["radius"]), ("inner", BALL["radius"] - BALL["thickness"])):
+        write_ball(folder / f"{name}.obj", 3, radius)
+        rows.append([line.split() for line in (folder / f"{name}.obj").read_text().splitlines()])
+    n = sum(row[0] == "v" for row in rows[0])
+    inner = [["f", *(str(int(i) + n) for i in reversed(row[1:]))] if row[0] == "f" else row for row in rows[1]]
+    (folder / "shell.obj").write_text("\n".join(" ".join(row) for row in rows[0] + inner) + "\n")
+    return folder / "shell.obj"
+
+
+def evenly(shell):
+    """Sites of an even cut: the corners of the sphere's triangles, in the middle of the shell."""
+    rows = [line.split() for line in (shell.parent / "outer.obj").read_text().splitlines()]
+    points = np.array([row[1:] for row in rows if row[0] == "v"], float)
+    return {"sites": "points", "points": ((BALL["radius"] - BALL["thickness"] / 2) / BALL["radius"] * points).tolist()}
+
+
+def blown_up(shell, frames=60, cut=None, **gas):
+    return sunder.Graph.from_dict({"sunder": 2, "frame_rate": 240, "frame_range": [1, frames], "nodes": {
+        "mesh": {"type": "mesh_file", "path": str(shell)},
+        "cut": {"type": "prefracture", "mesh": "@mesh.mesh", "clusters": 0, **(cut or {"pieces": 300})},
+        "ball": {"type": "body", "fragments": "@cut.fragments", "youngs_modulus": BALL["stiffness"], "poisson_ratio": 0.3,
+                 "toughness": BALL["toughness"], "fracture_energy": None},
+        "gas": {"type": "pressure", "body": "@ball.body", **gas},
+        "sim": {"type": "solver", "bodies": ["@ball.body"], "forces": ["@gas.force"], "gravity": [0, 0, 0]}}})
+
+
+def test_a_ball_that_is_blown_up_grows_as_a_membrane_and_bursts_where_that_breaks(shell):
+    graph = blown_up(shell, cut=evenly(shell), pressure={"keys": [[1, 0], [60, 1.5 * BURSTS]]})
+    start, states = None, {}
+    for frame in range(1, 61):
+        states[frame] = state = graph.evaluate("sim.state", frame=frame)
+        start = state if start is None else start
+        if not state.edge_intact.all():
+            break
+    at = graph["gas"].at("pressure", frame)
+    assert abs(at / BURSTS - 1) < 0.1, (frame, at, BURSTS)
+    half = states[frame // 2]
+    grown = np.linalg.norm(half.position, axis=1).mean() / np.linalg.norm(start.position, axis=1).mean() - 1
+    assert abs(grown / (BALL["toughness"] * graph["gas"].at("pressure", frame // 2) / BURSTS) - 1) < 0.15, grown
+
+
+def test_a_ball_of_uneven_fragments_is_strained_as_much_and_less_evenly(shell):
+    graph = blown_up(shell, frames=90, pressure={"keys": [[1, 0], [60, 0.6 * BURSTS]]})
+    strain = graph.evaluate("sim.state", frame=90).strain / (0.6 * BALL["toughness"])
+    assert abs(np.median(strain) - 1) < 0.05 and 1.1 < strain.max() < 1.25  # so it bursts that much earlier
+
+
+def test_edges_that_fade_begin_to_where_its_stress_is_their_strength(shell):
+    graph = blown_up(shell, cut=evenly(shell), pressure={"keys": [[1, 0], [60, 1.5 * BURSTS]]})
+    graph["ball"]["fracture_energy"] = "auto"
+    frame = next(f for f in range(2, 61) if (graph.evaluate("sim.state", frame=f).edge_damage > 0).any())
+    fades = BURSTS * (1 - 0.3)  # Pa: 2 E t toughness / R
+    assert abs(graph["gas"].at("pressure", frame) / fades - 1) < 0.1, frame
+
+
+def test_what_is_blown_up_resumes_to_the_bit(shell, sunder, scene, tmp_path):
+    graph = blown_up(shell, frames=34, pressure={"keys": [[1, 0], [24, 1.3 * BURSTS]]}).to_dict()
+    graph["nodes"]["cache"] = {"type": "bake_state", "state": "@sim.state", "path": "sim.####.ply"}
+    scene(graph)
+    for folder, frames in (("whole", ["1:34"]), ("parts", ["1:12", "1:28", "1:34"])):
+        for some in frames:
+            done = sunder("bake", "scene.json", "-o", folder, "--frames", some, "--resume")
+            assert done.status == 0, done.err
+    assert contents(tmp_path / "whole") == contents(tmp_path / "parts")
+
+
+def test_a_ball_that_burst_loses_its_pressure(shell):
+    graph = blown_up(shell, pressure={"keys": [[1, 0], [30, 1.5 * BURSTS]]})
+    burst, later = (graph.evaluate("sim.state", frame=f) for f in (40, 60))
+    assert not burst.edge_intact.all()
+    speeds = [np.linalg.norm(s.velocity, axis=1) for s in (burst, later)]
+    assert np.isfinite(speeds[1]).all() and speeds[1].max() < 60
+
+
+def test_a_body_without_a_hollow_is_refused():
+    graph = block_scene()
+    graph["nodes"]["gas"] = {"type": "pressure", "body": "@clay.body"}
+    graph["nodes"]["sim"]["forces"] = ["@gas.force"]
+    with pytest.raises(sunder.Error, match="encloses no hollow") as caught:
+        sunder.Graph.from_dict(graph).evaluate("sim.state", frame=2)
+    assert caught.value.node == "gas"
 
 
 BAD = {

@@ -8,6 +8,7 @@ import hashlib
 import itertools
 import json
 
+import numpy as np
 import pytest
 
 import sunder
@@ -88,6 +89,7 @@ def test_effects_are_told_of_a_node_and_of_its_keys():
 
 CUBE = [(x - 0.5, y - 0.5, z - 0.5) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
 QUADS = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]
+AS_READ = [CUBE[i] for i in dict.fromkeys(i - 1 for quad in QUADS for i in quad)]  # a file's vertices, by their first use
 LID = [(x, y, z + 0.001) for x, y, z in CUBE[4:]]  # a little above the cube: a seam, found and welded unless that is forbidden
 MESHES = {
     "cube": obj_text(CUBE, QUADS),
@@ -105,6 +107,8 @@ def meshes(tmp_path_factory):
         (folder / f"{name}.obj").write_text(text)
     for name, vector in (("steady", [3, 0, 0]), ("swirl", [0, 3, 1])):
         (folder / f"{name}.json").write_text(json.dumps({"values": [vector] * 8}))
+    for name, stretch in (("still", 0.05), ("motion", 0.15)):
+        np.save(folder / f"{name}.npy", [np.array(AS_READ) * [1, 1, 1 + stretch * frame] + [0, 0, 2] for frame in range(3)])
     return folder
 
 
@@ -137,7 +141,7 @@ def scene(folder, node_type, mesh="cube", **given):
         nodes["body"] |= {**place, **it, "fragments": fragments}
         return nodes, ["solver.state"], 4
     nodes = {**block(), "floor": floor, "solver": solver}
-    if node_type in ("activate", "seam"):
+    if node_type in ("activate", "seam", "body_region"):
         cut = {"type": "prefracture", "mesh": "@file.mesh", "pieces": 12, "clusters": 3}
         ram = {"type": "collider", "shape": "box", "size": [0.4, 2, 2], "position": {"keys": [[1, [-0.9, 0, 0.5]], [4, [-0.5, 0, 0.5]]]}}
         ball = {"type": "rigid_body", "radius": 0.2, "position": [0, 0, 1.25], "velocity": [0, 0, -9]}
@@ -146,6 +150,11 @@ def scene(folder, node_type, mesh="cube", **given):
         if node_type == "activate":
             nodes["it"]["object"] = "@ram.collider"
         solver["bodies"], solver["rigid_bodies"] = ["@it.body"], ["@ball.rigid_body"]
+        return nodes, ["solver.state"], 4
+    if node_type == "follow":
+        cut = {"type": "prefracture", "mesh": "@file.mesh", "pieces": 8}
+        nodes |= {"file": file, "block": cut, "it": {**it, "body": "@body.body", "mesh": "@file.mesh"}}
+        solver["bodies"] = ["@it.body"]
         return nodes, ["solver.state"], 4
     if node_type == "solver":
         nodes["solver"] |= it
@@ -213,8 +222,13 @@ OTHER = {
     ("grid_force", "path"): "swirl.json", ("force", "gusts"): 0.5, ("force", "gust_seed"): 3,
     ("activate", "center"): [0.4, 0.4, 0.4], ("activate", "box_max"): [0.2, 0.2, 0.2], ("activate", "box_min"): [0, 0, 0],
     ("activate", "cluster"): 1, ("activate", "group"): "Others", ("activate", "frame"): 4, ("activate", "impulse"): 1e6,
-    ("activate", "delay"): 2, ("activate", "growth"): 30, ("seam", "group"): "Others", ("seam", "other_group"): "Others",
+    ("activate", "delay"): 2, ("activate", "growth"): 30, ("activate", "falloff"): 0.8, ("seam", "group"): "Others",
+    ("seam", "other_group"): "Others",
+    ("body_region", "center"): [0.4, 0.4, 0.4], ("body_region", "box_max"): [0.2, 0.2, 0.2], ("body_region", "box_min"): [0, 0, 0],
+    ("body_region", "cluster"): 1, ("body_region", "group"): "Others",
     ("seam", "points"): [[0, 0, 0], [0, 0, 1]], ("seam", "distance"): 0.6, ("seam", "frames"): 90,
+    ("follow", "position"): [0, 0, 3], ("follow", "rotation"): [0, 30, 0], ("follow", "path"): "motion.npy", ("follow", "first_frame"): 2,
+    ("follow", "positions"): [[x, y, z + 2] for x, y, z in AS_READ], ("follow", "source"): "values", ("follow", "source_strain"): "elastic",
     ("solver", "substeps"): 3, ("solver", "iterations"): 5, ("solver", "hit_substeps"): 1, ("body", "fracture_energy"): 20.0,
 }
 POINTS = [[0.5, 0.1, 0.2], [0.4, -0.3, 0.2], [-0.3, 0.2, 0.4]]
@@ -225,6 +239,8 @@ ALSO = {
     "fragment_region": {"group": "Some"},
     "grid_force": {"values": [[5, 0, 0]] * 8 + [[0, 5, 0]] * 8},  # two frames of 2 x 2 x 2, or one of 2 x 2 x 4
     "activate": {"group": "Some"},
+    "follow": {"frame": 4, "positions": [[x, y, (1 + 0.1 * frame) * z + 2] for frame in range(3) for x, y, z in AS_READ]},
+    "body_region": {"group": "Some", "stiffness": 0.5},
     "seam": {"group": "Some", "points": [[-0.5, -0.5, 0.5], [-0.5, 0.5, 0.5]], "frame": 2},
 }
 ALSO_OF = {
@@ -279,6 +295,10 @@ def test_without_its_needs_a_parameter_changes_nothing(meshes, node_type, name):
     if (node_type, name) == ("grid_force", "path"):
         kept = {"path": str(meshes / "steady.json")}
         counting = [{**g, "source": "file"} for g in counting]
+    elif (node_type, name) == ("follow", "path"):
+        kept = {"path": str(meshes / "still.npy")}
+    elif node_type == "follow":
+        idle, counting = ([{**g, "path": str(meshes / "still.npy")} for g in some] for some in (idle, counting))
     elif node_type == "grid_force":
         idle = [{**g, "path": str(meshes / "steady.json")} for g in idle]
     if (node_type, name) == ("collider", "path"):

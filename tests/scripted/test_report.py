@@ -64,7 +64,7 @@ def test_it_is_what_the_states_tell(hit):
         assert [b["time"] for b in rows] == list(state.broken_time)
         assert [b["strain"] for b in rows] == list(state.broken_strain)
         assert [b["toughness"] for b in rows] == list(state.broken_toughness)
-        kinds = ["nothing", "body", "rigid_body", "collider"]
+        kinds = ["nothing", "body", "rigid_body", "collider", "seam"]
         assert [b["by_kind"] for b in rows] == [kinds[kind] for kind, _ in state.broken_by]
         for b in rows:
             ends = state.edges[b["edge"]]

@@ -284,6 +284,39 @@ TEST(activation, a_ball_that_sweeps_a_wall_lets_go_of_what_it_touches_in_that_fr
     EXPECT_LT(n_touched, 50u);
 }
 
+// From all that it touches to none at its falloff, straight between, and the same ones each time.
+TEST(activation, with_falloff_it_lets_go_of_the_fewer_the_farther) {
+    Scene scene = test::lattice_scene({.cells = {60, 1, 60}, .spacing = 0.1});
+    scene.rest.edges.clear();
+    scene.bodies[0].edge_end = 0;
+    Activation a = keep(scene, Keeps::held, Until::object, everywhere);
+    a.object.kind = ShapeKind::plane, a.falloff = 2;
+    scene.activations = {a};
+    std::vector<std::vector<uint8_t>> gone;
+    for (int time = 0; time < 2; ++time) {
+        Shot shot(scene);
+        shot.input.gravity = Vec3(0, 0, -10);
+        shot.input.activations[0].object.begin.position.z() = shot.input.activations[0].object.end.position.z() = 1;
+        shot.go_on(1);
+        gone.emplace_back();
+        for (size_t i = 0; i < shot.state.n_particles(); ++i) gone.back().push_back(!shot.stands(i));
+    }
+    EXPECT_EQ(gone[0], gone[1]);
+    std::vector<int> n_gone(60, 0);  // by height, of 60
+    for (size_t i = 0; i < gone[0].size(); ++i)
+        n_gone[static_cast<size_t>(scene.rest.rest_position[i].z() / 0.1)] += gone[0][i];
+    for (size_t k = 0; k < n_gone.size(); ++k) {
+        const double distance = 0.1 * static_cast<double>(k) - 1;  // of the fragments' lower faces
+        if (distance < -0.01) {
+            EXPECT_EQ(n_gone[k], 60) << distance;
+        } else if (distance > 2 - 0.01) {
+            EXPECT_EQ(n_gone[k], 0) << distance;
+        } else {
+            EXPECT_NEAR(n_gone[k] / 60.0, 1 - distance / 2, 0.25) << distance;  // four deviations of 60 draws
+        }
+    }
+}
+
 TEST(activation, a_front_spreads_from_what_was_touched_after_a_delay) {
     Scene scene = wall();
     scene.activations[0].delay = 2.0 / 24, scene.activations[0].growth = 2.4;  // 0.1 m a frame
@@ -391,6 +424,7 @@ TEST(seam, breaks_all_its_edges_in_its_frame_and_no_other) {
     std::vector<EdgeId> broken;
     for (const BrokenEdge& b : shot.state.broken) broken.push_back(b.edge);
     EXPECT_EQ(broken, scene.seams[0].edges);
+    for (const BrokenEdge& b : shot.state.broken) EXPECT_EQ(b.by, (Pusher{Pusher::Kind::seam, 0}));
     EXPECT_EQ(test::count_broken(shot.state), broken.size());
     EXPECT_EQ(test::count_pieces(scene.rest, shot.state), 2u);
     shot.go_on(1);

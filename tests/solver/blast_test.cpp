@@ -196,6 +196,65 @@ TEST(blast, nothing_behind_a_wall_is_thrown) {
     }
 }
 
+// Nor has it a share of the energy, which all goes into what is free.
+TEST(blast, what_is_held_or_asleep_until_touched_stands) {
+    Scene scene = cubes_at(Vec3(0, 0, 0.1), {Vec3(2, 0, 0), Vec3(0, 3, 0), Vec3(-2, 1, 0), Vec3(0, -2, 1)});
+    const std::pair<Keeps, Until> kept[] = {
+        {Keeps::held, Until::contact}, {Keeps::asleep, Until::frame}, {Keeps::glued, Until::frame}};
+    for (uint32_t i = 0; i < std::size(kept); ++i) {
+        Activation a;
+        a.name = "wait", a.keeps = kept[i].first, a.until = kept[i].second, a.particles = {ParticleId(i)};
+        scene.activations.push_back(a);
+    }
+    Blast blast = some_blast();
+    blast.center = Vec3(0, 0, 0.1);
+    blast.energy = 5;
+    const Exploded it = explode(scene, blast);
+    double energy = 0;
+    for (size_t i = 0; i < 4; ++i) {
+        EXPECT_EQ(it.after.velocity[i] == Vec3(Vec3::Zero()), i < 2) << i;
+        EXPECT_EQ(it.after.position[i] == it.before.position[i], i < 2) << i;
+        energy += 0.5 * scene.rest.mass[i] * it.after.velocity[i].squaredNorm();
+    }
+    EXPECT_NEAR(energy, 5, 1e-9);
+    EXPECT_EQ(it.after.asleep[1], 1) << "a blast touches nothing";
+}
+
+// Fields that act all along a frame, likewise; and what lets go takes up none of what they would have given it.
+TEST(blast, fields_move_nothing_that_is_held) {
+    Scene scene = cubes_at(Vec3(0, 0, 0.1), {Vec3(2, 0, 0), Vec3(0, 3, 0), Vec3(-2, 1, 0)});
+    for (const Keeps keeps : {Keeps::held, Keeps::asleep}) {
+        Activation a;
+        a.name = "wait", a.keeps = keeps, a.particles = {ParticleId(scene.activations.size())};
+        scene.activations.push_back(a);
+    }
+    FrameInput input = test::quiet_input(scene, Material());
+    Force wind, pull;
+    wind.wind = Vec3(9, 0, 0), wind.drag = 2;
+    pull.local = std::make_shared<const LocalForce>(
+        LocalForce{"pull", 1, PointField{.center = Vec3::Zero(), .falloff = {1, 1, kNever}, .strength = 30}});
+    input.forces = {wind, pull};
+    const auto solver = test::make_solver(scene);
+    const FrameState before = solver->initial_state(input.materials);
+    FrameState state = before;
+    const SolverSettings settings;
+    for (int frame = 0; frame < 5; ++frame) test::advance(*solver, input, settings, state);
+    for (size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(state.position[i] == before.position[i], i < 2) << i;
+        EXPECT_EQ(state.velocity[i] == Vec3(Vec3::Zero()), i < 2) << i;
+    }
+    for (FrameInput::ActivationDrive& a : input.activations) a.comes = true;
+    FrameState free = before;
+    free.inactive.assign(3, Inactivity());
+    free.asleep.assign(3, 0), free.time = state.time;
+    test::advance(*solver, input, settings, free);
+    test::advance(*solver, input, settings, state);
+    for (size_t i = 0; i < 2; ++i) {
+        EXPECT_GT(state.velocity[i].norm(), 0.1);
+        EXPECT_LT((state.velocity[i] - free.velocity[i]).norm(), 1e-12) << i;
+    }
+}
+
 TEST(blast, it_wakes_what_sleeps) {
     Scene scene = cubes_at(Vec3(0, 0, 0.1), {Vec3(2, 0, -0.095), Vec3(0, 3, -0.095)});
     scene.colliders.resize(1);

@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <map>
 
 #include "fracture_tools/fragments/prefracture.h"
 #include "fracture_tools/mesh/mesh_io.h"
+#include "solver/data/rotations.h"
 #include "solver/scene/local_force.h"
 #include "tests/support/lattice_scene.h"
 
@@ -225,10 +227,11 @@ void Shot::blow(uint64_t seed) {
     Vec3 low = Vec3::Constant(kNever), high = -low;
     for (const Vec3& x : scene.rest.rest_position) low = low.cwiseMin(x), high = high.cwiseMax(x);
     const double size = (high - low).maxCoeff();
-    const auto add = [&](std::vector<Force>& io_forces, LocalForce::Kind kind, double drag = 0) {
+    const auto add = [&](std::vector<Force>& io_forces, LocalForce::Kind kind, double drag = 0,
+                         const std::string& body = {}) {
         io_forces.emplace_back();
         io_forces.back().local =
-            std::make_shared<LocalForce>(LocalForce{"drawn", draw.index(1 << 30), std::move(kind), drag});
+            std::make_shared<LocalForce>(LocalForce{"drawn", draw.index(1 << 30), std::move(kind), drag, body});
     };
     const auto place = [&] { return Vec3((low + high) / 2 + draw.vector(0.6 * size)); };
     const auto falloff = [&] {
@@ -263,6 +266,16 @@ void Shot::blow(uint64_t seed) {
         guide.pose.begin = guide.pose.end = {size * draw.vector(0.5), turn(draw)};
         add(forces, guide);
     }
+    if (draw.one_in(2)) {  // as if its first body were hollow, and not closed
+        Pressure gas{.lining = {}, .pressure = draw.logarithmic(1, 1e5), .vent = draw.logarithmic(1e-3, 1)};
+        std::vector<Vec3> lining;
+        for (uint32_t i = scene.bodies[0].particle_begin; i < scene.bodies[0].particle_end; ++i) {
+            lining.push_back(std::pow(scene.rest.volume[i], 2.0 / 3) * draw.vector(1));
+            gas.area += lining.back().norm();
+        }
+        gas.lining = std::make_shared<const std::vector<Vec3>>(std::move(lining));
+        add(forces, gas, 0, scene.bodies[0].name);
+    }
 }
 
 void Shot::keep(uint64_t seed) {
@@ -272,20 +285,80 @@ void Shot::keep(uint64_t seed) {
     held.name = "held", held.particles = std::move(scene.pins.back().particles);
     scene.pins.pop_back();
     held.keeps = draw.of({Keeps::held, Keeps::held, Keeps::asleep});
-    held.until = draw.of({Until::contact, Until::neighbour, Until::frame});
+    held.until = draw.of({Until::contact, Until::neighbour, Until::frame, Until::object});
     held.impulse = draw.one_in(2) ? 0 : draw.logarithmic(0.1, 1000);
+    const Vec3 middle = scene.rest.rest_position[draw.of({held.particles.front(), held.particles.back()})];
+    const Vec3 way = draw.vector(2);
+    sweep = {{middle - way, turn(draw)}, {middle + way, turn(draw)}};
+    held.object.radius = draw.logarithmic(0.01, 1), held.falloff = draw.one_in(2) ? 0 : draw.logarithmic(0.01, 1);
+    held.delay = draw.of({0.0, 0.2}), held.growth = draw.of({0.0, 1.0});
     Activation glued;
     glued.name = "glued", glued.keeps = Keeps::glued;
     glued.until = draw.of({Until::contact, Until::neighbour});
     for (ParticleId i(scene.bodies[0].particle_begin); i < scene.bodies[0].particle_end; ++i)
         if (draw.one_in(3)) glued.particles.push_back(i);
     scene.activations = {held, glued};
+    Seam seam{"seam", {}};
+    scene.rest.material = scene.rest.body, scene.region_bodies = {0};
+    for (EdgeId e(scene.bodies[0].edge_begin); e < scene.bodies[0].edge_end; ++e)
+        if (draw.one_in(5)) seam.edges.push_back(e);
+    for (uint32_t i = scene.bodies[0].particle_begin; i < scene.bodies[0].particle_end; ++i)
+        if (draw.one_in(3)) scene.rest.material[i] = static_cast<uint32_t>(scene.bodies.size());
+    scene.seams = {seam};
+    of_region = material;
+    of_region.toughness *= draw.logarithmic(0.1, 10), of_region.youngs_modulus *= draw.logarithmic(0.1, 10);
+    of_region.yield *= draw.logarithmic(0.1, 10);
+}
+
+std::vector<Material> Shot::materials() const {
+    std::vector<Material> all(scene.bodies.size(), material);
+    all.insert(all.end(), scene.region_bodies.size(), of_region);
+    return all;
+}
+
+void Shot::follow(uint64_t seed) {
+    Draw draw(seed);
+    const SimulationMesh rest = scene.rest;
+    const uint32_t n = scene.bodies[0].particle_end;
+    Vec3 middle = Vec3::Zero();
+    for (uint32_t i = 0; i < n; ++i) middle += rest.rest_position[i] / n;
+    const Vec3 axis = draw.vector(1).normalized(), along = draw.vector(1).normalized(), across = draw.vector(1);
+    const double turn = draw.uniform(0, 0.3), way = draw.logarithmic(0.001, 0.1), shear = draw.uniform(0, 0.03);
+    const bool is_set = draw.one_in(2);
+    motion = [=](size_t frame) {
+        const double t = static_cast<double>(frame);
+        SourcePose pose;
+        const Quat q = rotation_about(axis, turn * t);
+        pose.whole = {middle - q * middle + Vec3(0, 0, way * t), q};
+        const Mat3 F =
+            Mat3::Identity() + Mat3((shear * t) * (along * (across - across.dot(along) * along).transpose()));
+        for (uint32_t i = 0; i < n; ++i) {
+            const Vec3& x = rest.rest_position[i];
+            pose.own.push_back({middle + F * (x - middle) - x, Quat::Identity()});
+            const Mat3 S = Eigen::SelfAdjointEigenSolver<Mat3>(F.transpose() * F).operatorSqrt();
+            if (is_set) pose.set.push_back(S);
+        }
+        return pose;
+    };
+    Activation a;
+    a.name = "rig", a.until = draw.of({Until::frame, Until::contact}), a.keeps = draw.of({Keeps::held, Keeps::asleep});
+    Source source;
+    source.name = "rig", source.start = std::make_shared<const SourcePose>(motion(0));
+    for (ParticleId i(0); i < n; ++i) a.particles.push_back(i), source.particles.push_back(i);
+    scene.activations = {a}, scene.sources = {source};
 }
 
 FrameInput Shot::input(size_t frame) const {
     FrameInput in = quiet_input(scene, material);
     in.materials = materials(), in.gravity = Vec3(0, 0, -gravity);
     in.forces = forces;
+    if (motion) {
+        const auto at = [&](size_t f) { return std::make_shared<const SourcePose>(motion(std::min(f, kLetGo))); };
+        in.sources = {{at(frame), at(frame + 1), scene.rest.rest_position[0], frame < kLetGo}};
+        in.activations[0].comes = frame >= kLetGo;
+    }
+    if (!motion && !scene.activations.empty()) in.activations[0] = {frame >= 18, sweep};
+    if (!scene.seams.empty()) in.seams[0] = frame < 6 ? kNever : std::max(0.0, 1.6 - 0.1 * static_cast<double>(frame));
     if (frame > 0 && frame % 2 == 0 && frame / 2 <= blasts.size()) in.forces.push_back(blasts[frame / 2 - 1]);
     return in;
 }

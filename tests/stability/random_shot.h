@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <functional>
 #include <random>
 #include <string>
 #include <vector>
@@ -39,9 +40,12 @@ struct Shot {
     Scene scene;  // collider 0: the floor
     Material material;
     SolverSettings settings;
-    double gravity = 9.81;      // m/s2
-    std::vector<Force> forces;  // in all frames
-    std::vector<Force> blasts;  // in frames 2, 4, 6, ...
+    double gravity = 9.81;                           // m/s2
+    std::vector<Force> forces;                       // in all frames
+    std::vector<Force> blasts;                       // in frames 2, 4, 6, ...
+    Material of_region;                              // of `keep`
+    DrivenPose sweep;                                // of the object of `keep`, in all frames
+    std::function<SourcePose(size_t frame)> motion;  // of what follows
 
     explicit Shot(uint64_t seed);
     /// Takes one parameter from anywhere in its range instead; which one, and its value.
@@ -52,9 +56,13 @@ struct Shot {
     void hold(uint64_t seed);
     /// Adds forces that differ from place to place.
     void blow(uint64_t seed);
-    /// Has activations of all kinds keep parts of the first body, at rest, until something touches or breaks them.
+    /// Has activations of all kinds keep parts of the first body, at rest, until something touches or breaks them, or
+    /// their frame or an object comes; a seam through it weaken and break, and a region have factors.
     void keep(uint64_t seed);
-    std::vector<Material> materials() const { return std::vector(scene.bodies.size(), material); }
+    /// Has the first body follow a motion with turns and strains, until frame kLetGo or a contact before.
+    void follow(uint64_t seed);
+    static constexpr size_t kLetGo = 10;
+    std::vector<Material> materials() const;
     FrameInput input(size_t frame = 0) const;
 };
 

@@ -114,6 +114,31 @@ TEST(random_shots, gain_nothing_where_pins_hold) {
     std::printf("most energy gained: %.4f of the start, shot %d\n", most, static_cast<int>(worst));
 }
 
+// What was let go of a motion has what that gave it, and no more.
+TEST(random_shots, gain_nothing_once_a_source_lets_go) {
+    double most = 0;
+    uint64_t worst = 0;
+    for (uint64_t seed = 0; seed < 30; ++seed) {
+        test::Shot shot(seed);
+        shot.follow(seed + 4000);
+        const auto solver = test::make_solver(shot.scene);
+        FrameState state = solver->initial_state(shot.materials());
+        double start = 0, gained = 0;
+        for (size_t frame = 0; frame < 30; ++frame) {
+            const auto report = solver->advance(shot.input(frame), shot.settings, state);
+            ASSERT_TRUE(report) << "shot " << seed << ": " << report.error().text();
+            const test::Energy now = test::energy(solver->scene(), shot.material, shot.input().gravity, state);
+            if (frame == test::Shot::kLetGo) start = now.total();
+            if (frame > test::Shot::kLetGo) gained = std::max(gained, (now.kinetic() + now.height - start) / start);
+        }
+        for (ParticleId i(0); i < shot.scene.bodies[0].particle_end; ++i)
+            EXPECT_NE(state.inactive[i].followed, HUGE_VAL) << "shot " << seed;
+        EXPECT_LE(gained, 0.01) << "shot " << seed;  // as above
+        if (gained > most) most = gained, worst = seed;
+    }
+    std::printf("most energy gained: %.4f of the moment it was let go, shot %d\n", most, static_cast<int>(worst));
+}
+
 // Nor do hinges that stand still. Every other body is a panel.
 TEST(random_shots, gain_nothing_on_hinges) {
     double most = 0;

@@ -24,6 +24,8 @@ NodeType = Literal[
     "prefracture",
     "fragment_region",
     "body",
+    "body_region",
+    "follow",
     "activate",
     "seam",
     "rigid_body",
@@ -36,6 +38,7 @@ NodeType = Literal[
     "turbulence",
     "guide",
     "grid_force",
+    "pressure",
     "solver",
     "deformer",
     "bake_mesh",
@@ -315,6 +318,82 @@ class AddsNodes:
     @overload
     def add(
         self,
+        type: Literal["body_region"],
+        name: str,
+        *,
+        body: _Wire = ...,
+        region: Literal["all", "box", "sphere", "group", "cluster"] = ...,
+        box_min: _Vector3 = ...,
+        box_max: _Vector3 = ...,
+        center: _Vector3 = ...,
+        radius: _Number = ...,
+        group: str = ...,
+        cluster: _Integer = ...,
+        toughness: Union[_Number, _Animation] = ...,
+        stiffness: Union[_Number, _Animation] = ...,
+    ) -> Node:
+        """Makes a part of a body tougher, weaker, softer or stiffer, for all of the shot or with time; nothing is cut
+        anew. Several can follow one another: their factors multiply.
+
+        body: Of which it is a part.
+        region: Fragments whose centre lies in it, with the body as placed at the first frame. all: every one; box takes
+            `box_min` and `box_max`; sphere takes `center` and `radius`; group takes `group`; cluster takes `cluster`.
+        box_min: Lowest corner of the box [m]. Needs region = box.
+        box_max: Highest corner of the box [m]. Needs region = box.
+        center: Of the sphere [m]. Needs region = sphere.
+        radius: Of the sphere [m]. Needs region = sphere.
+        group: Vertex group of the mesh: fragments that own one of its vertices. Needs region = group.
+        cluster: Number of a cluster, as pre-fracture gathered them. Needs region = cluster.
+        toughness: Factor on the body's toughnesses.
+        yield: Factor on the body's yield, and on what yields have grown to by hardening.
+        stiffness: Factor on the body's Young's modulus.
+
+        yield, a word of Python, is set in the node: node["yield"] = ...
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["follow"],
+        name: str,
+        *,
+        body: _Wire = ...,
+        mesh: _Wire = ...,
+        motion: Literal["transform", "vertices"] = ...,
+        position: Union[_Vector3, _Animation] = ...,
+        rotation: Union[_Vector3, _Animation] = ...,
+        frame: Optional[_Integer] = ...,
+        source: Literal["file", "values"] = ...,
+        path: _Path = ...,
+        positions: _Points = ...,
+        first_frame: _Integer = ...,
+        source_strain: Literal["rest", "elastic"] = ...,
+    ) -> Node:
+        """A body follows an animation, of its place or of each vertex of its mesh, until it is let go with the speed and
+        spin that it has. `activate` nodes behind it say when and where that is for the fragments that they hold.
+
+        body: What follows.
+        mesh: Of `motion` vertices: the mesh that the body was cut from.
+        motion: transform: the body moves as one, by `position` and `rotation`; vertices: each vertex of its mesh is
+            where `path` or `positions` say.
+        position: Where the origin of the fragments is [m]. Needs motion = transform.
+        rotation: How the fragments are turned about their origin; Euler angles XYZ: about x first, then y, then z
+            [degrees]. Needs motion = transform.
+        frame: First frame at which it has let go; null: it follows to the end, but for what `activate` nodes let go.
+        source: file: places stand in a file of their own; values: in the graph. Needs motion = vertices.
+        path: A .npy file of shape (frames, vertices, 3), floats, m, in the scene; relative to the graph file's folder.
+            Needs motion = vertices and source = file.
+        positions: Where each vertex of the mesh is in the scene, in the order of the mesh as read, equal positions
+            being one; frame after frame [m]. Needs motion = vertices and source = values.
+        first_frame: Of the first of these; before it, and after the last, the mesh stands. Needs motion = vertices.
+        source_strain: What the animation's stretch is to the body once it is let go. rest: the shape that it has then
+            is its rest, but for a change of volume; elastic: it springs back, and breaks where that is too much. Needs
+            motion = vertices.
+        """
+
+    @overload
+    def add(
+        self,
         type: Literal["activate"],
         name: str,
         *,
@@ -333,6 +412,7 @@ class AddsNodes:
         impulse: _Number = ...,
         delay: _Integer = ...,
         growth: _Number = ...,
+        falloff: _Number = ...,
     ) -> Node:
         """Keeps fragments from moving, or their edges from breaking, until a condition comes for each. Several can follow
         one another: where two speak of a fragment, the later one counts.
@@ -358,6 +438,8 @@ class AddsNodes:
         delay: From the object's touch until it lets go [frames]. Needs until = object.
         growth: How fast it spreads through the region from what was touched; 0: it does not [m/s]. Needs until =
             object.
+        falloff: How far beyond its surface the object lets go: at the surface of all fragments, so far away of none,
+            between of the fewer the farther [m]. Needs until = object.
         """
 
     @overload
@@ -746,6 +828,23 @@ class AddsNodes:
         Time:
         first_frame: Of the first of several grids, one a frame; before and after, the first and the last one stay.
             Needs source = values.
+        """
+
+    @overload
+    def add(
+        self,
+        type: Literal["pressure"],
+        name: str,
+        *,
+        body: _Wire = ...,
+        pressure: Union[_Number, _Animation] = ...,
+        vent: _Number = ...,
+    ) -> Node:
+        """Blows a closed hollow body up from inside until it bursts. The pressure drops as the body opens.
+
+        body: Of a mesh with a surface inside that encloses a hollow.
+        pressure: Above that outside, while the body is closed [Pa].
+        vent: Share of the surface inside that is open when the pressure has dropped to half.
         """
 
     @overload

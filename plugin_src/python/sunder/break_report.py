@@ -11,7 +11,7 @@ from .library import FRAMES, Path, decode, dump, encode, integer
 
 
 class Break(TypedDict):
-    """An edge that broke. `by`: what pressed hardest on its piece then; `by_kind`: "body", "rigid_body", "collider" or "nothing"."""
+    """An edge that broke. `by`: what pressed hardest on its piece then; `by_kind`: "body", "rigid_body", "collider", "seam" or "nothing"."""
 
     frame: int
     time: float

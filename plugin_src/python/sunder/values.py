@@ -96,7 +96,8 @@ class State(Value):
     fracture energy, (0,); kept (n,), what activations keep of each (1 held, 2 asleep, 4 glued), or (0,);
     rigid_position, rigid_orientation,
     rigid_velocity, rigid_angular_velocity of rigid bodies; broken_edge, broken_time, broken_strain, broken_toughness of this frame, and
-    broken_by (b, 2), what pressed hardest: 0 nothing, 1 a particle, 2 a rigid body, 3 a collider, and its number (of nothing -1);
+    broken_by (b, 2), what pressed hardest: 0 nothing, 1 a particle, 2 a rigid body, 3 a collider, 4 a seam that broke it, and its number
+    (of nothing -1);
     rest_position, rest_orientation, radii, mass, volume at rest; particle_transform (n, 3, 4), from rest to world,
     particle_turned (n, 3, 4) and particle_turn (n, 4), of which skins are made (Mesh); frame, time, bodies, rigid_bodies, report. Where
     time is scaled, it lies at `simulated_frame`, most often between two that were simulated, and velocities are of simulated time.

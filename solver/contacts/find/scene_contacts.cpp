@@ -23,7 +23,7 @@ struct Surface {
 Surface surface_of(const Scene& scene, const FrameInput& input, MovableId movable) {
     const size_t n = scene.rest.n_particles();
     if (movable < n) {
-        const Material& m = input.materials[scene.rest.body[movable]];
+        const Material& m = input.materials[scene.rest.material_of(movable)];
         return {m.friction, m.restitution};
     }
     const RigidBody& r = scene.rigid_bodies[movable - n];

@@ -107,6 +107,29 @@ TEST(StateFile, what_is_bent_comes_back) {
     EXPECT_TRUE(has(fault_of(bytes_of(e)), "bending 1: layer3 is not finite"));
 }
 
+TEST(StateFile, what_is_kept_comes_back_in_the_middle_of_its_wait) {
+    Example e = example();
+    e.state.inactive = {{Inactivity::kHeld | Inactivity::kTouched, {HUGE_VAL, HUGE_VAL}, 0.1, 4.9e-324},
+                        {Inactivity::kAsleep | Inactivity::kGlued, {0.75, HUGE_VAL}, 0, 0},
+                        {0, {0.1 + 0.2, -0.0}, -0.0, 3}};
+    const std::string bytes = bytes_of(e);
+    const auto file = decode_state(bytes, "a");
+    ASSERT_TRUE(file) << file.error().text();
+    EXPECT_EQ(file->state, e.state);
+    EXPECT_EQ(state_hash(file->state), state_hash(e.state));
+    EXPECT_EQ(bytes_of({e.rest, file->state}), bytes);
+    EXPECT_NE(state_hash(e.state), state_hash(example().state));
+    for (size_t n = 0; n < bytes.size(); n += 7) EXPECT_NE(fault_of(bytes.substr(0, n)), "");
+    e.state.broken.clear(), e.state.inactive[1].what = 16;
+    EXPECT_TRUE(has(fault_of(bytes_of(e)), "inactive 1: nothing keeps it as 16"));
+    e.state.inactive[1] = {Inactivity::kHeld, {std::nan(""), 1}, 0, 0};
+    EXPECT_TRUE(has(fault_of(bytes_of(e)), "inactive 1: due is not finite"));
+    e.state.inactive[1] = {Inactivity::kHeld, {1, 1}, HUGE_VAL, 0};
+    EXPECT_TRUE(has(fault_of(bytes_of(e)), "inactive 1: push is not finite"));
+    e.state.inactive.pop_back();
+    EXPECT_TRUE(has(fault_of(bytes_of(e)), "tells what keeps 2 particles, of 3"));
+}
+
 TEST(StateFile, scaled_time_comes_back_and_plain_time_takes_no_room) {
     const Example e = example();
     EXPECT_EQ(encode_state(24, e.state, e.rest, {24, 1}).view(), bytes_of(e));
@@ -192,7 +215,9 @@ TEST(StateFile, frames_of_former_versions_are_awake) {
 
 TEST(StateFile, tells_why_edges_broke_where_that_is_known) {
     Example e = example();
-    e.state.broken = {{EdgeId(0), 0.125, 0.3, 0.25, {Pusher::Kind::rigid_body, 0}}, {EdgeId(1), 0.125, -0.4, 0.25, {}}};
+    e.state.broken = {{EdgeId(0), 0.125, 0.3, 0.25, {Pusher::Kind::rigid_body, 0}},
+                      {EdgeId(1), 0.125, -0.4, 0.25, {}},
+                      {EdgeId(1), 0.125, 0, 0, {Pusher::Kind::seam, 2}}};
     const std::string bytes = bytes_of(e);
     EXPECT_TRUE(has(bytes, "comment sunder state frame 6\n"));
     const auto file = decode_state(bytes, "a");

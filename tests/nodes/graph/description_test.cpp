@@ -14,12 +14,11 @@ namespace {
 TEST(Description, all_node_types_are_there) {
     std::vector<std::string> types;
     for (const NodeType& type : standard_registry().types()) types.push_back(type.description.type);
-    EXPECT_EQ(
-        types,
-        (std::vector<std::string>{
-            "mesh_file",  "lattice",  "prefracture", "fragment_region", "body",     "activate",    "seam",
-            "rigid_body", "collider", "pin",         "force",           "blast",    "point_force", "vortex",
-            "turbulence", "guide",    "grid_force",  "solver",          "deformer", "bake_mesh",   "bake_state"}));
+    EXPECT_EQ(types, (std::vector<std::string>{
+                         "mesh_file",  "lattice",  "prefracture", "fragment_region", "body",       "body_region",
+                         "follow",     "activate", "seam",        "rigid_body",      "collider",   "pin",
+                         "force",      "blast",    "point_force", "vortex",          "turbulence", "guide",
+                         "grid_force", "pressure", "solver",      "deformer",        "bake_mesh",  "bake_state"}));
 }
 
 TEST(Description, every_default_fits_its_own_description) {

@@ -22,7 +22,7 @@ Force force_of(LocalForce::Kind kind, double drag = 0) {
 Pull pull_at(const Force& force, const Vec3& x) {
     FrameInput input;
     input.forces.push_back(force);
-    return LocalFields(Scene(), input).on({size_t{0}, x, Quat::Identity(), 0.01});
+    return LocalFields(Scene(), input, FrameState()).on({size_t{0}, x, Quat::Identity(), 0.01});
 }
 
 // One loose cube of 1 cm at each place.
@@ -131,7 +131,7 @@ TEST(local_fields, a_body_is_given_the_momentum_and_the_spin_of_its_forces) {
         FrameState state = solver->initial_state(input.materials);
         const FrameState before = state;
         test::advance(*solver, input, settings, state);
-        const LocalFields fields(scene, input);
+        const LocalFields fields(scene, input, before);
         for (const Body& body : scene.bodies) {
             Vec3 wanted = Vec3::Zero(), gained = wanted, wanted_spin = wanted, gained_spin = wanted, center = wanted,
                  later = wanted;

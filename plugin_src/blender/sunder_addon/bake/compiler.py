@@ -45,6 +45,32 @@ class _Channel:
         self.node[self.name] = values[0] if first == last else {"keys": keys[first:last + 1]}
 
 
+class _VertexMotion:
+    """Where the vertices of a mesh are from frame to frame, as a file beside the bake: a farm needs no rig."""
+
+    name = "vertices"
+
+    def __init__(self, node, fields, files):
+        self.blender_node, self.node, self.files = node, fields, files
+        self.thing, self.geometry = None, None
+        self.first, self.frames = None, []
+
+    def sample(self, frame):
+        if self.first is None:
+            self.first = frame
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        try:
+            self.frames.append(mesh_export.placed_vertices(self.thing, depsgraph, self.geometry, frame))
+        except core.Refused as error:
+            raise core.Refused(str(error), self.blender_node.graph_name) from error
+
+    def store(self):
+        data = mesh_export.npy_bytes(self.frames)
+        path = mesh_export.path_of(self.blender_node.graph_name, data, ".npy")
+        self.files[path] = data
+        self.node.update(path=path, first_frame=self.first)
+
+
 def ensure_evaluated(tree, scene):
     """Makes Blender evaluate keys and drivers of the tree: it does so only for what the scene points to."""
     if any(t.tree == tree for t in scene.sunder_trees):
@@ -215,6 +241,26 @@ class _Compiler:
         if geometry is not None and geometry.mesh_layers:
             self.result.mesh_layers[node.graph_name] = geometry.order
 
+    def _add_follow(self, node, depsgraph):
+        if not node.from_object:
+            return
+        thing, source = scene_input.placed_by(node), wiring.upstream(node, "mesh_file")
+        if thing is None:
+            raise core.Refused("the body was not cut from one object: turn off Follow Its Object, or pick an object in the "
+                               "mesh node", node.graph_name)
+        scene_input.check_evaluated(thing, depsgraph, node)
+        if node.motion == "vertices":
+            motion = _VertexMotion(node, self.nodes[node.graph_name], self.result.files)
+            motion.thing, motion.geometry = thing, self.geometries[source.graph_name]
+            self.nodes[node.graph_name]["mesh"] = f"@{source.graph_name}.mesh"
+            self.channels.append(motion)
+            self.is_moving = True
+            return
+        moves = animation.moves(thing)
+        self._channel(node.graph_name, "position", lambda _: scene_input.pose(thing.matrix_world, Vector())[0], moves)
+        self._channel(node.graph_name, "rotation", lambda before: scene_input.pose(thing.matrix_world, Vector(), before)[1],
+                      moves)
+
     def _add_rigid_body(self, node, depsgraph):
         for name, thing, center in self._shapes(node, depsgraph):
             position, rotation = scene_input.pose(thing.matrix_world, center)
@@ -295,6 +341,14 @@ class _Compiler:
             thing, = scene_input.objects_of(node)
             scene_input.check_evaluated(thing, depsgraph, node)
             self._region(node, *scene_input.own_bounds(thing, node, depsgraph))
+
+    def _add_part(self, node, depsgraph):
+        if node.source == pickers.OBJECT and node.region in ("box", "sphere"):
+            thing, = scene_input.objects_of(node)
+            scene_input.check_evaluated(thing, depsgraph, node)
+            self._region(node, *scene_input.world_bounds(thing, depsgraph))
+
+    _add_activate = _add_body_region = _add_part
 
     def _region(self, node, low, high):
         fields = self.nodes[node.graph_name]

@@ -78,6 +78,9 @@ def _points(node):
 
 def _objects(node):
     described = _groups(node) + _points(node)
+    if getattr(node, "from_object", False):
+        thing = scene_input.placed_by(node)
+        described += [True] if thing is None else [animation.describe_motion(thing), *animation.describe_deformation(thing)]
     if not pickers.has_source(node):
         return described
     if node.sunder_type == "pin" and node.motion_object:

@@ -57,6 +57,8 @@ def draw_group(layout, node, label):
 
 
 def _draw_pickers(layout, node):
+    if hasattr(node, "from_object"):
+        layout.prop(node, "from_object")
     if not pickers.has_source(node):
         return
     row = layout.row()

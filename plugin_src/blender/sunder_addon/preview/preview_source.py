@@ -5,7 +5,7 @@ maps at every frame. Nothing here knows of Blender's scene or of graphics.
 """
 import numpy as np
 
-from ..base import core
+from ..base import bake_reader, core
 from ..bake import cache
 from ..results import tearing
 
@@ -86,7 +86,7 @@ class Source:
         self._solver, self._output = fields["state"][1:].rsplit(".", 1)
         if self._graph[self._solver]["time_scale"] != 1:
             self._graph[self._solver]["time_scale"] = 1  # states are those of files, each at its own frame
-        self._body = fields["body"][1:].rsplit(".", 1)[0]
+        self._body = bake_reader.body_of(graph["nodes"], fields["body"])
         self._first = graph["frame_range"][0]
         self._fragments = graph["nodes"][self._body]["fragments"][1:]
         self._intact = self._surface = self._center = self._factors = None

@@ -213,9 +213,9 @@ def _attributes(folder, manifest, shown, node, frame):
     solver, body = _solver_of(manifest, node), graph[node]["body"]
     path, _ = _file(folder, manifest, shown, solver)
     state = bake_reader.read_ply(path)
-    bodies, name = graph[solver]["bodies"], body[1:].rsplit(".", 1)[0]
+    bodies, name = graph[solver]["bodies"], bake_reader.body_of(graph, body)
     toughness = bake_reader.value_at(graph[name].get("toughness"), bake_reader.scene_time(state)[0])
-    index = [bodies].index(body) if isinstance(bodies, str) else bodies.index(body)
+    index = [bake_reader.body_of(graph, b) for b in ([bodies] if isinstance(bodies, str) else bodies)].index(name)
     factors = cache.note(folder).get("toughness_factors", {}).get(name)
     factor = _tearing_factors(state, index, factors) if factors else 1.0
     return result_mesh.state_attributes(state["particle"], index, frame, toughness, factor)

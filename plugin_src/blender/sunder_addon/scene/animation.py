@@ -33,6 +33,14 @@ def is_deforming(thing):
     return names_others or own or is_animated(data) or (keys is not None and is_animated(keys))
 
 
+def describe_deformation(thing):
+    """What deforms an object's mesh over time, as plain data: keys of its data, of its shape keys, and the motion of what its
+    modifiers name."""
+    keys = getattr(thing.data, "shape_keys", None)
+    named = [getattr(m, "object", None) for m in thing.modifiers]
+    return [describe(thing.data), describe(keys), *(describe_motion(o) + describe(o) for o in named if o is not None)]
+
+
 def _own_curves(thing):
     data = thing.animation_data
     return [] if data is None else [*curves_of(data), *data.drivers]

@@ -1,5 +1,6 @@
 """Blender meshes as PLY files that the library reads: vertices as Blender numbers them, normals, UVs, colours, materials."""
 import hashlib
+import io
 import os
 import re
 
@@ -222,14 +223,46 @@ def ply_bytes(g):
     return "\n".join(header).encode() + vertex.tobytes() + face.tobytes()
 
 
+def _welded(positions):
+    """The first vertex of each place, in the order of places; and the place of each vertex."""
+    _, first, inverse = np.unique(positions + 0.0, axis=0, return_index=True, return_inverse=True)
+    return first, inverse.ravel()  # numpy 2.0 gives a column
+
+
+def placed_vertices(thing, depsgraph, g, frame):
+    """(v, 3) where the vertices of an object's mesh are in the scene now, as the library numbers those of `g`, which was
+    read of it at another frame. Refuses another number of them, and what is not finite."""
+    evaluated = thing.evaluated_get(depsgraph)
+    mesh = evaluated.to_mesh()
+    try:
+        local = _read(mesh.vertices, "co", 3, np.float32).astype(np.float64)
+    finally:
+        evaluated.to_mesh_clear()
+    if len(local) != len(g.positions):
+        raise core.Refused(f"object '{thing.name}' has {len(local)} vertices at frame {frame}, and {len(g.positions)} where it "
+                           "was cut: what it follows must keep their number (is Apply Modifiers on in the mesh node?)")
+    matrix = np.array(evaluated.matrix_world, np.float64)
+    placed = local @ matrix[:3, :3].T + matrix[:3, 3]
+    if not np.isfinite(placed).all():
+        bad = int(np.flatnonzero(~np.isfinite(placed).all(axis=1))[0])
+        raise core.Refused(f"object '{thing.name}': vertex {bad} is not finite at frame {frame}")
+    return placed[np.sort(_welded(g.positions)[0])]
+
+
+def npy_bytes(frames):
+    """A .npy file of some frames of vertices."""
+    file = io.BytesIO()
+    np.save(file, np.ascontiguousarray(np.stack(frames), "<f8"))
+    return file.getvalue()
+
+
 def welded_groups(g):
     """{name: [vertex]} as the library numbers them: vertices at one position are one, in the order of the file."""
     if not g.groups:
         return {}
-    _, first, inverse = np.unique(g.positions + 0.0, axis=0, return_index=True, return_inverse=True)
+    first, inverse = _welded(g.positions)
     number = np.empty(len(first), np.int64)
     number[np.argsort(first)] = np.arange(len(first))
-    inverse = inverse.ravel()  # numpy 2.0 gives a column
     return {name: sorted({int(number[inverse[m]]) for m in members}) for name, members in g.groups.items()}
 
 
@@ -237,9 +270,9 @@ def content_hash(data):
     return hashlib.blake2b(data, digest_size=8).hexdigest()
 
 
-def path_of(name, data):
-    """Where a mesh file lies, seen from the bake folder: another content has another name."""
-    return f"inputs/{name}-{content_hash(data)}.ply"
+def path_of(name, data, ending=".ply"):
+    """Where a file that a bake reads lies, seen from the bake folder: another content has another name."""
+    return f"inputs/{name}-{content_hash(data)}{ending}"
 
 
 def write(folder, files):

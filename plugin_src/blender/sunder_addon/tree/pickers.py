@@ -56,7 +56,8 @@ def has_source(node):
     return node.sunder_type in _SOURCED
 
 
-_SOURCED = ("mesh_file", "body", "rigid_body", "collider", "pin", "fragment_region", "blast", *FIELDS)
+_PARTS_OF_BODIES = ("activate", "body_region")
+_SOURCED = ("mesh_file", "body", "rigid_body", "collider", "pin", "fragment_region", "blast", *_PARTS_OF_BODIES, *FIELDS)
 
 
 def properties(node_type, changed):
@@ -134,6 +135,18 @@ def _own_properties(node_type, changed):
             "object": thing("Region", "Its bounding box at the first frame, along the fragments' own axes: an empty or a "
                             "mesh"),
         }
+    if node_type == "follow":
+        return {
+            "from_object": BoolProperty(
+                name="Follow Its Object", default=True, options=set(), update=changed,
+                description="Follow the object that the body was cut from: its place, or each vertex of it with all that "
+                            "deforms it (armatures, shape keys, modifiers, caches). Every frame is read when baking"),
+        }
+    if node_type in _PARTS_OF_BODIES:
+        return {
+            "source": _source("The bounding box of", ("Values", "Numbers"), VALUES, False, changed),
+            "object": thing("Region", "Its bounding box at the first frame: an empty or a mesh"),
+        }
     if node_type == "pin":
         return {
             "source": _source("The bounding box of", ("Values", "Numbers"), VALUES, False, changed),
@@ -160,7 +173,7 @@ REPLACED = {
     "rigid_body": ((OBJECT, COLLECTION), ("radius", "size", "position", "rotation")),
     "collider": ((OBJECT, COLLECTION), ("radius", "size", "height", "position", "rotation", "path", "scale")),
     "fragment_region": ((OBJECT,), ("box_min", "box_max", "center", "radius")),
-    "pin": ((OBJECT,), ("box_min", "box_max", "center", "radius")),
+    **{name: ((OBJECT,), ("box_min", "box_max", "center", "radius")) for name in ("pin", *_PARTS_OF_BODIES)},
     "force": ((OBJECT,), ("wind",)),
     "blast": ((OBJECT,), ("position", "direction")),
     "point_force": ((OBJECT,), ("position", "strength", "falloff", "reach")),
@@ -180,8 +193,13 @@ def uses_motion(node):
     return getattr(node, "use_motion", False) and has_source(node) and node.source != VALUES
 
 
+_OF_MOTION = ("position", "rotation", "source", "path", "positions", "first_frame")
+
+
 def is_replaced(node, parameter):
     """Whether an object stands in for a parameter's value."""
+    if getattr(node, "from_object", False) and parameter in _OF_MOTION:
+        return True
     if uses_motion(node) and parameter in ("velocity", "angular_velocity"):
         return True
     if node.sunder_type == "pin" and node.motion_object and parameter in ("pivot", "position", "rotation"):

@@ -1,0 +1,14 @@
+#include "nodes/graph/value.h"
+
+namespace sunder {
+
+Result<std::shared_ptr<const SourcePose>> FollowValue::at_frame(int frame) const {
+    if (vertices) return vertices->at_frame(frame);
+    return pose;
+}
+
+Vec3 FollowValue::pivot() const { return vertices ? vertices->center() : center; }
+
+bool FollowValue::goes_on(int frame) const { return !vertices || frame <= vertices->frames().last_frame(); }
+
+}  // namespace sunder
