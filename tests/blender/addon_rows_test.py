@@ -119,6 +119,8 @@ class Rows(ObjectCase):
             node, own = self.new(node_type), graph.add(node_type, node_type)
             if addon("tree.pickers").has_source(node):
                 node.source = "VALUES"
+            if hasattr(node, "from_object"):
+                node.from_object = False
             asked = {c["parameter"] for p in description["parameters"] for all_of in p.get("needs", ()) for c in all_of}
             values = {p["name"]: p["choices"] if "choices" in p else [None, 1] if p["nullable"] else [p["default"], 2]
                       for p in description["parameters"] if p["name"] in asked}

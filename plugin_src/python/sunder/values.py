@@ -159,6 +159,7 @@ class Mesh(Value):
     A vertex at rest position x is  sum w_i (T_i x - R_i t_i x) + Q sum w_i t_i x  with a State's particle_transform T,
     particle_turned t, which is zero of what is more than one fragment thick, and particle_turn R; Q is the rotation of the
     quaternion sum w_i R_i, each with the sign by which it is nearer to that of the largest weight.
+    What follows, or followed, the vertices of a mesh (`follow`) lies beside that by what its skin leaves of these.
 
     What else the artist's mesh carries is in attributes and vertex_weights, as far as its file has it (docs/files.md).
     """
