@@ -88,7 +88,8 @@ void LiveModel::take_up_materials(const SimulationMesh& rest, std::span<const Ma
 
 void LiveModel::take_up_bending(const SimulationMesh& rest, const FrameState& state, const WorkerPool& workers) {
     if (thin.empty()) return;
-    bending.update(rest, live, shapes, stiffness, {thin, pinned, state.plastic_deformation, state.plastic_curvature, state.edge_offset}, workers);
+    bending.update(rest, live, shapes, stiffness,
+                   {thin, pinned, state.plastic_deformation, state.plastic_curvature, state.edge_offset}, workers);
 }
 
 bool resolves_waves(const LiveModel& model, std::span<const ParticleId> particles, double h) {

@@ -34,8 +34,8 @@ struct BentFlow {
 /// Lets a section's layers flow for `h` seconds, each above the yield surface as `flow` of plasticity.h does: five of
 /// equal weight through a sheet, z = t/2 (2i - 4) / sqrt(24), so that sum w z^2 = t^2 / 12 exactly; five by five
 /// through a rod. F_P takes their mean, K_P their moment over t^2 / 12, each layer keeps the rest. Layers without
-/// weight lie at the faces. What no bent shape explains counts in each layer as a uniaxial strain at right angles to the
-/// layer's own, and flows by the same share: one material. What it has of bending grows with the distance from the
+/// weight lie at the faces. What no bent shape explains counts in each layer as a uniaxial strain at right angles to
+/// the layer's own, and flows by the same share: one material. What it has of bending grows with the distance from the
 /// middle as the layers' own does.
 BentFlow flow_bending(const BendingShape& shape, const BentGroup& group, const Unexplained& rest,
                       const Material& material, double h, BendingPlasticity& io_plastic);
