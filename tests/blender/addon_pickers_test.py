@@ -173,7 +173,7 @@ class Maps(ObjectCase):
 
 
     def test_a_part_of_a_body_is_what_lies_in_an_objects_bounding_box(self):
-        bpy.ops.object.empty_add(location=(0.5, 0.1, 0.5), radius=0.4)
+        bpy.ops.object.empty_add(location=(0.1, 0.1, 0.5), radius=0.2)
         box = bpy.context.object
         bpy.context.view_layer.update()
         tree, nodes = self.tree(self.cube(location=(0, 0, 0.5)))
@@ -189,9 +189,9 @@ class Maps(ObjectCase):
         self.connect(wait, "body", nodes["solver"], "bodies")
         graph = self.graph(tree)
         np.testing.assert_allclose([graph["body_region"]["box_min"], graph["body_region"]["box_max"]],
-                                   [[0.1, -0.3, 0.1], [0.9, 0.5, 0.9]], atol=1e-6)
-        np.testing.assert_allclose(graph["activate"]["center"], [0.5, 0.1, 0.5], atol=1e-6)
-        self.assertAlmostEqual(graph["activate"]["radius"], 0.4, places=6)
+                                   [[-0.1, -0.1, 0.3], [0.3, 0.3, 0.7]], atol=1e-6)
+        np.testing.assert_allclose(graph["activate"]["center"], [0.1, 0.1, 0.5], atol=1e-6)
+        self.assertAlmostEqual(graph["activate"]["radius"], 0.2, places=6)
         self.assertEqual(graph["solver"]["bodies"], ["@activate.body"])
         self.bake(tree)
         box.location.z = 0.6
