@@ -285,7 +285,9 @@ def main():
         outer = material(f"outside {i}", OUTER_COLORS[i % len(OUTER_COLORS)], 0.5)
         bodies.append((pattern, add_object(pattern, mesh, outer, inner), bake.interior_material(pattern)))
     iron = material("iron", RIGID_COLOR, 0.35, 0.6)
-    weights = [add_object("rigid body", solid_mesh(node, "rigid body"), iron) for node in bake.rigid_bodies]
+    if bake.rigid_bodies and not bake.states:
+        print("rigid bodies are not drawn: where they are stands in states, which this bake has none of (bake_state)")
+    weights = [add_object("rigid body", solid_mesh(node, "rigid body"), iron) for node in bake.rigid_bodies if bake.states]
     colliders = add_colliders(bake, options.inputs, distance)
 
     os.makedirs(options.out, exist_ok=True)
