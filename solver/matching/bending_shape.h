@@ -133,6 +133,7 @@ private:
 BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<const MovingParticle> particles,
                ParticleIndex g, std::span<BentMember> o_members);
 
+/// Of a group as `bend` left its members: the last line of E_g in docs/theory.md, "Sheets and rods".
 Unexplained unexplained(const BendingShapes& shapes, const LiveTopology& live, ParticleIndex g,
                         std::span<const BentMember> members);
 

@@ -38,9 +38,12 @@ double flowing_share(double size, double yield, const Material& material, double
     return -math::expm1(-material.flow_rate * h) * (size - yield) / size;
 }
 
+// The largest deviator of a uniaxial strain, over that strain.
+double deviator_of_uniaxial(const BendingShape& s) { return 2.0 / 3 * (1 + s.nu); }
+
 // The deviator of a layer and of what no bent shape explains, which bends `far` times its mean there.
 double with_rest(double deviator, const BendingShape& s, const Unexplained& rest, double far) {
-    const double to_deviator = 2.0 / 3 * (1 + s.nu);
+    const double to_deviator = deviator_of_uniaxial(s);
     return std::sqrt(deviator * deviator + to_deviator * to_deviator * (rest.stretch + far * rest.bend));
 }
 
@@ -153,7 +156,7 @@ BentFlow flow_rod(const BendingShape& s, const BentGroup& group, const Unexplain
     const int a = s.axis, i = (a + 1) % 3, k = (a + 2) % 3;
     const Mat3 K = group.K - io.K_P;
     const double along = log_of((unstrained(s) + group.R.transpose() * group.F)(a, a));
-    const double to_deviator = 2.0 / 3 * (1 + s.nu);
+    const double to_deviator = deviator_of_uniaxial(s);
     struct Fibre {
         double y, z;
     };

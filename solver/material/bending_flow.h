@@ -24,6 +24,7 @@ struct FaceStrains {
     std::array<Mat3, 4> strain;
 };
 
+/// What a thin group's flow did.
 struct BentFlow {
     FaceStrains faces;   // after it
     bool flows = false;  // something did

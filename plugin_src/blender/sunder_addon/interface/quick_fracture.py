@@ -3,7 +3,7 @@ import bpy
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
-from ..base import core, drawing
+from ..base import drawing
 from ..tree import nodes, pickers, trees, verbs, wiring
 from ..scene import mesh_export, scene_input
 from ..results import results
@@ -164,12 +164,8 @@ class SUNDER_OT_quick_fracture(bpy.types.Operator):
         others = [o for o in context.selected_objects if o != context.object and pickers.has_mesh(None, o)]
         things = [context.object, *sorted(others, key=lambda o: o.name)]
         context.evaluated_depsgraph_get()  # a script may just have moved them
-        try:
-            for thing in things:
-                mesh_export.check_scale(thing, thing.matrix_world)
-        except core.Refused as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        for thing in things:
+            mesh_export.check_scale(thing, thing.matrix_world)
         tree = build(things, self.preset, self.pieces, self.seed, self.fall_speed, self.has_floor)
         for node in tree.nodes:
             thing = wiring.upstream(node, "mesh_file").object if node.sunder_type == "prefracture" else None

@@ -170,11 +170,7 @@ class SUNDER_OT_report(_OnBake, bpy.types.Operator):
         tree = self.find(context)
         if tree is None:
             return {"CANCELLED"}
-        try:
-            read(tree)
-        except core.Refused as refused:
-            self.report({"ERROR"}, str(refused))
-            return {"CANCELLED"}
+        read(tree)
         self.report({"INFO"}, f"Sunder: {lists().summary}")
         return {"FINISHED"}
 
@@ -211,11 +207,7 @@ class SUNDER_OT_ask_fragments(_OnBake, bpy.types.Operator):
         tree = self.find(context)
         if tree is None:
             return {"CANCELLED"}
-        try:
-            n = ask(tree, self._choices(context, tree))
-        except core.Refused as refused:
-            self.report({"ERROR"}, str(refused))
-            return {"CANCELLED"}
+        n = ask(tree, self._choices(context, tree))
         listed = f"; the {_MOST_LOADS} nearest to breaking are listed" if n > _MOST_LOADS else ""
         self.report({"INFO"}, f"Sunder: {n} fragments{listed}")
         return {"FINISHED"}

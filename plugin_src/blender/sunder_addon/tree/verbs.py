@@ -4,7 +4,7 @@ import functools
 import bpy
 from bpy.props import StringProperty
 
-from ..base import runtime
+from ..base import core, runtime
 from . import trees
 
 
@@ -24,13 +24,13 @@ def tree_of(context, name):
 
 
 def told(verb):
-    """A method of an operator, (self, context) or (self, context, event): what nothing was to throw is reported, and the
-    operator cancelled."""
+    """A method of an operator, (self, context) or (self, context, event): what is refused, and what nothing was to
+    throw, is reported, and the operator cancelled."""
 
     def try_to(self, *arguments):
         try:
             return verb(self, *arguments)
-        except RuntimeError as error:  # what another operator, called by this one, reported
+        except (core.Refused, RuntimeError) as error:  # of the scene; what another operator, called by this one, reported
             self.report({"ERROR"}, str(error))
         except Exception as error:
             self.report({"ERROR"}, runtime.fault(error))
