@@ -3,6 +3,7 @@
 
 #include "solver/collision/detection_parts.h"
 #include "solver/collision/grid_contacts.h"
+#include "solver/collision/surface_contacts.h"
 #include "solver/data/rotations.h"
 
 namespace sunder {
@@ -18,7 +19,12 @@ struct Met {
           angle(angle_between(collider.begin.orientation, collider.end.orientation)),
           stays(collider.begin.position == collider.end.position &&
                 collider.begin.orientation.coeffs() == collider.end.orientation.coeffs()),
-          plane_normal(collider.begin.orientation * Vec3::UnitZ()) {}
+          plane_normal(collider.begin.orientation * Vec3::UnitZ()) {
+        if (placed.shape.surface) {
+            const Aabb end = bounding_box(at_end(collider));
+            box.extend(end.min), box.extend(end.max);
+        }
+    }
     const MovingShape& moving;
     PlacedShape placed;
     Aabb box;
@@ -62,7 +68,13 @@ void contacts_with_collider(const DetectionInput& in, MovableId i, const Met& me
     box.max.array() += turning + corners;
     if (!overlap(box, met.box)) return;
     if (met.is_plane_beyond(center(in, i), own, shift, reach)) return;
-    if (placed.shape.kind == ShapeKind::mesh) {
+    if (placed.shape.surface) {
+        if (is_particle(in, i))
+            surface_contacts(in.particles[i], met.moving, shift, reach, io_on_mesh);
+        else
+            surface_contacts(rigid(in, i), met.moving, shift, reach, io_on_mesh);
+        for (const Separation& s : io_on_mesh) add(i, collider, s, out);
+    } else if (placed.shape.kind == ShapeKind::mesh) {
         if (is_particle(in, i))
             grid_contacts(in.particles[i], placed, shift, reach, io_on_mesh);
         else

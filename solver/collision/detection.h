@@ -18,7 +18,8 @@ namespace sunder {
 struct MovingShape {
     Shape shape;
     Pose begin, end;
-    bool active = true;  // an inactive one is not there
+    bool active = true;    // an inactive one is not there
+    double end_share = 0;  // of a mesh that deforms: Shape::share at the end
 };
 
 /// Everything as it stands at the start of the step. Movables are particles, then rigid bodies. Velocities are what

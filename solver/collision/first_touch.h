@@ -7,6 +7,8 @@
 
 namespace sunder {
 
+inline constexpr double kSameNormal = 0.95;  // cosine from which a later touch tells nothing new
+
 /// A separation found with solid a moved by `offset`, as it is before the move: same normal, gap along it.
 inline Separation moved_back(Separation s, const Vec3& offset) {
     s.point_a -= offset;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "solver/collision/grid_trace.h"
+#include "solver/collision/surface_distance.h"
 
 namespace sunder {
 namespace {
@@ -20,14 +21,15 @@ struct BoxPoint {
     GridSample at;
 };
 
-struct BoxOnGrid {
-    const SignedDistanceGrid& grid;
+template <class Field>
+struct BoxOn {
+    const Field& field;
     const Vec3 e;
     const Pose pose;
     const Mat3 Q = pose.orientation.toRotationMatrix();
 
     Vec3 place(const Vec3& p) const { return pose.position + Q * p; }
-    BoxPoint at(const Vec3& p) const { return {p, sample(grid, place(p))}; }
+    BoxPoint at(const Vec3& p) const { return {p, sample(field, place(p))}; }
     Vec3 corner(int k) const { return {k & 1 ? e.x() : -e.x(), k & 2 ? e.y() : -e.y(), k & 4 ? e.z() : -e.z()}; }
 
     /// Goes down within the face i, stopping at its border.
@@ -52,7 +54,7 @@ struct BoxOnGrid {
     /// Of a minimum over the box the gradient has no part along its face or edge; what is left of it there is rounding
     /// at an edge of the mesh.
     Vec3 normal(const BoxPoint& c) const {
-        const Vec3 out = way_out(grid, c.at, place(c.p)), in_box = Q.transpose() * out;
+        const Vec3 out = way_out(field, c.at, place(c.p)), in_box = Q.transpose() * out;
         Vec3 n = in_box;
         for (int i = 0; i < 3; ++i)
             if (std::abs(c.p[i]) < (1 - kOnBorder) * e[i]) n[i] = 0;
@@ -82,7 +84,7 @@ struct BoxOnGrid {
         const BoxPoint c = at(middle);
         const double reach = half.norm();
         if (c.at.distance - reach > within) return;
-        if (depth == kDepth || reach < grid.voxel_size) {
+        if (depth == kDepth || reach < field.voxel_size) {
             out.push_back(c);
             return;
         }
@@ -98,7 +100,8 @@ struct BoxOnGrid {
     }
 };
 
-Separation separation(const BoxOnGrid& box, const Vec3& p, const Vec3& n, double gap) {
+template <class Field>
+Separation separation(const BoxOn<Field>& box, const Vec3& p, const Vec3& n, double gap) {
     Separation s;
     s.normal = n;
     s.gap = gap;
@@ -108,7 +111,8 @@ Separation separation(const BoxOnGrid& box, const Vec3& p, const Vec3& n, double
 }
 
 /// Adds up to `most` of the pool: the deepest, then those farthest from what is chosen already.
-void add_spread(const BoxOnGrid& box, const std::vector<BoxPoint>& pool, double apart, int most, Manifold& io_m) {
+template <class Field>
+void add_spread(const BoxOn<Field>& box, const std::vector<BoxPoint>& pool, double apart, int most, Manifold& io_m) {
     double deepest = std::numeric_limits<double>::infinity();
     for (const BoxPoint& c : pool) deepest = std::min(deepest, c.at.distance);
     for (int k = 0; k < most; ++k) {
@@ -126,14 +130,13 @@ void add_spread(const BoxOnGrid& box, const std::vector<BoxPoint>& pool, double 
     }
 }
 
-}  // namespace
-
-Manifold box_grid_contacts(const SignedDistanceGrid& grid, const Vec3& half_extents, const Pose& pose, double within) {
-    const BoxOnGrid box{grid, half_extents, pose};
+template <class Field>
+Manifold box_contacts(const Field& field, const Vec3& half_extents, const Pose& pose, double within) {
+    const BoxOn<Field> box{field, half_extents, pose};
     const Vec3& e = half_extents;
     const double radius = e.norm();
     Manifold m;
-    const GridSample center = sample(grid, pose.position);
+    const GridSample center = sample(field, pose.position);
     if (center.distance - radius >= within) return m;
 
     std::array<BoxPoint, 8> corners;
@@ -143,12 +146,12 @@ Manifold box_grid_contacts(const SignedDistanceGrid& grid, const Vec3& half_exte
         if (gap < within) m.add(separation(box, corners[k].p, n, gap));
     };
     if (center.distance <= 0) {  // deep: the shortest way out of its centre
-        const Vec3 out = way_out(grid, center, pose.position);
+        const Vec3 out = way_out(field, center, pose.position);
         for (int k = 0; k < 8; ++k) add_plane(out, pose.position - center.distance * out, k);
         return m;
     }
     for (int k = 0; k < 8; ++k)
-        if (const auto wall = wall_between(grid, pose.position, center, box.place(corners[k].p)))
+        if (const auto wall = wall_between(field, pose.position, center, box.place(corners[k].p)))
             add_plane(wall->normal, wall->point, k);
     if (m.count > 0) return m;
 
@@ -161,7 +164,7 @@ Manifold box_grid_contacts(const SignedDistanceGrid& grid, const Vec3& half_exte
             inner.clear();
             box.parts(middle, half, 0, within, inner);
             for (const BoxPoint& c : inner) {
-                if (c.at.distance > box.from_corners(c.p, i, corners) - kBulge * grid.voxel_size) continue;
+                if (c.at.distance > box.from_corners(c.p, i, corners) - kBulge * field.voxel_size) continue;
                 const BoxPoint low = box.descend(c, i, half.norm() / (1 << kDepth));
                 if (low.at.distance < within) pool.push_back(low);
             }
@@ -175,6 +178,16 @@ Manifold box_grid_contacts(const SignedDistanceGrid& grid, const Vec3& half_exte
     std::stable_sort(m.points.begin(), m.points.begin() + m.count,
                      [](const Separation& x, const Separation& y) { return x.gap < y.gap; });
     return m;
+}
+
+}  // namespace
+
+Manifold box_grid_contacts(const SignedDistanceGrid& grid, const Vec3& half_extents, const Pose& pose, double within) {
+    return box_contacts(grid, half_extents, pose, within);
+}
+
+Manifold box_grid_contacts(const SurfaceField& surface, const Vec3& half_extents, const Pose& pose, double within) {
+    return box_contacts(surface, half_extents, pose, within);
 }
 
 }  // namespace sunder

@@ -9,8 +9,6 @@
 namespace sunder {
 namespace {
 
-constexpr double kSameNormal = 0.95;  // cosine from which a later touch tells nothing new
-
 /// `lower_bound(offset)`: cheap, of the distance; `at(offset, within)`: all points whose gap is below `within`.
 template <class LowerBound, class ManifoldAt>
 void swept_contacts(const LowerBound& lower_bound, const ManifoldAt& at, const Vec3& shift, double reach,

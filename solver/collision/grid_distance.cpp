@@ -5,6 +5,7 @@
 
 #include "solver/collision/grid_box_contacts.h"
 #include "solver/collision/grid_trace.h"
+#include "solver/collision/surface_distance.h"
 #include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 
@@ -17,7 +18,7 @@ constexpr double kApart = 0.35;       // rad (of the unit sphere): minima nearer
 constexpr double kStartsApart = 0.7;  // rad: starts nearer to one another end alike
 constexpr double kAligned = 0.7;      // cosine from which a point counts as a minimum: there the two normals agree
 
-/// The ellipsoid in the grid's frame: x = center + B u, |u| = 1.
+/// The ellipsoid in the field's frame: x = center + B u, |u| = 1.
 struct Placed {
     Vec3 center;
     Mat3 B;
@@ -28,13 +29,15 @@ struct Candidate {
     GridSample at;
 };
 
-Candidate evaluate(const SignedDistanceGrid& grid, const Placed& e, const Vec3& u) {
-    return {u, sample(grid, e.center + e.B * u)};
+template <class Field>
+Candidate evaluate(const Field& field, const Placed& e, const Vec3& u) {
+    return {u, sample(field, e.center + e.B * u)};
 }
 
 /// Goes down from `start` towards the support point against the gradient, which is the minimum wherever the distance is
 /// linear; shorter steps where the surface curves more than the ellipsoid.
-Candidate descend(const SignedDistanceGrid& grid, const Placed& e, Candidate now) {
+template <class Field>
+Candidate descend(const Field& field, const Placed& e, Candidate now) {
     constexpr int kMostSteps = 12;
     double share = 1;
     for (int k = 0; k < kMostSteps; ++k) {
@@ -48,7 +51,7 @@ Candidate descend(const SignedDistanceGrid& grid, const Placed& e, Candidate now
             const Vec3 u = now.u + share * step;
             const double size = u.norm();
             if (size > 1e-6) {
-                const Candidate next = evaluate(grid, e, u / size);
+                const Candidate next = evaluate(field, e, u / size);
                 fell = next.at.distance < now.at.distance;
                 if (fell) now = next;
             }
@@ -107,44 +110,46 @@ bool is_minimum(const Placed& e, const Candidate& c) {
     return inward(e, c).dot(c.at.gradient) >= kAligned * c.at.gradient.norm();
 }
 
-Separation as_separation(const SignedDistanceGrid& grid, const Placed& e, const Candidate& c) {
+template <class Field>
+Separation as_separation(const Field& field, const Placed& e, const Candidate& c) {
     Separation s;
-    s.normal = is_minimum(e, c) ? inward(e, c) : way_out(grid, c.at, e.center + e.B * c.u);
+    s.normal = is_minimum(e, c) ? inward(e, c) : way_out(field, c.at, e.center + e.B * c.u);
     s.gap = c.at.distance;
     s.point_a = e.center + e.B * c.u;
     s.point_b = s.point_a - s.gap * s.normal;
     return s;
 }
 
-Manifold local_contacts(const SignedDistanceGrid& grid, const Placed& e) {
+template <class Field>
+Manifold local_contacts(const Field& field, const Placed& e) {
     Manifold m;
-    const GridSample center = sample(grid, e.center);
-    const Vec3 out = way_out(grid, center, e.center);
+    const GridSample center = sample(field, e.center);
+    const Vec3 out = way_out(field, center, e.center);
     if (center.distance <= 0) {
         m.add(against_plane(e, out, e.center - center.distance * out));
         return m;
     }
     const Separation below = against_plane(e, out, e.center - center.distance * out);
-    if (const auto wall = wall_between(grid, e.center, center, below.point_a)) {
+    if (const auto wall = wall_between(field, e.center, center, below.point_a)) {
         m.add(against_plane(e, wall->normal, wall->point));
         return m;
     }
 
     static const Directions directions;
     std::array<Candidate, 26> all;
-    for (size_t k = 0; k < all.size(); ++k) all[k] = evaluate(grid, e, directions.u[k]);
+    for (size_t k = 0; k < all.size(); ++k) all[k] = evaluate(field, e, directions.u[k]);
     std::ranges::stable_sort(all, lower);
     std::array<Candidate, kStarts> starts;
     const int n_starts = spread(all, kStartsApart, starts);
     std::array<Candidate, kStarts + 1> found;
     int n = 0;
-    found[n++] = descend(grid, e, evaluate(grid, e, -(e.B.transpose() * out).normalized()));
-    for (int k = 0; k < n_starts; ++k) found[n++] = descend(grid, e, starts[k]);
+    found[n++] = descend(field, e, evaluate(field, e, -(e.B.transpose() * out).normalized()));
+    for (int k = 0; k < n_starts; ++k) found[n++] = descend(field, e, starts[k]);
     std::stable_sort(found.begin(), found.begin() + n, lower);
     std::array<Candidate, kMostPoints> minima;
     const int n_minima = spread({found.data(), size_t(n)}, kApart, minima);
     for (int k = 0; k < n_minima; ++k) {
-        if (k == 0 || is_minimum(e, minima[k])) m.add(as_separation(grid, e, minima[k]));
+        if (k == 0 || is_minimum(e, minima[k])) m.add(as_separation(field, e, minima[k]));
     }
     return m;
 }
@@ -185,36 +190,46 @@ GridSample sample(const SignedDistanceGrid& grid, const Vec3& x) {
     return s;
 }
 
-Separation point_grid_distance(const Vec3& point, const SignedDistanceGrid& grid, const Pose& pose) {
+template <class Field>
+Separation point_grid_distance(const Vec3& point, const Field& field, const Pose& pose) {
     const Vec3 x = pose.inverse_apply(point);
-    const GridSample at = sample(grid, x);
+    const GridSample at = sample(field, x);
     Separation s;
-    s.normal = pose.orientation * way_out(grid, at, x);
+    s.normal = pose.orientation * way_out(field, at, x);
     s.gap = at.distance;
     s.point_a = point;
     s.point_b = point - s.gap * s.normal;
     return s;
 }
 
-Manifold ellipsoid_grid_contacts(const Ellipsoid& a, const SignedDistanceGrid& grid, const Pose& pose) {
+template <class Field>
+Manifold ellipsoid_grid_contacts(const Ellipsoid& a, const Field& field, const Pose& pose) {
     const Mat3 Q = pose.orientation.toRotationMatrix();
-    return in_world(local_contacts(grid, {Q.transpose() * (a.center - pose.position),
-                                          Q.transpose() * a.axes * a.radii.asDiagonal()}),
+    return in_world(local_contacts(field, {Q.transpose() * (a.center - pose.position),
+                                           Q.transpose() * a.axes * a.radii.asDiagonal()}),
                     pose);
 }
 
-Manifold rigid_grid_contacts(const PlacedShape& a, const SignedDistanceGrid& grid, const Pose& pose, double within) {
+template <class Field>
+Manifold rigid_grid_contacts(const PlacedShape& a, const Field& field, const Pose& pose, double within) {
     SUNDER_ASSERT(a.shape.kind == ShapeKind::sphere || a.shape.kind == ShapeKind::box);
     Manifold m;
     if (a.shape.kind == ShapeKind::sphere) {
         const Ellipsoid ball{a.pose.position, Mat3::Identity(), Vec3::Constant(a.shape.radius)};
-        const Manifold all = ellipsoid_grid_contacts(ball, grid, pose);
+        const Manifold all = ellipsoid_grid_contacts(ball, field, pose);
         for (int k = 0; k < all.count; ++k)
             if (all.points[k].gap < within) m.add(all.points[k]);
         return m;
     }
     const Pose in_grid{pose.inverse_apply(a.pose.position), pose.orientation.conjugate() * a.pose.orientation};
-    return in_world(box_grid_contacts(grid, a.shape.half_extents, in_grid, within), pose);
+    return in_world(box_grid_contacts(field, a.shape.half_extents, in_grid, within), pose);
 }
+
+template Separation point_grid_distance(const Vec3&, const SignedDistanceGrid&, const Pose&);
+template Manifold ellipsoid_grid_contacts(const Ellipsoid&, const SignedDistanceGrid&, const Pose&);
+template Manifold rigid_grid_contacts(const PlacedShape&, const SignedDistanceGrid&, const Pose&, double);
+template Separation point_grid_distance(const Vec3&, const SurfaceField&, const Pose&);
+template Manifold ellipsoid_grid_contacts(const Ellipsoid&, const SurfaceField&, const Pose&);
+template Manifold rigid_grid_contacts(const PlacedShape&, const SurfaceField&, const Pose&, double);
 
 }  // namespace sunder

@@ -6,12 +6,15 @@
 #include "solver/collision/box_contacts.h"
 #include "solver/collision/grid_distance.h"
 #include "solver/collision/support_ascent.h"
+#include "solver/collision/surface_distance.h"
 #include "solver/data/invariant.h"
 
 namespace sunder {
 namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+
+Aabb mesh_bounds(const Shape& shape) { return shape.surface ? SurfaceField(shape).bounds : shape.grid->bounds; }
 
 /// Along n, from the nearest point of a zero-radius core: the ball or tube around the core of b has radius r.
 Separation around_core(const Vec3& point_a, const Vec3& core_b, const Vec3& n, double r) {
@@ -141,8 +144,10 @@ double bounding_radius(const Shape& shape) {
             return shape.half_extents.norm();
         case ShapeKind::capsule:
             return shape.radius + shape.half_height;
-        case ShapeKind::mesh:
-            return shape.grid->bounds.max.cwiseAbs().cwiseMax(shape.grid->bounds.min.cwiseAbs()).norm();
+        case ShapeKind::mesh: {
+            const Aabb bounds = mesh_bounds(shape);
+            return bounds.max.cwiseAbs().cwiseMax(bounds.min.cwiseAbs()).norm();
+        }
     }
     return kUnbounded;
 }
@@ -164,7 +169,7 @@ Aabb bounding_box(const PlacedShape& placed) {
             half = Q.col(2).cwiseAbs() * shape.half_height + Vec3::Constant(shape.radius);
             break;
         case ShapeKind::mesh: {
-            const Aabb& bounds = shape.grid->bounds;
+            const Aabb bounds = mesh_bounds(shape);
             const Vec3 center = placed.pose.apply(0.5 * (bounds.min + bounds.max));
             half = Q.cwiseAbs() * (0.5 * (bounds.max - bounds.min));
             return {center - half, center + half};
@@ -185,7 +190,8 @@ Separation ellipsoid_shape_distance(const Ellipsoid& a, const PlacedShape& b) {
         case ShapeKind::capsule:
             return ellipsoid_rounded_box(a, b.pose, Vec3(0, 0, shape.half_height), shape.radius);
         case ShapeKind::mesh:
-            return ellipsoid_grid_contacts(a, *shape.grid, b.pose).points[0];
+            return shape.surface ? ellipsoid_grid_contacts(a, SurfaceField(shape), b.pose).points[0]
+                                 : ellipsoid_grid_contacts(a, *shape.grid, b.pose).points[0];
     }
     SUNDER_ASSERT(!"a shape of another kind");
     return {};
@@ -211,7 +217,8 @@ Separation point_shape_distance(const Vec3& point, const PlacedShape& b) {
             return point_core(point, b.pose.apply(Vec3(0, 0, z)), shape.radius, b.pose.orientation * Vec3::UnitX());
         }
         case ShapeKind::mesh:
-            return point_grid_distance(point, *shape.grid, b.pose);
+            return shape.surface ? point_grid_distance(point, SurfaceField(shape), b.pose)
+                                 : point_grid_distance(point, *shape.grid, b.pose);
     }
     SUNDER_ASSERT(!"a shape of another kind");
     return {};
@@ -219,7 +226,9 @@ Separation point_shape_distance(const Vec3& point, const PlacedShape& b) {
 
 Manifold rigid_contacts(const PlacedShape& a, const PlacedShape& b) {
     Manifold m;
-    if (b.shape.kind == ShapeKind::mesh) return rigid_grid_contacts(a, *b.shape.grid, b.pose, kUnbounded);
+    if (b.shape.kind == ShapeKind::mesh)
+        return b.shape.surface ? rigid_grid_contacts(a, SurfaceField(b.shape), b.pose, kUnbounded)
+                               : rigid_grid_contacts(a, *b.shape.grid, b.pose, kUnbounded);
     if (a.shape.kind == ShapeKind::sphere) {
         m.add(grown(point_shape_distance(a.pose.position, b), a.shape.radius));
         return m;

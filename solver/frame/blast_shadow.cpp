@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solver/scene/motion.h"
+
 namespace sunder {
 namespace {
 
@@ -72,7 +74,8 @@ void BlastShadow::add_solids(const StepContext& context, const FrameState& state
     };
     for (size_t c = 0; c < scene.colliders.size(); ++c)
         if (context.input.colliders[c].active)
-            add(scene.colliders[c].shape, context.input.colliders[c].begin, MovableId::none());
+            add(shape_at(scene.colliders[c].shape, context.input.colliders[c], 0), context.input.colliders[c].begin,
+                MovableId::none());
     for (size_t r = 0; r < scene.rigid_bodies.size(); ++r) {
         const RigidBodyState& body = state.rigid_bodies[r];
         add(scene.rigid_bodies[r].shape, {body.position, body.orientation}, MovableId(context.n_particles() + r));

@@ -92,15 +92,16 @@ bool comes_over(const Shape& shape, const DrivenPose& way, const SimulationMesh&
     const std::vector<Vec3> corners = corners_of(rest, state, i);
     double reach = rest.radii[i].maxCoeff();
     for (const Vec3& c : corners) reach = std::max(reach, (c - x).norm());
-    const double length = (way.begin.apply(way.end.inverse_apply(x)) - x).norm();
-    const double nearest =
-        std::min(point_shape_distance(x, {shape, way.begin}).gap, point_shape_distance(x, {shape, way.end}).gap);
+    const double length = (way.begin.apply(way.end.inverse_apply(x)) - x).norm() + deformation_of(way);
+    const double nearest = std::min(point_shape_distance(x, {shape_at(shape, way, 0), way.begin}).gap,
+                                    point_shape_distance(x, {shape_at(shape, way, 1), way.end}).gap);
     if (nearest > reach + length + beyond) return false;
     const double step = 0.25 * rest.radii[i].minCoeff();
     const int places = static_cast<int>(std::clamp(std::ceil(length / step), 1.0, double(kMostPlaces)));
     const Ellipsoid ellipsoid{x, state.orientation[i].toRotationMatrix(), rest.radii[i]};
     for (int k = 0; k <= places; ++k) {
-        const PlacedShape placed{shape, interpolate(way, double(k) / places)};
+        const double share = double(k) / places;
+        const PlacedShape placed{shape_at(shape, way, share), interpolate(way, share)};
         if (point_shape_distance(x, placed).gap > reach + beyond) continue;
         if (corners.empty() ? ellipsoid_shape_distance(ellipsoid, placed).gap <= beyond
                             : touches(corners, x, placed, beyond))

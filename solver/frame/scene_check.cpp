@@ -44,15 +44,15 @@ Status all_unit(const char* array, const std::vector<Quat>& values, const Worker
 }
 
 // Whether a source tells where all of its fragments are, in numbers.
-Status check_source(const Scene& scene, const Source& source, const FrameInput::SourceDrive& drive) {
-    const std::string where = "source '" + source.name + "'";
+Status check_drive(const Scene& scene, const std::string& where, std::span<const ParticleId> particles,
+                   const FrameInput::SourceDrive& drive) {
     if (!drive.begin || !drive.end) return bad_input(where, "does not tell where it is");
     size_t n = 0;  // fragments of which it has to tell
-    for (const ParticleId i : source.particles) n = std::max(n, size_t{scene.rest.fragment[i]} + 1);
+    for (const ParticleId i : particles) n = std::max(n, size_t{scene.rest.fragment[i]} + 1);
     const auto is_finite = [](const Pose& p) {
         return p.position.allFinite() && p.orientation.coeffs().allFinite() && p.orientation.norm() > 0;
     };
-    for (const SourcePose* at : {source.start.get(), drive.begin.get(), drive.end.get()}) {
+    for (const SourcePose* at : {drive.begin.get(), drive.end.get()}) {
         if (at->own.size() != drive.begin->own.size() || (!at->own.empty() && at->own.size() < n) ||
             at->set.size() != drive.begin->set.size() || (!at->set.empty() && at->set.size() < n))
             return bad_input(where, "does not tell of all of its fragments");
@@ -60,6 +60,27 @@ Status check_source(const Scene& scene, const Source& source, const FrameInput::
             !std::ranges::all_of(at->set, [](const Mat3& F) { return F.allFinite(); }))
             return bad_input(where, "is not finite");
     }
+    return {};
+}
+
+Status check_source(const Scene& scene, const Source& source, const FrameInput::SourceDrive& drive) {
+    const std::string where = "source '" + source.name + "'";
+    if (Status ok = check_drive(scene, where, source.particles, drive); !ok) return ok;
+    return check_drive(scene, where, source.particles, {source.start, source.start, Vec3::Zero(), false});
+}
+
+// Whether a collider that deforms, and no other, is told where its surface is.
+Status check_surface(const Collider& collider, const SurfaceDrive& drive) {
+    const SurfaceTree* told = drive.surface ? drive.surface->tree.get() : nullptr;
+    if (collider.tree.get() != told)
+        return bad_input("collider '" + collider.name + "'",
+                         told ? "does not deform as the surface that moves it" : "does not tell where its surface is");
+    if (!told) return {};
+    const auto are_finite = [](const std::vector<Vec3>& points) {
+        return std::ranges::all_of(points, [](const Vec3& p) { return p.allFinite(); });
+    };
+    if (!are_finite(drive.surface->begin) || !are_finite(drive.surface->way))
+        return bad_input("collider '" + collider.name + "'", "has a vertex that is not finite");
     return {};
 }
 
@@ -110,7 +131,7 @@ Status check_scene(const Scene& scene) {
     for (const Collider& collider : scene.colliders) {
         const std::string where = "collider '" + collider.name + "'";
         const SignedDistanceGrid* grid = collider.shape.grid;
-        if (collider.shape.kind != ShapeKind::mesh) continue;
+        if (collider.shape.kind != ShapeKind::mesh || collider.tree) continue;
         if (!grid || grid != collider.grid.get())
             return bad_input(where, "is a mesh without a distance grid of its own");
         const size_t n_nodes = size_t(grid->nodes[0]) * grid->nodes[1] * grid->nodes[2];
@@ -138,6 +159,7 @@ Status check_input(const Scene& scene, const FrameInput& input) {
     if (input.materials.size() != n_materials || input.pins.size() != scene.pins.size() ||
         input.colliders.size() != scene.colliders.size() || input.activations.size() != scene.activations.size() ||
         input.seams.size() != scene.seams.size() || input.sources.size() != scene.sources.size() ||
+        (!input.pin_sources.empty() && input.pin_sources.size() != scene.pins.size()) ||
         (!input.yield_changes.empty() && input.yield_changes.size() != n_materials))
         return Error{
             ErrorCode::internal,
@@ -162,6 +184,13 @@ Status check_input(const Scene& scene, const FrameInput& input) {
             if (!(d.begin.position.allFinite() && d.end.position.allFinite() &&
                   d.begin.orientation.coeffs().allFinite() && d.end.orientation.coeffs().allFinite()))
                 return bad_input("frame", "a pin's or collider's pose is not finite");
+    for (size_t k = 0; k < scene.pins.size(); ++k)
+        if (const FrameInput::SourceDrive* source = input.pin_source(k))
+            if (Status ok = check_drive(scene, "pin '" + scene.pins[k].name + "'", scene.pins[k].particles, *source);
+                !ok)
+                return ok;
+    for (size_t c = 0; c < scene.colliders.size(); ++c)
+        if (Status ok = check_surface(scene.colliders[c], input.colliders[c].surface); !ok) return ok;
     for (const DrivenPose& d : input.pins)
         if (!(std::min(d.grip.begin, d.grip.end) >= 0 && std::max(d.grip.begin, d.grip.end) <= 1 && d.grip.time >= 0))
             return bad_input("frame", "a pin's grip is not one", "permitted: 0 to 1, over 0 s or more");

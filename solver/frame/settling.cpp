@@ -55,8 +55,9 @@ FrameInput standing(const FrameInput& input, double share) {
     in.gravity *= share;
     for (Force& f : in.forces) f.acceleration *= share, f.wind *= share;
     for (std::vector<DrivenPose>* poses : {&in.pins, &in.colliders})
-        for (DrivenPose& p : *poses) p.begin = p.end, p.grip.begin = p.grip.end;
-    for (FrameInput::SourceDrive& s : in.sources) s.begin = s.end;
+        for (DrivenPose& p : *poses) p.begin = p.end, p.grip.begin = p.grip.end, p.surface.begin = p.surface.end;
+    for (std::vector<FrameInput::SourceDrive>* sources : {&in.sources, &in.pin_sources})
+        for (FrameInput::SourceDrive& s : *sources) s.begin = s.end;
     return in;
 }
 

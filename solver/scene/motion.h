@@ -40,6 +40,21 @@ inline Pose interpolate(const DrivenPose& drive, double share) {
     return pose_between(drive.begin, drive.end, drive.pivot, share);
 }
 
+/// Where a pin has a particle at `share` of the frame, from its rest placement.
+inline Pose pin_pose(const Scene& scene, const FrameInput& input, size_t pin, ParticleIndex i, double share) {
+    if (const FrameInput::SourceDrive* source = input.pin_source(pin))
+        return SourceWay(*source->begin, *source->end, source->pivot, share)
+            .pose(scene.rest.fragment[i], scene.rest.rest_position[i]);
+    return interpolate(input.pins[pin], share);
+}
+
+/// The shape that such a drive moves, as it is at `share` of the frame.
+inline Shape shape_at(Shape shape, const DrivenPose& drive, double share) {
+    if (const SurfaceDrive& s = drive.surface; s.surface)
+        shape.surface = s.surface.get(), shape.share = s.begin + share * (s.end - s.begin);
+    return shape;
+}
+
 /// Principal moments of inertia of a solid sphere or box about its centre, kg m2.
 inline Vec3 rigid_body_inertia(const RigidBody& body) {
     if (body.shape.kind == ShapeKind::sphere)

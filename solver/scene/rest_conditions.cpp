@@ -8,7 +8,14 @@
 namespace sunder {
 namespace {
 
-uint64_t hash_of_drive(const DrivenPose& d, const Pose& at) {
+uint64_t hash_of_drive(const DrivenPose& d, FrameEnd end) {
+    if (const SurfaceDrive& s = d.surface; s.surface) {
+        const uint64_t key =
+            (end == FrameEnd::begin ? s.begin : s.end) == 0 ? s.surface->begin_key : s.surface->end_key;
+        const double numbers[] = {double(d.active), double(key >> 32), double(key & 0xffffffffu)};
+        return hash_of(numbers);
+    }
+    const Pose& at = end == FrameEnd::begin ? d.begin : d.end;
     const double numbers[] = {double(d.active),   at.position.x(),    at.position.y(),    at.position.z(),
                               at.orientation.w(), at.orientation.x(), at.orientation.y(), at.orientation.z(),
                               d.pivot.x(),        d.pivot.y(),        d.pivot.z()};
@@ -59,7 +66,7 @@ std::vector<uint64_t> rest_conditions(const FrameInput& input, bool self_collisi
     hashes.push_back(hash_of(field));
     for (const Material& m : input.materials) hashes.push_back(hash_of(numbers_of(material_fields(), m)));
     for (const std::vector<DrivenPose>* driven : {&input.pins, &input.colliders})
-        for (const DrivenPose& d : *driven) hashes.push_back(hash_of_drive(d, at == FrameEnd::begin ? d.begin : d.end));
+        for (const DrivenPose& d : *driven) hashes.push_back(hash_of_drive(d, at));
     return hashes;
 }
 

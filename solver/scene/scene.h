@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "solver/data/frame_state.h"
+#include "solver/data/moving_surface.h"
 #include "solver/data/result.h"
 #include "solver/data/signed_distance_grid.h"
 #include "solver/data/simulation_mesh.h"
@@ -53,7 +54,8 @@ struct Body {
     bool settles = false;                  // before the start (solver/settling.h)
 };
 
-/// Particles held and moved rigidly: particle -> pose * (its rest placement), the pose being given per frame.
+/// Particles held and moved: particle -> pose * (its rest placement), the pose being given per frame, one for all of
+/// them or each its own.
 struct Pin {
     std::string name;
     std::vector<ParticleId> particles;  // ascending
@@ -64,13 +66,16 @@ struct Pin {
 enum class ShapeKind { plane, sphere, box, capsule, mesh };
 
 /// A solid in its own frame: plane z <= 0; sphere of `radius`; box of `half_extents`; capsule along z,
-/// `radius` around the segment |z| <= half_height; mesh where `grid` is negative.
+/// `radius` around the segment |z| <= half_height; mesh where `grid` is negative, or, where it deforms, what `surface`
+/// bounds at `share` of the frame.
 struct Shape {
     ShapeKind kind = ShapeKind::sphere;
     double radius = 0.5;                       // m, > 0
     Vec3 half_extents = Vec3::Constant(0.5);   // m, > 0
     double half_height = 0.5;                  // m, > 0
     const SignedDistanceGrid* grid = nullptr;  // of a mesh: its Collider owns it
+    const MovingSurface* surface = nullptr;    // of one that deforms, in place of a grid: its DrivenPose owns it
+    double share = 0;                          // of its way
 };
 
 /// Moves as it is told, is pushed by nothing.
@@ -79,6 +84,7 @@ struct Collider {
     Shape shape;
     double friction = 0.5, restitution = 0.0;
     std::shared_ptr<const SignedDistanceGrid> grid = {};  // what shape.grid points to
+    std::shared_ptr<const SurfaceTree> tree = {};         // of a mesh that deforms, in place of a grid
 };
 
 /// Pushes and is pushed with its mass. Sphere or box.
@@ -117,6 +123,7 @@ struct Activation {
     double falloff = 0;                 // how far beyond the object it reaches, m: there for no fragment, at 0 for all
     Shape object = {};
     std::shared_ptr<const SignedDistanceGrid> grid = {};  // what object.grid points to
+    std::shared_ptr<const SurfaceTree> tree = {};         // as Collider::tree
 };
 
 /// Edges that are told when to break.
@@ -163,6 +170,13 @@ struct Grip {
     bool is_rigid() const { return begin == 1 && end == 1; }
 };
 
+/// How the surface of a collider deforms over one frame. The poses are those of the surface's whole.
+struct SurfaceDrive {
+    std::shared_ptr<const MovingSurface> surface = {};  // or null
+    double begin = 0, end = 1;                          // shares of its way
+    bool operator==(const SurfaceDrive&) const = default;
+};
+
 /// A driven pose over one frame. Between the two the orientation turns steadily (slerp) and the pivot moves along a
 /// straight line: what turns about it goes round in circles.
 struct DrivenPose {
@@ -170,7 +184,21 @@ struct DrivenPose {
     bool active = true;         // an inactive pin lets go, an inactive collider is not there
     Vec3 pivot = Vec3::Zero();  // before the pose is applied, m
     Grip grip = {};             // of an active pin
+    SurfaceDrive surface = {};  // of a collider whose mesh deforms
 };
+
+/// How far its surface deforms within its whole, at most, m.
+inline double deformation_of(const DrivenPose& drive) {
+    const SurfaceDrive& s = drive.surface;
+    return s.surface ? (s.end - s.begin) * s.surface->longest : 0.0;
+}
+
+/// Of a collider that deforms: all of the way of its surface.
+inline DrivenPose drive_of(std::shared_ptr<const MovingSurface> surface) {
+    DrivenPose drive{{}, surface->whole, true, surface->pivot};
+    drive.surface.surface = std::move(surface);
+    return drive;
+}
 
 /// Everything animated, for the frame that is about to be simulated.
 struct FrameInput {
@@ -192,7 +220,13 @@ struct FrameInput {
         Vec3 pivot = Vec3::Zero();  // of the whole, in its rest placement, m
         bool goes_on = true;        // false: the source stands in this frame, for it tells of no later one
     };
-    std::vector<SourceDrive> sources = {};  // one a source
+    std::vector<SourceDrive> sources = {};      // one a source
+    std::vector<SourceDrive> pin_sources = {};  // one a pin, or none at all; without a begin: all of it moves as one
+
+    /// Of a pin whose particles move each for itself, or null.
+    const SourceDrive* pin_source(size_t pin) const {
+        return pin < pin_sources.size() && pin_sources[pin].begin ? &pin_sources[pin] : nullptr;
+    }
 };
 
 enum class Method {

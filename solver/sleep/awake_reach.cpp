@@ -42,9 +42,9 @@ std::vector<Aabb> reach(const StepContext& context, const FrameState& state, std
     });
     for (size_t k = 0; k < context.scene.pins.size(); ++k) {
         if (!context.input.pins[k].active) continue;
-        const Pose pose = interpolate(context.input.pins[k], end);
         for (const ParticleId i : context.scene.pins[k].particles) {
             if (rests[i]) continue;
+            const Pose pose = pin_pose(context.scene, context.input, k, i, end);
             const Aabb there = ball(pose.apply(context.scene.rest.rest_position[i]), size[i]);
             boxes[i].extend(there.min), boxes[i].extend(there.max);
         }

@@ -9,6 +9,7 @@
 #include "solver/data/disjoint_sets.h"
 #include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
+#include "solver/scene/motion.h"
 #include "solver/scene/rest_conditions.h"
 #include "solver/scene/scales.h"
 #include "solver/step/following.h"
@@ -55,9 +56,9 @@ double reach_of(const Scene& scene, const FrameState& s, size_t i) {
 
 // Whether a collider comes within `reach` of a point in this frame.
 bool comes_near(const Shape& shape, const DrivenPose& drive, const Vec3& point, double reach) {
-    const double way = (drive.begin.apply(drive.end.inverse_apply(point)) - point).norm();
-    return point_shape_distance(point, {shape, drive.begin}).gap <= reach + way ||
-           point_shape_distance(point, {shape, drive.end}).gap <= reach;
+    const double way = (drive.begin.apply(drive.end.inverse_apply(point)) - point).norm() + deformation_of(drive);
+    return point_shape_distance(point, {shape_at(shape, drive, 0), drive.begin}).gap <= reach + way ||
+           point_shape_distance(point, {shape_at(shape, drive, 1), drive.end}).gap <= reach;
 }
 
 // The fastest that any point of it may be, m/s.
@@ -217,7 +218,7 @@ void wake_changed(const Scene& scene, const FrameInput& input, bool self_collisi
     for (ParticleId i(0); i < n; ++i)
         if (s.asleep[i] && changed(2 + scene.rest.material_of(i))) woken.push_back({i, true});
     for (size_t k = 0; k < input.pins.size(); ++k)
-        if (changed(first_pin + k) || (input.pins[k].active && moves(input.pins[k])))
+        if (changed(first_pin + k) || (input.pins[k].active && pin_moves(input, k)))
             for (const ParticleId i : scene.pins[k].particles)
                 if (s.asleep[i]) woken.push_back({i, true});
     for (uint32_t c = 0; c < input.colliders.size(); ++c) {

@@ -22,9 +22,10 @@ void tie(const StepContext& context, const StepTime& time, size_t pin, Movables&
     const double w = math::exp(share * math::log(kTightest * std::max(1.0, grip.time / h))) / std::max(grip.time, h);
     Tethers& tethers = movables.tethers;
     tethers.stiffness.resize(context.n_particles(), 0.0), tethers.pose.resize(context.n_particles());
-    const Pose pose = interpolate(drive, time.end);
-    for (const ParticleId i : context.scene.pins[pin].particles)
-        tethers.stiffness[i] = w * h * (w * h), tethers.pose[i] = pose;
+    for (const ParticleId i : context.scene.pins[pin].particles) {
+        tethers.stiffness[i] = w * h * (w * h);
+        tethers.pose[i] = pin_pose(context.scene, context.input, pin, i, time.end);
+    }
 }
 
 }  // namespace
@@ -34,6 +35,7 @@ void hold_pins(const StepContext& context, const StepTime& time, Pinned when, co
     for (size_t k = 0; k < context.scene.pins.size(); ++k) {
         const DrivenPose& drive = context.input.pins[k];
         const bool turns = context.scene.pins[k].turns_freely && context.settings.method == Method::projective;
+        const bool moves_each = context.input.pin_source(k) != nullptr;
         if (!drive.active) continue;
         if (!drive.grip.is_rigid()) {
             if (when == Pinned::at_the_end) tie(context, time, k, movables);
@@ -44,9 +46,10 @@ void hold_pins(const StepContext& context, const StepTime& time, Pinned when, co
         for (const ParticleId i : context.scene.pins[k].particles) {
             if (when != Pinned::at_the_end && !pair.smooth[i]) continue;
             const double wanted = when == Pinned::in_the_first_stage ? 2 * pair.gamma_of(context.scene.rest, i) : 1;
-            if (reached != wanted) {
+            if (reached != wanted || moves_each) {
                 reached = wanted;
-                pose = interpolate(drive, reached == 1 ? time.end : time.begin + reached * (time.end - time.begin));
+                pose = pin_pose(context.scene, context.input, k, i,
+                                reached == 1 ? time.end : time.begin + reached * (time.end - time.begin));
             }
             MovingParticle& p = movables.moving[i];
             p.x = p.x_inertial = pose.apply(context.scene.rest.rest_position[i]);

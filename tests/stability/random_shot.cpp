@@ -11,6 +11,7 @@
 #include "solver/data/rotations.h"
 #include "solver/scene/local_force.h"
 #include "tests/support/lattice_scene.h"
+#include "tests/support/solids.h"
 
 namespace sunder::test {
 namespace {
@@ -316,8 +317,8 @@ std::vector<Material> Shot::materials() const {
     return all;
 }
 
-void Shot::follow(uint64_t seed) {
-    Draw draw(seed);
+// Turns, goes and shears from frame to frame, all of the first body alike.
+void Shot::draw_motion(Draw& draw) {
     const SimulationMesh rest = scene.rest;
     const uint32_t n = scene.bodies[0].particle_end;
     Vec3 middle = Vec3::Zero();
@@ -340,6 +341,12 @@ void Shot::follow(uint64_t seed) {
         }
         return pose;
     };
+}
+
+void Shot::follow(uint64_t seed) {
+    Draw draw(seed);
+    draw_motion(draw);
+    const uint32_t n = scene.bodies[0].particle_end;
     Activation a;
     a.name = "rig", a.until = draw.of({Until::frame, Until::contact}), a.keeps = draw.of({Keeps::held, Keeps::asleep});
     Source source;
@@ -348,12 +355,40 @@ void Shot::follow(uint64_t seed) {
     scene.activations = {a}, scene.sources = {source};
 }
 
+void Shot::deform(uint64_t seed) {
+    Draw draw(seed);
+    hold(seed + 1);
+    draw_motion(draw);
+    Aabb box;
+    for (const Vec3& x : scene.rest.rest_position) box.extend(x);
+    const double size = (box.max - box.min).maxCoeff(), radius = size * draw.uniform(0.05, 0.4);
+    const TriMesh mesh = ball(radius, 3);
+    const Vec3 from = (box.min + box.max) / 2 + size * draw.vector(1),
+               to = (box.min + box.max) / 2 + size * draw.vector(0.5);
+    const double swell = draw.uniform(-0.05, 0.2), bend = draw.uniform(0, 0.3) / radius;
+    const Vec3 axis = draw.vector(1).normalized();
+    skin = [=](size_t frame) {
+        const double t = static_cast<double>(frame) / kLetGo;
+        std::vector<Vec3> at;
+        for (const Vec3& p : mesh.positions)
+            at.push_back(from + t * (to - from) + (1 + swell * t) * (rotation_about(axis, bend * t * p.dot(axis)) * p));
+        return at;
+    };
+    Collider c;
+    c.name = "skin", c.shape.kind = ShapeKind::mesh, c.tree = tree = make_surface_tree(mesh, 0);
+    scene.colliders.push_back(c);
+}
+
 FrameInput Shot::input(size_t frame) const {
     FrameInput in = quiet_input(scene, material);
     in.materials = materials(), in.gravity = Vec3(0, 0, -gravity);
     in.forces = forces;
-    if (motion) {
-        const auto at = [&](size_t f) { return std::make_shared<const SourcePose>(motion(std::min(f, kLetGo))); };
+    const auto at = [&](size_t f) { return std::make_shared<const SourcePose>(motion(std::min(f, kLetGo))); };
+    if (skin) {
+        in.colliders[1] = drive_of(std::make_shared<const MovingSurface>(
+            move_surface(tree, skin(std::min(frame, kLetGo)), skin(std::min(frame + 1, kLetGo)))));
+        in.pin_sources = {{at(frame), at(frame + 1), scene.rest.rest_position[0]}};
+    } else if (motion) {
         in.sources = {{at(frame), at(frame + 1), scene.rest.rest_position[0], frame < kLetGo}};
         in.activations[0].comes = frame >= kLetGo;
     }

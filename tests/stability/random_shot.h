@@ -45,7 +45,9 @@ struct Shot {
     std::vector<Force> blasts;                       // in frames 2, 4, 6, ...
     Material of_region;                              // of `keep`
     DrivenPose sweep;                                // of the object of `keep`, in all frames
-    std::function<SourcePose(size_t frame)> motion;  // of what follows
+    std::function<SourcePose(size_t frame)> motion;  // of what follows, or of what pins hold
+    std::shared_ptr<const SurfaceTree> tree;         // of what deforms, or null
+    std::function<std::vector<Vec3>(size_t frame)> skin;
 
     explicit Shot(uint64_t seed);
     /// Takes one parameter from anywhere in its range instead; which one, and its value.
@@ -62,8 +64,14 @@ struct Shot {
     /// Has the first body follow a motion with turns and strains, until frame kLetGo or a contact before.
     void follow(uint64_t seed);
     static constexpr size_t kLetGo = 10;
+    /// Has a ball (collider 1) that swells, bends and wanders come upon the bodies, and pins hold part of the first
+    /// one, at rest, to what shears and turns, until frame kLetGo.
+    void deform(uint64_t seed);
     std::vector<Material> materials() const;
     FrameInput input(size_t frame = 0) const;
+
+private:
+    void draw_motion(Draw& draw);
 };
 
 }  // namespace sunder::test

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solver/collision/surface_contacts.h"
 #include "solver/data/invariant.h"
 #include "solver/scene/motion.h"
 
@@ -70,6 +71,7 @@ void SceneContacts::list_neighbours(const SimulationMesh& rest, const WorkerPool
 // Of a collider at the touching point, over the substep, m.
 Vec3 SceneContacts::collider_motion(const Contact& c) const {
     const MovingShape& collider = colliders_[c.b & ~Contact::kStatic];
+    if (collider.shape.surface) return surface_motion(collider, c.point_b);
     return collider.end.apply(collider.begin.inverse_apply(c.point_b)) - c.point_b;
 }
 
@@ -127,8 +129,10 @@ bool SceneContacts::find(const StepContext& context, const LiveTopology& live, s
     colliders_.clear();
     for (size_t c = 0; c < scene.colliders.size(); ++c) {
         const DrivenPose& drive = input.colliders[c];
-        colliders_.push_back({scene.colliders[c].shape, interpolate(drive, interval.begin),
-                              interpolate(drive, interval.end), drive.active});
+        const Shape& shape = scene.colliders[c].shape;
+        colliders_.push_back({shape_at(shape, drive, interval.begin), interpolate(drive, interval.begin),
+                              interpolate(drive, interval.end), drive.active,
+                              shape_at(shape, drive, interval.end).share});
     }
 
     DetectionInput detection;
