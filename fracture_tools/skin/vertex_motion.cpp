@@ -97,22 +97,15 @@ bool spans(const PointCloud& cloud, const SimulationMesh& rest, uint32_t fragmen
 }  // namespace
 
 Result<std::shared_ptr<const VertexMotion>> VertexMotion::make(const CutBody& body, const TriMesh& mesh,
-                                                               VertexFrames frames, SourceStrain strain) {
-    if (frames.n_frames == 0) return bad_input("motion", "it has no frame");
-    if (frames.n_vertices != mesh.positions.size())
-        return bad_input("motion",
-                         "it has " + std::to_string(frames.n_vertices) + " vertices a frame, the mesh has " +
-                             std::to_string(mesh.positions.size()),
-                         "vertices are those of the mesh as read, equal positions being one");
-    for (size_t k = 0; k < frames.n_frames; ++k)
-        for (size_t v = 0; v < frames.n_vertices; ++v)
-            if (!frames.at(k, v).allFinite())
-                return bad_input("motion", "vertex " + std::to_string(v) + " is not finite at frame " +
-                                               std::to_string(frames.first_frame + static_cast<int>(k)));
+                                                               VertexFrames frames, SourceStrain strain,
+                                                               std::span<const uint32_t> fragments) {
+    if (Status ok = frames.check(mesh.positions.size()); !ok) return ok.error();
     std::shared_ptr<VertexMotion> motion(new VertexMotion());
     motion->frames_ = std::move(frames), motion->strain_ = strain, motion->triangles_ = mesh.triangles;
     motion->rest_center_ = body.rest.rest_position, motion->mass_ = body.rest.mass;
     motion->ring_offset_ = body.rest.group_offset, motion->ring_member_ = body.rest.group_member;
+    motion->is_told_.assign(body.rest.n_particles(), fragments.empty());
+    for (const uint32_t f : fragments) motion->is_told_[f] = 1;
     double mass = 0;
     for (size_t i = 0; i < motion->mass_.size(); ++i)
         mass += motion->mass_[i], motion->center_ += motion->mass_[i] * motion->rest_center_[i];
@@ -204,10 +197,6 @@ void VertexMotion::add_samples(const Vec3& center, const std::map<uint32_t, doub
     }
 }
 
-size_t VertexMotion::index_of(int frame) const {
-    return static_cast<size_t>(std::clamp(frame, frames_.first_frame, frames_.last_frame()) - frames_.first_frame);
-}
-
 Vec3 VertexMotion::on_mesh(size_t k, const Tie& tie) const {
     const Triangle& t = triangles_[tie.triangle];
     return tie.weight[0] * frames_.at(k, t[0]) + tie.weight[1] * frames_.at(k, t[1]) +
@@ -241,7 +230,7 @@ Result<SourcePose> VertexMotion::pose_at(size_t k) const {
             center += s.share * vertex[s.vertex], A += vertex[s.vertex] * s.gradient.transpose();
         }
         const Polar of = polar(A);
-        if (of.is_flat || of.is_inside_out) {
+        if (is_told_[f] && (of.is_flat || of.is_inside_out)) {
             const Tie& near = tie_[samples.front().vertex];
             return bad_input("motion",
                              "fragment " + std::to_string(f) + ", about vertex " +

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "fracture_tools/skin/vertex_frames.h"
 #include "solver/data/fragment_set.h"
 #include "solver/data/math.h"
 #include "solver/data/result.h"
@@ -17,20 +18,6 @@
 #include "solver/data/tri_mesh.h"
 
 namespace sunder {
-
-/// Vertices of a mesh, frame after frame, in single or double precision as they came: one of the two is empty.
-struct VertexFrames {
-    size_t n_vertices = 0, n_frames = 0;
-    int first_frame = 1;             // before it and after the last, the mesh stands
-    std::vector<Vec3f> single = {};  // (n_frames * n_vertices x 3), m, in the scene
-    std::vector<Vec3> exact = {};
-
-    int last_frame() const { return first_frame + static_cast<int>(n_frames) - 1; }
-    Vec3 at(size_t frame, size_t vertex) const {
-        const size_t k = frame * n_vertices + vertex;
-        return single.empty() ? exact[k] : Vec3(single[k].cast<double>());
-    }
-};
 
 /// What of the animation's stretch is taken as the body's rest once it is let go.
 enum class SourceStrain { none_is_rest, all_is_rest };
@@ -58,16 +45,17 @@ struct PointCloud {
 /// neighbours is asked as well, ring by ring, until it spans the fragment's thickness.
 class VertexMotion {
 public:
-    /// Errors: frames of another number of vertices than the mesh has, a vertex that is not finite, a mesh that is not
-    /// that of the body. `io_frames` is taken.
+    /// Of those of the body's fragments that are named, or of all if none is. Errors: those of VertexFrames::check, a
+    /// mesh that is not that of the body.
     static Result<std::shared_ptr<const VertexMotion>> make(const CutBody& body, const TriMesh& mesh,
-                                                            VertexFrames frames, SourceStrain strain);
+                                                            VertexFrames frames, SourceStrain strain,
+                                                            std::span<const uint32_t> fragments = {});
 
     const VertexFrames& frames() const { return frames_; }
     const Vec3& center() const { return center_; }  // of mass at rest, m: the pivot of the whole
 
-    /// Of the fragments at a frame; kept. An error names the fragment that is turned inside out or squeezed flat, a
-    /// vertex of it and the frame. To be called from any thread.
+    /// Of the body's fragments at a frame; kept. An error names the one of its fragments that is turned inside out or
+    /// squeezed flat, a vertex of it and the frame. To be called from any thread.
     Result<std::shared_ptr<const SourcePose>> at_frame(int frame) const;
 
     /// A moment, between two frames or at one.
@@ -109,7 +97,7 @@ private:
                       std::span<const Vec3> point, uint32_t fragment);
     void add_samples(const Vec3& center, const std::map<uint32_t, double>& weight, const PointCloud& cloud,
                      std::span<const Vec3> point);
-    size_t index_of(int frame) const;
+    size_t index_of(int frame) const { return frames_.index_of(frame); }
     Vec3 on_mesh(size_t frame_index, const Tie& tie) const;
     Result<SourcePose> pose_at(size_t frame_index) const;
     void gather_whole(SourcePose& io_pose) const;
@@ -117,6 +105,7 @@ private:
 
     VertexFrames frames_;
     SourceStrain strain_ = SourceStrain::all_is_rest;
+    std::vector<uint8_t> is_told_;  // that it must be sound           (n_fragments)
     std::vector<Triangle> triangles_;
     std::vector<Tie> tie_;                // (n_pool_vertices)
     std::vector<uint32_t> sample_begin_;  // (n_fragments + 1)

@@ -161,6 +161,11 @@ private:
     }
 
     Status add(const std::string& node, std::vector<Pose> poses, const char* material) {
+        if (at(node, "shape", source_.frames.front()) == "mesh" &&
+            at(node, "motion", source_.frames.front()) == "vertices") {
+            found_.notes.push_back("'" + node + "' is left out, for it deforms");
+            return {};
+        }
         const auto known = source_.looks.find(node);
         const Look look = known == source_.looks.end() ? Look{} : known->second;
         const Result<TriMesh> mesh = mesh_of(node, look);

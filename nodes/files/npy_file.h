@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "fracture_tools/skin/vertex_motion.h"
+#include "fracture_tools/skin/vertex_frames.h"
 #include "solver/data/result.h"
 
 namespace sunder {

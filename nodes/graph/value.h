@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "fracture_tools/skin/surface_motion.h"
 #include "fracture_tools/skin/vertex_motion.h"
 #include "fracture_tools/skin/visual_mesh.h"
 #include "nodes/files/content_key.h"
@@ -24,7 +25,8 @@ struct ActivationValue {
     ContentKey key = 0;  // of the activation
     Activation activation;
     bool comes = false;
-    Pose object;  // at the frame
+    Pose object;                                               // at the frame
+    std::shared_ptr<const SurfaceMotion> object_surface = {};  // of one that deforms
 };
 
 /// Some of a body's edges, by their numbers in it, and the factor on their toughness at the frame asked for.
@@ -86,7 +88,8 @@ inline std::vector<Material> materials_of(std::span<const std::shared_ptr<const 
 struct ColliderValue {
     Collider collider;
     Pose pose;
-    std::vector<std::string> warnings = {};  // of what was done to its mesh
+    std::vector<std::string> warnings = {};             // of what was done to its mesh
+    std::shared_ptr<const SurfaceMotion> surface = {};  // of a mesh that deforms: it is where this says
 };
 
 /// Particles of one body that are held, and where they are held at the frame asked for.
@@ -101,6 +104,7 @@ struct PinValue {
     bool turns_freely = false;                               // their positions alone are held
     bool releases = false;                                   // at a frame
     double grip = 1, release_time = 0;                       // as Grip
+    std::shared_ptr<const VertexMotion> vertices = {};       // of what goes with its mesh, in place of `pose`
 };
 
 /// A frame of a simulation with the scene that its arrays index: scene->rest tells body and fragment of each particle

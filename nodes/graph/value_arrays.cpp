@@ -415,7 +415,7 @@ Json info_of(const RigidBody& r) {
 }
 Json info_of(const ColliderValue& c) {
     return {{"name", c.collider.name},
-            {"shape", json_of(c.collider.shape)},
+            {"shape", c.surface ? Json{{"kind", "mesh"}} : json_of(c.collider.shape)},
             {"pose", json_of(c.pose)},
             {"warnings", c.warnings}};
 }

@@ -64,10 +64,10 @@ Result<Value> cook_activate(CookContext& context) {
         if (objects->empty())
             return context.error("object", "is not wired", "wire a collider that comes over the fragments");
         const ColliderValue& object = *objects->front();
-        a.object = object.collider.shape, a.grid = object.collider.grid;
+        a.object = object.collider.shape, a.grid = object.collider.grid, a.tree = object.collider.tree;
         a.delay = p.integer("delay") / context.frame_rate(), a.growth = p.number("growth");
         a.falloff = p.number("falloff");
-        value.object = object.pose;
+        value.object = object.pose, value.object_surface = object.surface;
     }
     value.key = activation_key(context, a, p);
     let_later_one_win(a, body.activations);

@@ -3,6 +3,7 @@
 #include "fracture_tools/mesh/mesh_io.h"
 #include "nodes/graph/common_parameters.h"
 #include "nodes/graph/node_list.h"
+#include "nodes/types/vertex_source.h"
 
 namespace sunder {
 namespace {
@@ -15,9 +16,11 @@ ShapeKind kind_of(const std::string& name) {
     return ShapeKind::plane;
 }
 
-/// The level set as it was made last, with the key of the node that it was made for.
+/// The level set, or the motion of a mesh that deforms, as it was made last, with the key of the node that it was made
+/// for.
 struct LevelSetStore {
     ContentKey node = 0;
+    std::shared_ptr<const SurfaceMotion> motion;
     std::shared_ptr<const SignedDistanceGrid> grid;
     std::vector<std::string> warnings;
 };
@@ -71,6 +74,31 @@ Result<LevelSetStore*> level_set(CookContext& context) {
     return &store;
 }
 
+Result<std::shared_ptr<const SurfaceMotion>> surface_motion(CookContext& context) {
+    LevelSetStore& store = context.store().get<LevelSetStore>();
+    const ContentKey node = context.key();
+    if (store.motion && store.node == node) return store.motion;
+    Result<std::shared_ptr<const TriMesh>> mesh = mesh_of(context);
+    if (!mesh) return mesh.error();
+    Result<VertexFrames> frames = vertex_frames(context, kMotionPrefix, (*mesh)->positions.size());
+    if (!frames) return frames.error();
+    const Parameters& p = context.parameters();
+    auto motion = SurfaceMotion::make(**mesh, frames.take(), p.number("thickness"));
+    if (!motion) {
+        const bool is_of_mesh = motion.error().where == "mesh";
+        return context.error(is_of_mesh ? "mesh" : vertex_parameter(p, kMotionPrefix), motion.error().what,
+                             motion.error().mend);
+    }
+    store.motion = motion.take(), store.node = node;
+    return store.motion;
+}
+
+bool deforms(const Parameters& p) { return p.text("shape") == "mesh" && is_of_vertices(p); }
+
+Status check_collider(const std::string& node, const Parameters& p) {
+    return deforms(p) ? check_vertex_source(node, p, kMotionPrefix) : Status();
+}
+
 Result<Value> cook_collider(CookContext& context) {
     ColliderValue value;
     const Parameters& p = context.parameters();
@@ -81,6 +109,12 @@ Result<Value> cook_collider(CookContext& context) {
     value.collider.shape.half_height = p.number("height") / 2;
     value.collider.friction = p.number("friction");
     value.collider.restitution = p.number("restitution");
+    if (deforms(p)) {
+        const auto motion = surface_motion(context);
+        if (!motion) return motion.error();
+        value.surface = *motion, value.collider.tree = value.surface->tree();
+        return make_value(std::move(value));
+    }
     value.pose = pose_of(p);
     if (value.collider.shape.kind == ShapeKind::mesh) {
         const Result<LevelSetStore*> made = level_set(context);
@@ -108,7 +142,7 @@ std::vector<ParameterDescription> mesh_parameters() {
              .min_excluded = true,
              .default_value = 1.0,
              .sentence = "Lengths of the mesh are multiplied by this, about its origin",
-             .needs = {{is("shape", {"mesh"})}}},
+             .needs = {{is("shape", {"mesh"}), is("motion", {"transform"})}}},
             {.name = "resolution",
              .label = "Resolution",
              .type = ParameterType::integer,
@@ -118,7 +152,7 @@ std::vector<ParameterDescription> mesh_parameters() {
              .sentence = "Voxels along the mesh's longest side. What is thinner than two voxels is lost, edges are "
                          "rounded by a third of one; memory grows with the cube: 100 takes 5 MiB at most, 256 MiB are "
                          "permitted",
-             .needs = {{is("shape", {"mesh"}), is("voxel_size", {nullptr})}}},
+             .needs = {{is("shape", {"mesh"}), is("motion", {"transform"}), is("voxel_size", {nullptr})}}},
             {.name = "voxel_size",
              .label = "Voxel Size",
              .type = ParameterType::number,
@@ -129,7 +163,7 @@ std::vector<ParameterDescription> mesh_parameters() {
              .default_value = nullptr,
              .sentence = "Sets the size of voxels itself; null goes by the resolution",
              .nullable = true,
-             .needs = {{is("shape", {"mesh"})}}},
+             .needs = {{is("shape", {"mesh"}), is("motion", {"transform"})}}},
             {.name = "thickness",
              .label = "Thickness",
              .type = ParameterType::number,
@@ -138,7 +172,7 @@ std::vector<ParameterDescription> mesh_parameters() {
              .max = 1e5,
              .default_value = 0.0,
              .sentence = "Above 0 the mesh need not be closed: what collides is all within half of this of its "
-                         "surface. At least two voxels",
+                         "surface. Of motion transform at least two voxels",
              .needs = {{is("shape", {"mesh"})}}}};
 }
 
@@ -149,7 +183,9 @@ NodeType collider_node() {
         .type = "collider",
         .label = "Collider",
         .category = "simulation",
-        .sentence = "A solid that moves as its keys tell it and is pushed by nothing: floor, wall, tool."};
+        .sentence =
+            "A solid that moves as its keys tell it, or deforms as an animation does, and is pushed by nothing: "
+            "floor, wall, tool, arm."};
     d.outputs = {{.name = "collider", .label = "Collider", .type = SocketType::collider, .sentence = "For a solver"}};
     d.inputs = {{.name = "mesh",
                  .label = "Mesh",
@@ -163,10 +199,13 @@ NodeType collider_node() {
          .default_value = "plane",
          .sentence = "plane: all below z = 0 of its own frame; sphere takes `radius`; box takes `size`; "
                      "capsule takes `radius` and `height` along its z axis; mesh takes any solid from "
-                     "`mesh` or `path`, as distances on a grid of voxels",
+                     "`mesh` or `path`, as distances on a grid of voxels, or as its triangles where it deforms",
          .choices = {"plane", "sphere", "box", "capsule", "mesh"}},
-        position_parameter(Animation::animatable, "Of its centre, of a point of the plane, or of the mesh's origin"),
-        rotation_parameter(Animation::animatable, "About its position"),
+        needing({{is("motion", {"transform"})}, {is("shape", {"plane", "sphere", "box", "capsule"})}},
+                position_parameter(Animation::animatable,
+                                   "Of its centre, of a point of the plane, or of the mesh's origin")),
+        needing({{is("motion", {"transform"})}, {is("shape", {"plane", "sphere", "box", "capsule"})}},
+                rotation_parameter(Animation::animatable, "About its position")),
         needing({{is("shape", {"sphere", "capsule"})}}, radius_parameter("Of sphere and capsule")),
         needing({{is("shape", {"box"})}}, size_parameter()),
         {.name = "height",
@@ -181,8 +220,15 @@ NodeType collider_node() {
         surface_parameter("friction"),
         surface_parameter("restitution")};
     for (ParameterDescription& p : mesh_parameters()) d.parameters.push_back(std::move(p));
+    d.parameters.push_back(
+        needing({{is("shape", {"mesh"})}},
+                motion_parameter(
+                    "Of shape mesh. transform: it moves as one, by `position` and `rotation`; vertices: it deforms, "
+                    "each vertex being where `motion_path` or `positions` say")));
+    for (ParameterDescription& p : vertex_parameters(kMotionPrefix, {is("shape", {"mesh"})}))
+        d.parameters.push_back(std::move(p));
     gather(d.parameters, "Sampling", {"resolution", "voxel_size", "thickness"});
-    return {.description = d, .cook = cook_collider};
+    return {.description = d, .cook = cook_collider, .check = check_collider};
 }
 
 }  // namespace sunder

@@ -4,6 +4,7 @@
 #include "nodes/graph/common_parameters.h"
 #include "nodes/graph/node_list.h"
 #include "nodes/types/region.h"
+#include "nodes/types/vertex_source.h"
 
 namespace sunder {
 namespace {
@@ -11,6 +12,7 @@ namespace {
 struct Selection {
     ContentKey key = 0;
     std::shared_ptr<const std::vector<uint32_t>> particles;
+    BodyMotion motion;
 };
 
 Result<std::vector<uint32_t>> select(CookContext& context, const BodyValue& body, const Parameters& p) {
@@ -42,7 +44,7 @@ Result<Value> cook_pin(CookContext& context) {
             return context.error(
                 "region", "no particle of body '" + (*body)->name + "' lies in it",
                 "regions are tested against the centres of the fragments as placed at the first frame");
-        selection = {key, std::make_shared<const std::vector<uint32_t>>(particles.take())};
+        selection = {key, std::make_shared<const std::vector<uint32_t>>(particles.take()), {}};
     }
 
     PinValue pin;
@@ -50,10 +52,16 @@ Result<Value> cook_pin(CookContext& context) {
     pin.body = (*body)->name;
     pin.body_key = (*body)->key;
     pin.particles = selection.particles;
-    // x -> pivot + position + R (x - pivot)
-    pin.pivot = p.vector3("pivot");
-    pin.pose.orientation = euler_xyz(p.vector3("rotation"));
-    pin.pose.position = pin.pivot + p.vector3("position") - pin.pose.orientation * pin.pivot;
+    if (is_of_vertices(p)) {
+        auto motion =
+            body_motion(context, kMotionPrefix, **body, SourceStrain::none_is_rest, *pin.particles, selection.motion);
+        if (!motion) return motion.error();
+        pin.vertices = motion.take();
+    } else {  // x -> pivot + position + R (x - pivot)
+        pin.pivot = p.vector3("pivot");
+        pin.pose.orientation = euler_xyz(p.vector3("rotation"));
+        pin.pose.position = pin.pivot + p.vector3("position") - pin.pose.orientation * pin.pivot;
+    }
     pin.turns_freely = p.text("hold") == "position";
     pin.releases = !p.is_null("release_frame");
     if (pin.releases) {
@@ -65,6 +73,11 @@ Result<Value> cook_pin(CookContext& context) {
     return make_value(std::move(pin));
 }
 
+Status check_pin(const std::string& node, const Parameters& p) {
+    if (Status ok = check_region(node, p); !ok) return ok;
+    return check_vertex_source(node, p, kMotionPrefix);
+}
+
 }  // namespace
 
 NodeType pin_node() {
@@ -73,9 +86,15 @@ NodeType pin_node() {
         .label = "Pin",
         .category = "simulation",
         .sentence =
-            "Holds the particles whose rest centre lies in its region, and moves them rigidly about its pivot. Region, "
-            "pivot and motion are given in the scene, with the body as placed at the first frame."};
-    d.inputs = {{.name = "body", .label = "Body", .type = SocketType::body, .sentence = "The body that is held"}};
+            "Holds the particles whose rest centre lies in its region, and moves them rigidly about its pivot, or each "
+            "with the vertices of an animated mesh. Region, pivot and motion are given in the scene, with the body as "
+            "placed at the first frame."};
+    d.inputs = {{.name = "body", .label = "Body", .type = SocketType::body, .sentence = "The body that is held"},
+                {.name = "mesh",
+                 .label = "Mesh",
+                 .type = SocketType::mesh,
+                 .required = false,
+                 .sentence = "Of `motion` vertices: the mesh that the body was cut from"}};
     d.outputs = {
         {.name = "pin", .label = "Pin", .type = SocketType::pin, .sentence = "For the solver that holds the body"}};
     d.parameters = region_parameters(
@@ -113,8 +132,15 @@ NodeType pin_node() {
           .default_value = 0,
           .sentence = "How long it takes to let go: what was held by force eases out, and does not spring; 0: at once",
           .needs = {{is_not_null("release_frame")}}}});
-    gather(d.parameters, "Motion", {"pivot", "position", "rotation"});
-    return {.description = d, .cook = cook_pin, .check = check_region, .depends_on_frame = true};
+    d.parameters.push_back(motion_parameter(
+        "transform: what is held moves as one, by `position` and `rotation`; vertices: each fragment goes "
+        "where the vertices of its mesh take it, which are where `motion_path` or `positions` say"));
+    for (ParameterDescription& p : vertex_parameters(kMotionPrefix)) d.parameters.push_back(std::move(p));
+    for (const char* name : {"pivot", "position", "rotation"})
+        at(d.parameters, name).needs = {{is("motion", {"transform"})}};
+    gather(d.parameters, "Motion",
+           {"motion", "pivot", "position", "rotation", "motion_source", "motion_path", "positions", "first_frame"});
+    return {.description = d, .cook = cook_pin, .check = check_pin, .depends_on_frame = true};
 }
 
 }  // namespace sunder

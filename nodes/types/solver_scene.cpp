@@ -13,13 +13,20 @@ namespace {
 
 void add(KeyHasher& io_hasher, const Shape& s) {
     io_hasher.add(static_cast<int>(s.kind)).add(s.radius).add(s.half_extents).add(s.half_height);
-    if (s.kind == ShapeKind::mesh) io_hasher.add(s.grid->key);
+    if (s.grid) io_hasher.add(s.grid->key);
+}
+
+// Where it begins and ends.
+void add_way(KeyHasher& io_hasher, const DrivenPose& p) {
+    io_hasher.add(p.begin).add(p.end);
+    if (const MovingSurface* s = p.surface.surface.get()) io_hasher.add(s->begin_key).add(s->end_key);
 }
 
 void add(KeyHasher& io_hasher, const std::vector<DrivenPose>& poses) {
     io_hasher.add(poses.size());
     for (const DrivenPose& p : poses) {
-        io_hasher.add(p.begin).add(p.end).add(p.active).add(p.pivot);
+        add_way(io_hasher, p);
+        io_hasher.add(p.active).add(p.pivot);
         if (!p.grip.is_rigid()) io_hasher.add(p.grip.begin).add(p.grip.end).add(p.grip.time);
     }
 }
@@ -162,6 +169,7 @@ Status add_solids(CookContext& context, Scene& io_scene, KeyHasher& io_hasher) {
         io_scene.colliders.push_back(c);
         io_hasher.add(c.name).add(c.friction).add(c.restitution);
         add(io_hasher, c.shape);
+        if (c.tree) io_hasher.add(c.tree->key);
     }
     Result<std::vector<std::shared_ptr<const RigidBody>>> rigid_bodies =
         context.inputs_as<RigidBody>("rigid_bodies", context.start_frame());
@@ -240,6 +248,11 @@ std::vector<double> yield_changes(std::span<const std::shared_ptr<const BodyValu
     return changes;
 }
 
+// Of a collider from the frame before to `frame`, by its poses or its surface.
+DrivenPose drive_of(const Pose& begin, const Pose& end, const SurfaceMotion* surface, int frame) {
+    return surface ? drive_of(surface->from(frame - 1)) : DrivenPose{begin, end, true};
+}
+
 }  // namespace
 
 Result<FrameInput> frame_input(CookContext& context, int frame) {
@@ -266,7 +279,8 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
         const BodyValue &from = *(*bodies_begin)[b], &to = *(*bodies)[b];
         for (size_t k = 0; k < to.activations.size(); ++k)
             input.activations.push_back(
-                {to.activations[k].comes, {from.activations[k].object, to.activations[k].object, true}});
+                {to.activations[k].comes, drive_of(from.activations[k].object, to.activations[k].object,
+                                                   to.activations[k].object_surface.get(), frame)});
         for (const SeamValue& seam : to.seams) input.seams.push_back(seam.factor);
         if (!to.follows) continue;
         const auto begin = from.follows->at_frame(frame - 1), end = to.follows->at_frame(frame);
@@ -282,6 +296,12 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
     for (size_t i = 0; i < pins_end->size(); ++i) {
         const PinValue &from = *(*pins_begin)[i], &to = *(*pins_end)[i];
         input.pins.push_back({from.pose, to.pose, to.active, to.pivot, {from.grip, to.grip, to.release_time}});
+        if (!to.vertices) continue;
+        const auto begin = to.vertices->at_frame(frame - 1), end = to.vertices->at_frame(frame);
+        if (!begin) return in_source(to.name, begin.error());
+        if (!end) return in_source(to.name, end.error());
+        input.pin_sources.resize(pins_end->size());
+        input.pin_sources[i] = {*begin, *end, to.vertices->center()};
     }
 
     const auto colliders_begin = context.inputs_as<ColliderValue>("colliders", frame - 1);
@@ -289,7 +309,8 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
     const auto colliders_end = context.inputs_as<ColliderValue>("colliders", frame);
     if (!colliders_end) return colliders_end.error();
     for (size_t i = 0; i < colliders_end->size(); ++i)
-        input.colliders.push_back({(*colliders_begin)[i]->pose, (*colliders_end)[i]->pose, true});
+        input.colliders.push_back(drive_of((*colliders_begin)[i]->pose, (*colliders_end)[i]->pose,
+                                           (*colliders_end)[i]->surface.get(), frame));
     return input;
 }
 
@@ -322,13 +343,14 @@ ContentKey key_of(const FrameInput& input, const SolverSettings& s) {
     hasher.add(key_of(input.materials));
     add(hasher, input.pins);
     add(hasher, input.colliders);
-    for (const FrameInput::ActivationDrive& a : input.activations)
-        hasher.add(a.comes).add(a.object.begin).add(a.object.end);
+    for (const FrameInput::ActivationDrive& a : input.activations) hasher.add(a.comes), add_way(hasher, a.object);
     for (const double factor : input.seams) hasher.add(factor);
-    for (const FrameInput::SourceDrive& s : input.sources) {
-        add(hasher, *s.begin), add(hasher, *s.end);
-        hasher.add(s.pivot).add(s.goes_on);
-    }
+    for (const std::vector<FrameInput::SourceDrive>* sources : {&input.sources, &input.pin_sources})
+        for (const FrameInput::SourceDrive& s : *sources) {
+            if (!s.begin) continue;
+            add(hasher, *s.begin), add(hasher, *s.end);
+            hasher.add(s.pivot).add(s.goes_on);
+        }
     for (const double change : input.yield_changes) hasher.add(change);
     return hasher.key();
 }

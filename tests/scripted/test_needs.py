@@ -109,6 +109,8 @@ def meshes(tmp_path_factory):
         (folder / f"{name}.json").write_text(json.dumps({"values": [vector] * 8}))
     for name, stretch in (("still", 0.05), ("motion", 0.15)):
         np.save(folder / f"{name}.npy", [np.array(AS_READ) * [1, 1, 1 + stretch * frame] + [0, 0, 2] for frame in range(3)])
+    for name, rise in (("stands", 0), ("rises", 0.05)):
+        np.save(folder / f"{name}.npy", [np.array(AS_READ) + [0.03, 0.02, rise * frame - 0.5] for frame in range(4)])
     return folder
 
 
@@ -166,7 +168,8 @@ def scene(folder, node_type, mesh="cube", **given):
         solver["colliders"] = ["@it.collider"]
     elif node_type == "pin":
         cut = {"type": "prefracture", "mesh": "@file.mesh", "pieces": 12}
-        nodes |= {"file": file, "block": cut, "it": {"position": {"keys": [[1, [0, 0, 0]], [3, [0, 0, 0.2]]]}, **it, "body": "@body.body"}}
+        nodes |= {"file": file, "block": cut, "it": {"position": {"keys": [[1, [0, 0, 0]], [3, [0, 0, 0.2]]]}, **it, "body": "@body.body",
+                                                    "mesh": "@file.mesh"}}
         solver["pins"] = ["@it.pin"]
     elif "force" in (s["name"] for s in sunder.node_types()[node_type]["outputs"]):
         nodes["it"], solver["forces"] = it, ["@it.force"]
@@ -213,6 +216,11 @@ OTHER = {
     ("prefracture", "cluster_toughness"): 9, ("solver", "preset"): "final",
     ("collider", "path"): "rod.obj", ("collider", "resolution"): 30, ("collider", "voxel_size"): 0.2,
     ("collider", "thickness"): 0.3, ("collider", "scale"): 0.9, ("pin", "group"): "Others", ("fragment_region", "group"): "Others",
+    ("collider", "position"): [0.03, 0.02, -0.45], ("collider", "rotation"): [0, 20, 0], ("collider", "motion"): "vertices",
+    ("pin", "pivot"): [0.3, 0, 0], ("pin", "position"): [0, 0, 0.1], ("pin", "rotation"): [0, 30, 0],
+    **{(node_type, name): value for node_type in ("collider", "pin") for name, value in (
+        ("motion_source", "values"), ("motion_path", "rises.npy"), ("first_frame", 2),
+        ("positions", [[x, y, z + 0.1 * frame - 0.45] for frame in range(3) for x, y, z in AS_READ]))},
     ("pin", "release_frames"): 3,
     ("pin", "center"): [0.4, 0.4, 0.4], ("pin", "box_max"): [0.2, 0.2, 0.2], ("pin", "box_min"): [0, 0, 0],
     ("fragment_region", "center"): [0.4, 0.4, 0.4], ("fragment_region", "box_max"): [0.2, 0.2, 0.2],
@@ -231,11 +239,12 @@ OTHER = {
     ("follow", "positions"): [[x, y, z + 2] for x, y, z in AS_READ], ("follow", "source"): "values", ("follow", "source_strain"): "elastic",
     ("solver", "substeps"): 3, ("solver", "iterations"): 5, ("solver", "hit_substeps"): 1, ("body", "fracture_energy"): 20.0,
 }
+RISING = [[x, y, z + 0.05 * frame - 0.5] for frame in range(3) for x, y, z in AS_READ]
 POINTS = [[0.5, 0.1, 0.2], [0.4, -0.3, 0.2], [-0.3, 0.2, 0.4]]
 ALSO = {
     "prefracture": {"points": POINTS, "density_group": "Some"},
-    "collider": {"resolution": 20},
-    "pin": {"group": "Some"},
+    "collider": {"resolution": 20, "positions": RISING},
+    "pin": {"group": "Some", "rotation": [0, 20, 0], "positions": RISING},
     "fragment_region": {"group": "Some"},
     "grid_force": {"values": [[5, 0, 0]] * 8 + [[0, 5, 0]] * 8},  # two frames of 2 x 2 x 2, or one of 2 x 2 x 4
     "activate": {"group": "Some"},
@@ -301,6 +310,10 @@ def test_without_its_needs_a_parameter_changes_nothing(meshes, node_type, name):
         idle, counting = ([{**g, "path": str(meshes / "still.npy")} for g in some] for some in (idle, counting))
     elif node_type == "grid_force":
         idle = [{**g, "path": str(meshes / "steady.json")} for g in idle]
+    if name == "motion_path":
+        kept = {"motion_path": str(meshes / "stands.npy")}
+    elif node_type in ("collider", "pin"):
+        idle, counting = ([{**g, "motion_path": str(meshes / "rises.npy")} for g in some] for some in (idle, counting))
     if (node_type, name) == ("collider", "path"):
         kept = {"path": str(meshes / "cube.obj")}
     elif node_type == "collider":

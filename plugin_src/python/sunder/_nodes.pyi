@@ -533,20 +533,39 @@ class AddsNodes:
         resolution: _Integer = ...,
         voxel_size: Optional[_Number] = ...,
         thickness: _Number = ...,
+        motion: Literal["transform", "vertices"] = ...,
+        motion_source: Literal["file", "values"] = ...,
+        motion_path: _Path = ...,
+        positions: _Points = ...,
+        first_frame: _Integer = ...,
     ) -> Node:
-        """A solid that moves as its keys tell it and is pushed by nothing: floor, wall, tool.
+        """A solid that moves as its keys tell it, or deforms as an animation does, and is pushed by nothing: floor, wall,
+        tool, arm.
 
         mesh: Of shape mesh: a closed surface that bounds a solid.
         shape: plane: all below z = 0 of its own frame; sphere takes `radius`; box takes `size`; capsule takes `radius`
-            and `height` along its z axis; mesh takes any solid from `mesh` or `path`, as distances on a grid of voxels.
-        position: Of its centre, of a point of the plane, or of the mesh's origin [m].
-        rotation: About its position; Euler angles XYZ: about x first, then y, then z [degrees].
+            and `height` along its z axis; mesh takes any solid from `mesh` or `path`, as distances on a grid of voxels,
+            or as its triangles where it deforms.
+        position: Of its centre, of a point of the plane, or of the mesh's origin [m]. Needs motion = transform, or
+            shape = plane, sphere, box or capsule.
+        rotation: About its position; Euler angles XYZ: about x first, then y, then z [degrees]. Needs motion =
+            transform, or shape = plane, sphere, box or capsule.
         radius: Of sphere and capsule [m]. Needs shape = sphere or capsule.
         size: Lengths of the box's sides [m]. Needs shape = box.
         height: Of the capsule between the centres of its two caps [m]. Needs shape = capsule.
         path: Of the file with the mesh of shape mesh, where none is wired; relative to the graph file's folder. Needs
             shape = mesh.
-        scale: Lengths of the mesh are multiplied by this, about its origin. Needs shape = mesh.
+        scale: Lengths of the mesh are multiplied by this, about its origin. Needs shape = mesh and motion = transform.
+        motion: Of shape mesh. transform: it moves as one, by `position` and `rotation`; vertices: it deforms, each
+            vertex being where `motion_path` or `positions` say. Needs shape = mesh.
+        motion_source: file: places stand in a file of their own; values: in the graph. Needs shape = mesh and motion =
+            vertices.
+        motion_path: A .npy file of shape (frames, vertices, 3), floats, m, in the scene; relative to the graph file's
+            folder. Needs shape = mesh and motion = vertices and motion_source = file.
+        positions: Where each vertex of the mesh is in the scene, in the order of the mesh as read, equal positions
+            being one; frame after frame [m]. Needs shape = mesh and motion = vertices and motion_source = values.
+        first_frame: Of the first of these; before it, and after the last, the mesh stands. Needs shape = mesh and
+            motion = vertices.
 
         Contact:
         friction: Coulomb friction: tangential force per normal force that a contact can bear before it slides.
@@ -555,10 +574,11 @@ class AddsNodes:
         Sampling:
         resolution: Voxels along the mesh's longest side. What is thinner than two voxels is lost, edges are rounded by
             a third of one; memory grows with the cube: 100 takes 5 MiB at most, 256 MiB are permitted. Needs shape =
-            mesh and voxel_size = null.
-        voxel_size: Sets the size of voxels itself; null goes by the resolution [m]. Needs shape = mesh.
-        thickness: Above 0 the mesh need not be closed: what collides is all within half of this of its surface. At
-            least two voxels [m]. Needs shape = mesh.
+            mesh and motion = transform and voxel_size = null.
+        voxel_size: Sets the size of voxels itself; null goes by the resolution [m]. Needs shape = mesh and motion =
+            transform.
+        thickness: Above 0 the mesh need not be closed: what collides is all within half of this of its surface. Of
+            motion transform at least two voxels [m]. Needs shape = mesh.
         """
 
     @overload
@@ -568,6 +588,7 @@ class AddsNodes:
         name: str,
         *,
         body: _Wire = ...,
+        mesh: _Wire = ...,
         region: Literal["box", "sphere", "group"] = ...,
         box_min: _Vector3 = ...,
         box_max: _Vector3 = ...,
@@ -580,11 +601,18 @@ class AddsNodes:
         hold: Literal["pose", "position"] = ...,
         release_frame: Optional[_Integer] = ...,
         release_frames: _Integer = ...,
+        motion: Literal["transform", "vertices"] = ...,
+        motion_source: Literal["file", "values"] = ...,
+        motion_path: _Path = ...,
+        positions: _Points = ...,
+        first_frame: _Integer = ...,
     ) -> Node:
-        """Holds the particles whose rest centre lies in its region, and moves them rigidly about its pivot. Region, pivot
-        and motion are given in the scene, with the body as placed at the first frame.
+        """Holds the particles whose rest centre lies in its region, and moves them rigidly about its pivot, or each with
+        the vertices of an animated mesh. Region, pivot and motion are given in the scene, with the body as placed at
+        the first frame.
 
         body: The body that is held.
+        mesh: Of `motion` vertices: the mesh that the body was cut from.
         region: box takes `box_min` and `box_max`; sphere takes `center` and `radius`; group takes `group`.
         box_min: Lowest corner of the box [m]. Needs region = box.
         box_max: Highest corner of the box [m]. Needs region = box.
@@ -598,10 +626,18 @@ class AddsNodes:
             [frames]. Needs release_frame is not null.
 
         Motion:
-        pivot: Point about which the rotation turns [m].
-        position: How far the held particles are moved from where they rest [m].
+        pivot: Point about which the rotation turns [m]. Needs motion = transform.
+        position: How far the held particles are moved from where they rest [m]. Needs motion = transform.
         rotation: How far the held particles are turned about the pivot; Euler angles XYZ: about x first, then y, then z
-            [degrees].
+            [degrees]. Needs motion = transform.
+        motion: transform: what is held moves as one, by `position` and `rotation`; vertices: each fragment goes where
+            the vertices of its mesh take it, which are where `motion_path` or `positions` say.
+        motion_source: file: places stand in a file of their own; values: in the graph. Needs motion = vertices.
+        motion_path: A .npy file of shape (frames, vertices, 3), floats, m, in the scene; relative to the graph file's
+            folder. Needs motion = vertices and motion_source = file.
+        positions: Where each vertex of the mesh is in the scene, in the order of the mesh as read, equal positions
+            being one; frame after frame [m]. Needs motion = vertices and motion_source = values.
+        first_frame: Of the first of these; before it, and after the last, the mesh stands. Needs motion = vertices.
         """
 
     @overload
