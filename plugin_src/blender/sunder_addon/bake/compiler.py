@@ -46,13 +46,13 @@ class _Channel:
 
 
 class _VertexMotion:
-    """Where the vertices of a mesh are from frame to frame, as a file beside the bake: a farm needs no rig."""
+    """Where the vertices of an object's mesh are from frame to frame, as a file beside the bake: a farm needs no rig.
+    geometry: the mesh as it was read; path: the parameter that takes the file."""
 
     name = "vertices"
 
-    def __init__(self, node, fields, files):
-        self.blender_node, self.node, self.files = node, fields, files
-        self.thing, self.geometry = None, None
+    def __init__(self, name, blender_node, thing, geometry, path):
+        self.graph_name, self.blender_node, self.thing, self.geometry, self.path = name, blender_node, thing, geometry, path
         self.first, self.frames = None, []
 
     def sample(self, frame):
@@ -64,11 +64,11 @@ class _VertexMotion:
         except core.Refused as error:
             raise core.Refused(str(error), self.blender_node.graph_name) from error
 
-    def store(self):
+    def store_in(self, fields, files):
         data = mesh_export.npy_bytes(self.frames)
-        path = mesh_export.path_of(self.blender_node.graph_name, data, ".npy")
-        self.files[path] = data
-        self.node.update(path=path, first_frame=self.first)
+        path = mesh_export.path_of(self.graph_name.replace(":", "_"), data, ".npy")
+        files[path] = data
+        fields.update({self.path: path, "first_frame": self.first})
 
 
 def ensure_evaluated(tree, scene):
@@ -103,8 +103,8 @@ class _Compiler:
         self.result = Compiled()
         self.nodes = {}  # graph name: what the graph file holds of it
         self.names = {}  # graph name of a Blender node: [its names in the graph]
-        self.channels = []
-        self.geometries = {}  # graph name of a mesh node: its mesh
+        self.channels, self.vertex_motions = [], []
+        self.geometries = {}  # graph name of what has a mesh of an object: that
         self.before = {}  # name of an object: where it was in the frame before the first
         self.is_moving = False
         self.animated = keys.animated_attributes(tree)
@@ -131,11 +131,11 @@ class _Compiler:
             for frame in range(first, last + 1 if self.is_moving else first + 1):
                 if frame > first:
                     scene.frame_set(frame)
-                for channel in self.channels:
+                for channel in (*self.channels, *self.vertex_motions):
                     channel.sample(frame)
             for frame in self._frames_beyond(first, last) if self.is_moving else ():
                 scene.frame_set(frame)
-                for channel in self.channels:
+                for channel in (*self.channels, *self.vertex_motions):
                     if channel.name != "time_scale":
                         channel.sample(frame)
         finally:
@@ -143,6 +143,8 @@ class _Compiler:
             runtime.is_sampling = False
         for channel in self.channels:
             channel.store()
+        for motion in self.vertex_motions:
+            motion.store_in(self.nodes[motion.graph_name], self.result.files)
         self.result.description = {
             "sunder": 2, "frame_rate": scene_input.frame_rate(scene), "frame_range": [first, last], "nodes": self.nodes,
         }
@@ -241,21 +243,32 @@ class _Compiler:
         if geometry is not None and geometry.mesh_layers:
             self.result.mesh_layers[node.graph_name] = geometry.order
 
-    def _add_follow(self, node, depsgraph):
-        if not node.from_object:
-            return
-        thing, source = scene_input.placed_by(node), wiring.upstream(node, "mesh_file")
+    def _follow_vertices(self, name, node, thing, geometry, path):
+        self.vertex_motions.append(_VertexMotion(name, node, thing, geometry, path))
+        self.is_moving = True
+
+    def _cut_from(self, node, depsgraph):
+        """The object that a node's body was cut from."""
+        thing = scene_input.placed_by(node)
         if thing is None:
             raise core.Refused("the body was not cut from one object: turn off Follow Its Object, or pick an object in the "
                                "mesh node", node.graph_name)
         scene_input.check_evaluated(thing, depsgraph, node)
-        if node.motion == "vertices":
-            motion = _VertexMotion(node, self.nodes[node.graph_name], self.result.files)
-            motion.thing, motion.geometry = thing, self.geometries[source.graph_name]
-            self.nodes[node.graph_name]["mesh"] = f"@{source.graph_name}.mesh"
-            self.channels.append(motion)
-            self.is_moving = True
+        return thing
+
+    def _follow_its_object(self, node, depsgraph, path):
+        """By each vertex of the object that the body was cut from."""
+        thing, source = self._cut_from(node, depsgraph), wiring.upstream(node, "mesh_file")
+        self.nodes[node.graph_name]["mesh"] = f"@{source.graph_name}.mesh"
+        self._follow_vertices(node.graph_name, node, thing, self.geometries[source.graph_name], path)
+
+    def _add_follow(self, node, depsgraph):
+        if not node.from_object:
             return
+        if node.motion == "vertices":
+            self._follow_its_object(node, depsgraph, "path")
+            return
+        thing = self._cut_from(node, depsgraph)
         moves = animation.moves(thing)
         self._channel(node.graph_name, "position", lambda _: scene_input.pose(thing.matrix_world, Vector())[0], moves)
         self._channel(node.graph_name, "rotation", lambda before: scene_input.pose(thing.matrix_world, Vector(), before)[1],
@@ -269,6 +282,9 @@ class _Compiler:
 
     def _add_collider(self, node, depsgraph):
         for name, thing, center in self._shapes(node, depsgraph):
+            if pickers.takes_vertices(node):
+                self._follow_vertices(name, node, thing, self.geometries[name], "motion_path")
+                continue
             moves = animation.moves(thing)
 
             def position(_, thing=thing, center=center):
@@ -322,9 +338,10 @@ class _Compiler:
             raise core.Refused(f"object '{thing.name}' is a {thing.type.lower()}, not a mesh", node.graph_name)
         own = scene_input.placement(thing.matrix_world)[2]
         try:
-            data = mesh_export.ply_bytes(mesh_export.geometry(thing, depsgraph, own, True))
+            geometry = self.geometries[name] = mesh_export.geometry(thing, depsgraph, own, True)
         except core.Refused as error:
             raise core.Refused(str(error), node.graph_name) from error
+        data = mesh_export.ply_bytes(geometry)
         path = mesh_export.path_of(name.replace(":", "_"), data)
         self.result.files[path] = data
         return {"path": path}
@@ -363,6 +380,10 @@ class _Compiler:
             thing = scene_input.objects_of(node)[0]
             scene_input.check_evaluated(thing, depsgraph, node)
             self._region(node, *scene_input.world_bounds(thing, depsgraph))
+        if pickers.takes_vertices(node):
+            self._follow_its_object(node, depsgraph, "motion_path")
+        if node.motion == "vertices":
+            return
         mover = node.motion_object
         if mover is None:
             return

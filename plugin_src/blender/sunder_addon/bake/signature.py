@@ -78,12 +78,12 @@ def _points(node):
 
 def _objects(node):
     described = _groups(node) + _points(node)
-    if getattr(node, "from_object", False):
+    if node.sunder_type == "follow" and node.from_object or node.sunder_type == "pin" and pickers.takes_vertices(node):
         thing = scene_input.placed_by(node)
         described += [True] if thing is None else [animation.describe_motion(thing), *animation.describe_deformation(thing)]
     if not pickers.has_source(node):
         return described
-    if node.sunder_type == "pin" and node.motion_object:
+    if node.sunder_type == "pin" and node.motion_object and node.motion == "transform":
         described.append(animation.describe_motion(node.motion_object))
     uses_objects = node.source != pickers.VALUES and hasattr(node, "object")
     if not uses_objects or getattr(node, "region", "box") not in ("box", "sphere"):
@@ -98,6 +98,8 @@ def _objects(node):
             described.append(_mesh_hash(thing, node.use_modifiers, with_layers=True))
         elif thing.type in pickers.SURFACES:
             described.append(_mesh_hash(thing, True))
+            if node.sunder_type == "collider" and pickers.takes_vertices(node):
+                described += animation.describe_deformation(thing)
         else:
             described.append(getattr(thing, "empty_display_size", 0))
     return described

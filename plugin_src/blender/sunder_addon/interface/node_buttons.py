@@ -57,7 +57,7 @@ def draw_group(layout, node, label):
 
 
 def _draw_pickers(layout, node):
-    if hasattr(node, "from_object"):
+    if node.sunder_type == "follow":
         layout.prop(node, "from_object")
     if not pickers.has_source(node):
         return
@@ -71,7 +71,9 @@ def _draw_pickers(layout, node):
         layout.prop(node, "use_modifiers")
     if hasattr(node, "use_motion") and node.source != pickers.VALUES:
         layout.prop(node, "use_motion")
-    if node.sunder_type == "pin":
+    if node.sunder_type == "pin" and node.motion == "vertices":
+        layout.prop(node, "from_object")
+    elif node.sunder_type == "pin":
         _labelled(layout, "Moved By").prop(node, "motion_object", text="")
 
 

@@ -153,6 +153,10 @@ def _own_properties(node_type, changed):
             "object": thing("Region", "Its bounding box at the first frame: an empty or a mesh"),
             "motion_object": thing("Moved By", "What is held follows this object's animation; none: it is held still, or "
                                    "as position and rotation tell"),
+            "from_object": BoolProperty(
+                name="Follow Its Object", default=True, options=set(), update=changed,
+                description="Hold each fragment where the object that the body was cut from takes it, with all that deforms "
+                            "that (armatures, shape keys, modifiers, caches). Every frame is read when baking"),
         }
     return {}
 
@@ -171,7 +175,8 @@ REPLACED = {
     "mesh_file": ((OBJECT, COLLECTION), ("path", "scale", "rotation")),
     "body": ((OBJECT,), ("position", "rotation")),
     "rigid_body": ((OBJECT, COLLECTION), ("radius", "size", "position", "rotation")),
-    "collider": ((OBJECT, COLLECTION), ("radius", "size", "height", "position", "rotation", "path", "scale")),
+    "collider": ((OBJECT, COLLECTION), ("radius", "size", "height", "position", "rotation", "path", "scale",
+                                         "motion_source", "motion_path", "positions", "first_frame")),
     "fragment_region": ((OBJECT,), ("box_min", "box_max", "center", "radius")),
     **{name: ((OBJECT,), ("box_min", "box_max", "center", "radius")) for name in ("pin", *_PARTS_OF_BODIES)},
     "force": ((OBJECT,), ("wind",)),
@@ -193,12 +198,20 @@ def uses_motion(node):
     return getattr(node, "use_motion", False) and has_source(node) and node.source != VALUES
 
 
-_OF_MOTION = ("position", "rotation", "source", "path", "positions", "first_frame")
+def takes_vertices(node):
+    """Whether a collider or pin deforms as an object does."""
+    if node.motion != "vertices":
+        return False
+    return node.from_object if node.sunder_type == "pin" else node.shape == "mesh" and node.source != VALUES
+
+
+_OF_MOTION = {"follow": ("position", "rotation", "source", "path", "positions", "first_frame"),
+              "pin": ("motion_source", "motion_path", "positions", "first_frame")}
 
 
 def is_replaced(node, parameter):
     """Whether an object stands in for a parameter's value."""
-    if getattr(node, "from_object", False) and parameter in _OF_MOTION:
+    if getattr(node, "from_object", False) and parameter in _OF_MOTION[node.sunder_type]:
         return True
     if uses_motion(node) and parameter in ("velocity", "angular_velocity"):
         return True
