@@ -2,6 +2,7 @@
 // under weights, of any stiffness, toughness and size, at any step; and some far beyond what an artist asks for.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -43,6 +44,7 @@ struct Shot {
     double gravity = 9.81;                           // m/s2
     std::vector<Force> forces;                       // in all frames
     std::vector<Force> blasts;                       // in frames 2, 4, 6, ...
+    std::array<double, 2> factors = {1, 1};          // of `add_factors`, at the start and from frame 10 on
     Material of_region;                              // of `keep`
     DrivenPose sweep;                                // of the object of `keep`, in all frames
     std::function<SourcePose(size_t frame)> motion;  // of what follows
@@ -62,6 +64,8 @@ struct Shot {
     /// Has the first body follow a motion with turns and strains, until frame kLetGo or a contact before.
     void follow(uint64_t seed);
     static constexpr size_t kLetGo = 10;
+    /// Seams across the first body whose factor changes from one to another number, or that hold without end.
+    void add_factors(Draw& draw);
     std::vector<Material> materials() const;
     FrameInput input(size_t frame = 0) const;
 };
