@@ -247,6 +247,52 @@ class Editing(EdgesCase):
             self.assertIn("no list of places", edit.error)
 
 
+class Seams(EdgesCase):
+    """Seams that artists add by hand: what objects stand for lies in the scene, wherever the block stands."""
+
+    def seam(self, **given):
+        edits = addon("tree.edits")
+        node = edits.insert(self.body, {"mode": "scale", "toughness": 0.2}, 0.3)
+        node.points_source = node.spared_source = "OBJECT"
+        for name, value in given.items():
+            setattr(node, name, value)
+        return node
+
+    def empty(self, location):
+        thing = bpy.data.objects.new("Region", None)
+        thing.location, thing.empty_display_size = location, 0.3
+        self.scene.collection.objects.link(thing)
+        bpy.context.view_layer.update()
+        return thing
+
+    def test_points_of_a_curve_and_regions_are_objects_in_the_scene(self):
+        there = np.array([3.2, 2.1, 1.2])
+        region = self.empty(there)
+        node = self.seam(between="curve", points_object=region)
+        away = np.linalg.norm(self.edges().middle - there, axis=1)
+        np.testing.assert_array_equal(self.scaled(), away < 0.3)
+        self.assertTrue(self.scaled().any())
+        node.between, node.source, node.object = "sphere", "OBJECT", region
+        np.testing.assert_array_equal(self.scaled(), away <= 0.3)
+        node.between = "box"
+        np.testing.assert_array_equal(self.scaled(), (np.abs(self.edges().middle - there) <= 0.3).all(1))
+        region.location.x += 0.2
+        bpy.context.view_layer.update()
+        np.testing.assert_array_equal(self.scaled(), (np.abs(self.edges().middle - there - (0.2, 0, 0)) <= 0.3).all(1))
+
+    def test_a_node_shows_the_rows_that_count(self):
+        node = self.seam(between="clusters")
+        for between, shown in (("clusters", False), ("box", True), ("places", False)):
+            node.between = between
+            layout = Recorder()
+            node.draw_buttons(bpy.context, layout)
+            self.assertEqual("source" in layout.drawn, shown)
+        node.points_source = "VALUES"
+        layout = Recorder()
+        node.draw_buttons(bpy.context, layout)
+        self.assertIn("Points: 0 places", layout.drawn)
+
+
 class Painting(EdgesCase):
     STROKE = [{"name": "", "location": (3 + 0.1 * k, 2, 1.5)} for k in range(-3, 4)]
 

@@ -59,7 +59,7 @@ def draw_group(layout, node, label):
 def _draw_pickers(layout, node):
     if hasattr(node, "from_object"):
         layout.prop(node, "from_object")
-    if not pickers.has_source(node):
+    if not pickers.has_source(node) or node.sunder_type == "seam" and pickers.region(node) not in ("box", "sphere"):
         return
     row = layout.row()
     row.prop(node, "source", expand=True)
