@@ -121,7 +121,7 @@ class Editing(EdgesCase):
         np.testing.assert_allclose(self.edges().toughness[~chosen], 0.1, rtol=1e-6)
         edit, = self.edits()
         self.assertEqual([edit.mode, edit.between, edit.parameter("toughness")], ["scale", "places", 0.2])
-        self.assertAlmostEqual(edit.distance, 0.5 / 60 ** (1 / 3), delta=0.001)
+        self.assertAlmostEqual(edit.distance, 0.75 / 60 ** (1 / 3), delta=0.001)
         np.testing.assert_array_equal(self.selected(), chosen)  # a selection outlives what is made of it
 
     def test_what_is_set_last_counts_and_the_tree_stays_tidy(self):
@@ -187,7 +187,7 @@ class Editing(EdgesCase):
             away = np.linalg.norm(found.middle[:, None] - (10, 0, 0) - middle[None], axis=2).min(1)
             within = ((found.middle - (10, 0, 0)) <= np.array([3, 2.1, 1.1])).all(1)
             self.assertGreater((found.share * weak)[within].sum(), 0.8 * found.share[within].sum(), (seed, pieces))
-            self.assertFalse(weak[away > 0.5 / 60 ** (1 / 3) + 1e-4].any(), (seed, pieces))
+            self.assertFalse(weak[away > 0.75 / 60 ** (1 / 3) + 1e-4].any(), (seed, pieces))
             self.assertFalse(self.selected().any())
 
     def test_edits_are_undone(self):

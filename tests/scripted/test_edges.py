@@ -110,7 +110,7 @@ def test_an_edit_by_place_stays_where_it_is_when_the_cut_is_another(body_of):
 
     plain = body_of()
     chosen = np.linalg.norm(plain.edge_middle - middle, axis=1) < radius
-    reach = 0.5 * np.cbrt(plain.volume.mean())
+    reach = 0.75 * np.cbrt(plain.volume.mean())
     near = {"points": plain.edge_middle[chosen].tolist(), "spared": plain.edge_middle[~chosen].tolist(), "distance": reach}
     edit = {**WEAK, "between": "places", **near}
     assert np.array_equal(scaled(body_of(edit)), chosen) and 10 < chosen.sum() < len(chosen) / 2

@@ -9,7 +9,7 @@ from ..base import core, runtime
 from ..tree import edits, parameters, verbs
 from ..bake import edges
 
-_REACH = 0.5  # of an edit by the middles of interfaces, in spacings of fragments
+_REACH = 0.75  # of an edit by the middles of interfaces, in spacings of fragments: what it spares bounds it before that
 LEAST, MOST = 1e-3, 1e3  # factors that a seam takes
 _BY = [
     ("ALL", "All", "Every edge"),
@@ -127,8 +127,8 @@ class _Edit(OnEdges):
     bl_options = {"REGISTER", "UNDO"}
 
     distance: FloatProperty(name="Distance", unit="LENGTH", min=0, options={"SKIP_SAVE"},
-                            description="How far the edit reaches from the middles of these interfaces in other cuts; 0: half of what "
-                            "fragments are apart")
+                            description="How far the edit reaches from the middles of these interfaces in other cuts; 0: three "
+                            "quarters of what fragments are apart")
 
     @verbs.told
     def execute(self, context):
