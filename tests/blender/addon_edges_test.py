@@ -399,6 +399,11 @@ class Shown(PreviewCase):
                 load = np.clip(state.strain[edges].max(1) / (0.009 * ratio), 0, 1)
                 wanted = data.strength(ratio) if shows == "STRENGTH" else data.heat(load)
                 np.testing.assert_allclose(shades, wanted, atol=1e-4)
+            weakest = np.ones(len(state.position))
+            np.minimum.at(weakest, edges, ratio[:, None])
+            shown = source.frame(path, n, "TOUGHNESS").particles[:len(weakest), 3, :3]
+            wanted = data.traffic_light(1 - np.clip(state.strain / (0.009 * weakest), 0, 1))
+            np.testing.assert_allclose(shown, wanted, atol=1e-4)
         self.assertTrue(intact.any() and not intact.all())
 
     def test_colours_of_strength(self):

@@ -133,7 +133,7 @@ class Source:
         made.center, made.surface = self._center, self._surface
         made.limit = self._limit(kept.simulated_frame, limit)
         edges = state.edges[own_edges].astype(np.int64) - mine.start
-        factor = tearing.tearing_factors(self._factors[0], edges, intact, self._factors[1])
+        factor = tearing.tearing_factors(self._factors[0], edges, intact, self._factors[1] * self._made_of_edges(number))
         broken_now = np.zeros(len(state.edges), bool)
         broken_now[state.broken_edge] = True
         if edges_as == "BREAKS":
@@ -159,6 +159,14 @@ class Source:
         triangles = mesh.triangles.astype(np.int32)
         self._surface = Geometry(mesh.rest_positions - self._center, follows, influences,
                                  np.ascontiguousarray(triangles[~is_inner]), np.ascontiguousarray(triangles[is_inner]))
+
+    def _made_of_edges(self, number):
+        """What nodes between body and solver multiply edges' toughness by at a frame, (m,) or 1."""
+        plain = f"{self._body}.body"
+        if self._wire == plain:
+            return 1.0
+        now, before = (self._graph.evaluate(wire, number).edge_toughness for wire in (self._wire, plain))
+        return np.divide(now, before, out=np.ones(len(now)), where=np.isfinite(before))
 
     def _limit(self, number, wanted):
         if wanted > 0:
