@@ -131,6 +131,24 @@ std::vector<ParameterDescription> region_parameters(std::string sentence, std::v
              .needs = {{is("region", {"group"})}}}};
 }
 
+ParameterDescription direction_parameter(Animation animation, const char* name, const char* label,
+                                         std::string sentence) {
+    return {.name = name,
+            .label = label,
+            .type = ParameterType::vector3,
+            .min = -1e6,
+            .max = 1e6,
+            .default_value = {0.0, 0.0, 1.0},
+            .sentence = std::move(sentence),
+            .animatable = animation == Animation::animatable};
+}
+
+Status check_direction(const std::string& node, const Parameters& p, std::string_view name) {
+    if (p.vector3(name).squaredNorm() > 0) return {};
+    return node_error(node, std::string(name), "has no length: it is no direction",
+                      "any of its numbers above or below 0");
+}
+
 ParameterDescription cluster_parameter() {
     return {.name = "cluster",
             .label = "Cluster",

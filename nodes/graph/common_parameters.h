@@ -22,6 +22,11 @@ ParameterDescription size_parameter();                        // "size" of a box
 std::vector<ParameterDescription> region_parameters(std::string sentence, std::vector<JsonValue> choices,
                                                     std::string group_sentence);
 
+/// A direction as a parameter; `check_direction` refuses one of no length.
+ParameterDescription direction_parameter(Animation animation, const char* name, const char* label,
+                                         std::string sentence);
+Status check_direction(const std::string& node, const Parameters& parameters, std::string_view name);
+
 ParameterDescription cluster_parameter();  // "cluster" of a region
 
 /// "compression" of a bake node's files.

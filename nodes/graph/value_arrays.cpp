@@ -7,11 +7,8 @@
 #include "fracture_tools/mesh/layer_property.h"
 #include "fracture_tools/skin/particle_transforms.h"
 #include "fracture_tools/skin/skinning.h"
-#include "nodes/graph/field_json.h"
-#include "nodes/graph/field_parameters.h"
-#include "nodes/graph/json.h"
+#include "nodes/graph/body_edges.h"
 #include "nodes/graph/nearest_name.h"
-#include "solver/scene/scene_fields.h"
 #include "solver/solver.h"
 
 namespace sunder {
@@ -235,6 +232,29 @@ const std::vector<Entry<StateValue>>& entries_of(const StateValue*) {
     return entries;
 }
 
+template <size_t Width, class Get>
+ArrayView of_interfaces(const BodyValue& body, const Get& get) {
+    return made<double, Width>(interface_places(body), get);
+}
+
+const std::vector<Entry<BodyValue>>& entries_of(const BodyValue*) {
+    using B = BodyValue;
+    using Place = InterfacePlace;
+    static const std::vector<Entry<B>> entries = {
+        {"edge_toughness",
+         [](const B& b) { return made<double, 1>(edge_toughness(b), [](double t) { return std::array{t}; }); }},
+        {"edge_middle",
+         [](const B& b) { return of_interfaces<3>(b, [](const Place& p) { return row_of(p.middle); }); }},
+        {"edge_normal",
+         [](const B& b) { return of_interfaces<3>(b, [](const Place& p) { return row_of(p.normal); }); }},
+        {"edge_share",
+         [](const B& b) { return of_interfaces<1>(b, [](const Place& p) { return std::array{p.share}; }); }},
+        {"cluster", [](const B& b) {
+             return made<int32_t, 1>(b.fragments->fragments, [](const Fragment& f) { return std::array{f.cluster}; });
+         }}};
+    return entries;
+}
+
 const std::vector<Entry<FragmentSet>>& entries_of(const FragmentSet*) {
     using F = FragmentSet;
     static const std::vector<Entry<F>> entries = {
@@ -361,7 +381,7 @@ Table table_of(const Value& value) {
             if constexpr (std::is_same_v<T, StateValue>)
                 add(table, *v), add(table, v->scene->rest);
             else if constexpr (std::is_same_v<T, BodyValue>)
-                add(table, *v->rest);
+                add(table, *v->rest), add(table, *v);
             else if constexpr (std::is_same_v<T, FragmentSet> || std::is_same_v<T, TriMesh> ||
                                std::is_same_v<T, BodyMesh>)
                 add(table, *v);
@@ -373,80 +393,6 @@ Table table_of(const Value& value) {
         value);
     return table;
 }
-
-Json json_of(const Vec3& v) { return Json::array({v.x(), v.y(), v.z()}); }
-Json json_of(const Quat& q) { return Json::array({q.w(), q.x(), q.y(), q.z()}); }
-Json json_of(const Pose& p) { return {{"position", json_of(p.position)}, {"orientation", json_of(p.orientation)}}; }
-
-Json json_of(const Shape& s) {
-    switch (s.kind) {
-        case ShapeKind::plane:
-            return {{"kind", "plane"}};
-        case ShapeKind::sphere:
-            return {{"kind", "sphere"}, {"radius", s.radius}};
-        case ShapeKind::box:
-            return {{"kind", "box"}, {"half_extents", json_of(s.half_extents)}};
-        case ShapeKind::capsule:
-            return {{"kind", "capsule"}, {"radius", s.radius}, {"half_height", s.half_height}};
-        case ShapeKind::mesh:
-            return {{"kind", "mesh"},
-                    {"voxel_size", s.grid->voxel_size},
-                    {"nodes", s.grid->nodes},
-                    {"bounds", {json_of(s.grid->bounds.min), json_of(s.grid->bounds.max)}}};
-    }
-    return nullptr;
-}
-
-Json info_of(const TriMesh& m) { return {{"materials", m.material_names}}; }
-Json info_of(const FragmentSet& s) {
-    return {{"materials", s.material_names}, {"interior_material", s.interior_material},
-            {"source_path", s.source_path},  {"source_volume", s.source_volume},
-            {"source_area", s.source_area},  {"warnings", s.warnings}};
-}
-Json info_of(const BodyValue& b) {
-    return {{"name", b.name},
-            {"pose", json_of(b.pose)},
-            {"velocity", json_of(b.velocity)},
-            {"angular_velocity", json_of(b.angular_velocity)},
-            {"material", json_of_fields(material_fields(), b.material)}};
-}
-Json info_of(const RigidBody& r) {
-    return {{"name", r.name}, {"shape", json_of(r.shape)}, {"mass", r.mass}, {"pose", json_of(r.pose)}};
-}
-Json info_of(const ColliderValue& c) {
-    return {{"name", c.collider.name},
-            {"shape", c.surface ? Json{{"kind", "mesh"}} : json_of(c.collider.shape)},
-            {"pose", json_of(c.pose)},
-            {"warnings", c.warnings}};
-}
-Json info_of(const PinValue& p) {
-    return {{"name", p.name}, {"on_body", p.body}, {"pose", json_of(p.pose)}, {"active", p.active}};
-}
-Json info_of(const Force& f) {
-    return {{"acceleration", json_of(f.acceleration)}, {"wind", json_of(f.wind)}, {"drag", f.drag}};
-}
-Json info_of(const StateValue& s) {
-    Json bodies = Json::array(), rigid = Json::array();
-    for (const Body& b : s.scene->bodies)
-        bodies.push_back({{"name", b.name},
-                          {"particles", {b.particle_begin, b.particle_end}},
-                          {"edges", {b.edge_begin, b.edge_end}}});
-    for (const RigidBody& r : s.scene->rigid_bodies) rigid.push_back(r.name);
-    return {{"frame", s.frame},
-            {"simulated_frame", s.at.frame},
-            {"time_scale", s.at.scale},
-            {"time", s.state->time},
-            {"bodies", bodies},
-            {"rigid_bodies", rigid},
-            {"report", json_of_fields(report_fields(), s.report)},
-            {"warnings", s.warnings}};
-}
-Json info_of(const BodyMesh& m) {
-    return {{"on_body", m.body},
-            {"materials", m.fragments->material_names},
-            {"interior_material", m.fragments->interior_material}};
-}
-Json info_of(const BakeItem& b) { return {{"path", b.path}}; }
 
 }  // namespace
 
@@ -461,10 +407,6 @@ Result<ArrayView> value_array(const Value& value, std::string_view name) {
         if (known == name) return get();
     return bad_usage("a " + std::string(name_of(type_of(value))) + " has no array '" + std::string(name) + "'",
                      permitted_text(std::string(name), array_names(value)));
-}
-
-Json value_info(const Value& value) {
-    return std::visit([](const auto& v) { return info_of(*v); }, value);
 }
 
 Result<Value> value_part(const Value& value, std::string_view name, uint64_t index) {

@@ -6,6 +6,7 @@
 //                broken_strain broken_toughness broken_by (kind as Pusher::Kind, number; of nothing -1) rigid_position
 //                rigid_orientation rigid_velocity rigid_angular_velocity, and of the scene at rest what a body has
 //   body         rest_position rest_orientation radii volume mass edges edge_area edge_toughness_factor
+//                edge_toughness edge_middle edge_normal edge_share (body_edges.h) cluster
 //   fragments    rest_position rest_orientation radii volume cluster toughness_factor yield_factor density_factor
 //                edges interface_area interface_normal interface_centroid interface_toughness_factor
 //   mesh, visual_mesh   positions triangles normals uvs colors (by corner) face_material;

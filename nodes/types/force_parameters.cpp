@@ -61,17 +61,6 @@ Falloff falloff_of(const Parameters& p) {
     return {p.number("radius"), p.number("falloff"), p.number_or("reach", kNever)};
 }
 
-ParameterDescription direction_parameter(const char* name, const char* label, std::string sentence) {
-    return {.name = name,
-            .label = label,
-            .type = ParameterType::vector3,
-            .min = -1e6,
-            .max = 1e6,
-            .default_value = {0.0, 0.0, 1.0},
-            .sentence = std::move(sentence),
-            .animatable = true};
-}
-
 std::vector<ParameterDescription> acting_parameters() {
     return {
         {.name = "acts_as",
@@ -96,12 +85,6 @@ std::optional<double> drag_of(const Parameters& p) {
     if (p.text("acts_as") == "acceleration") return 0;
     if (!(p.number("drag") > 0)) return {};
     return p.number("drag");
-}
-
-Status check_direction(const std::string& node, const Parameters& p, std::string_view name) {
-    if (p.vector3(name).squaredNorm() > 0) return {};
-    return node_error(node, std::string(name), "has no length: it is no direction",
-                      "any of its numbers above or below 0");
 }
 
 SocketDescription force_output() {

@@ -12,10 +12,6 @@ namespace sunder {
 std::vector<ParameterDescription> falloff_parameters();
 Falloff falloff_of(const Parameters& parameters);
 
-/// A direction as a parameter; `check_direction` refuses one of no length.
-ParameterDescription direction_parameter(const char* name, const char* label, std::string sentence);
-Status check_direction(const std::string& node, const Parameters& parameters, std::string_view name);
-
 /// The output of all nodes of forces, and what such a node gives; `Nothing` where it does nothing in this frame.
 SocketDescription force_output();
 Value local_force(const CookContext& context, LocalForce::Kind kind, double drag = 0, const std::string& body = {});

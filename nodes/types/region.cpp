@@ -4,10 +4,15 @@
 
 namespace sunder {
 
+Status check_box(const std::string& node, const Parameters& p) {
+    if ((p.vector3("box_min").array() <= p.vector3("box_max").array()).all()) return {};
+    return node_error(node, "box_min", "lies beyond box_max", "each of its coordinates is at most that of box_max");
+}
+
 Status check_region(const std::string& node, const Parameters& p) {
     const std::string region = p.text("region");
-    if (region == "box" && (p.vector3("box_min").array() > p.vector3("box_max").array()).any())
-        return node_error(node, "box_min", "lies beyond box_max", "each of its coordinates is at most that of box_max");
+    if (region == "box")
+        if (Status ok = check_box(node, p); !ok) return ok;
     if (region == "group" && p.text("group").empty()) return node_error(node, "group", "no vertex group is named");
     return {};
 }

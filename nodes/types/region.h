@@ -11,6 +11,9 @@ namespace sunder {
 /// Whether the parameters of a region agree with one another.
 Status check_region(const std::string& node, const Parameters& parameters);
 
+/// Whether `box_min` lies below `box_max`.
+Status check_box(const std::string& node, const Parameters& parameters);
+
 /// Which vertex groups fragments have, for who named another.
 std::string known_groups(const FragmentSet& fragments);
 

@@ -39,7 +39,8 @@ NodeType vortex_node() {
                       .sentence = "Takes everything round an axis: a whirlwind."};
     d.outputs = {force_output()};
     d.parameters = {position_parameter(Animation::animatable, "A point of the axis"),
-                    direction_parameter("axis", "Axis", "It turns about this, counter-clockwise as seen from its tip"),
+                    direction_parameter(Animation::animatable, "axis", "Axis",
+                                        "It turns about this, counter-clockwise as seen from its tip"),
                     speed("swirl", "Swirl", 10.0, "Round the axis, at the radius, where it is largest"),
                     in_group("Draught", speed("inflow", "Inflow", 0.0, "Towards the axis, at the radius")),
                     in_group("Draught", speed("lift", "Lift", 0.0, "Along the axis: so much within the radius"))};

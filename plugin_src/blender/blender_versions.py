@@ -230,6 +230,11 @@ def text_size(points):
     return (points,) if bpy.app.version >= (4, 0, 0) else (int(points), 72)
 
 
+def flat_color_shader_in_space():
+    """Name of the built-in shader for coloured shapes in the scene."""
+    return "FLAT_COLOR" if bpy.app.version >= (4, 0, 0) else "3D_FLAT_COLOR"
+
+
 def flat_color_shader():
     """(name, number of coordinates) of the built-in shader for coloured shapes on the screen."""
     return ("FLAT_COLOR", 3) if bpy.app.version >= (4, 0, 0) else ("2D_FLAT_COLOR", 2)

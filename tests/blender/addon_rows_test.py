@@ -27,6 +27,9 @@ class Recorder:
         self.drawn.append(name)
         return type("Operator", (), {})()
 
+    def operator_menu_enum(self, name, _property, **_how):
+        self.drawn.append(name)
+
     def prop(self, _data, name, **how):
         self.drawn.append(how.get("text") or name)
 

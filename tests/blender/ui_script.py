@@ -15,6 +15,7 @@ import time
 import traceback
 
 import bpy
+from bpy_extras.view3d_utils import location_3d_to_region_2d
 
 FOLDER = sys.argv[sys.argv.index("--") + 1]
 TOLD = {"passed": [], "failed": [], "times": {}}
@@ -226,14 +227,24 @@ def unfolded(panels):
     return made
 
 
-def what_broke():
-    """The lists of both sidebars are drawn, and a row goes to its fragments in edit mode."""
+@contextlib.contextmanager
+def on_top(module):
+    """The panels of a file are open, and those that stand above them are not there."""
     above = [addon("interface.panels").SUNDER_PT_tree, addon("interface.panels").SUNDER_PT_object]
-    panels = unfolded(cls for cls in addon("interface.report_panels").classes if issubclass(cls, bpy.types.Panel))
+    panels = unfolded(cls for cls in addon(module).classes if issubclass(cls, bpy.types.Panel))
     for cls in above:
         bpy.utils.unregister_class(cls)
     for cls in panels:
         bpy.utils.register_class(cls)
+    yield
+    for cls in reversed(panels):
+        bpy.utils.unregister_class(cls)
+    for cls in above:
+        bpy.utils.register_class(cls)
+
+
+def what_broke():
+    """The lists of both sidebars are drawn, and a row goes to its fragments in edit mode."""
     bpy.context.view_layer.objects.active = result()
     lists = addon("interface.report").lists()
     with within("VIEW_3D"):
@@ -243,14 +254,50 @@ def what_broke():
     assert len(lists.loads) == 80 and len(lists.breaks) > 0
     lists.at_load, lists.at_break = 0, len(lists.breaks) - 1
     assert bpy.context.scene.frame_current == lists.breaks[-1].frame
-    yield 1.0
-    shot("4-what-broke")
-    for cls in reversed(panels):
-        bpy.utils.unregister_class(cls)
-    for cls in above:
-        bpy.utils.register_class(cls)
+    with on_top("interface.report_panels"):
+        yield 1.0
+        shot("4-what-broke")
     with within("VIEW_3D"):
         bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.context.scene.frame_set(12)
+    yield 0.5
+
+
+def drag(kind, ways):
+    """The left button down, along pixels of an editor's region, and up."""
+    region = next(r for r in area(kind).regions if r.type == "WINDOW")
+    moves = [["mousemove", str(region.x + int(x)), str(window().height - region.y - int(y))] for x, y in ways]
+    for action in (moves[0], ["mousedown", "1"], *moves[1:], ["mouseup", "1"]):
+        subprocess.run(["xdotool", *action], check=True, timeout=20)
+        yield 0.3
+
+
+def edges():
+    """A box drawn in the view selects edges, a stroke over the body paints some; taken back, the bake is as it was."""
+    known, name, bpy.context.view_layer.objects.active = addon("bake.edges"), tree().name, result()
+    bpy.context.scene.frame_set(1)
+    with within("VIEW_3D"):
+        bpy.ops.sunder.show_edges(tree=name)
+        assert bpy.ops.sunder.box_select_edges("INVOKE_DEFAULT", tree=name) == {"RUNNING_MODAL"}
+    region = next(r for r in area("VIEW_3D").regions if r.type == "WINDOW")
+    yield from drag("VIEW_3D", [(60, 0.95 * region.height), (200, 200), (0.5 * region.width, 60)])
+    found = known.of(tree(), bpy.context.scene, node("body"))
+    chosen = known.selected(tree(), "body", found)
+    assert 0 < chosen.sum() < len(chosen), chosen.sum()
+    with within("VIEW_3D"):
+        assert bpy.ops.sunder.paint_edges("INVOKE_DEFAULT", tree=name) == {"RUNNING_MODAL"}
+    view = area("VIEW_3D").spaces.active.region_3d
+    yield from drag("VIEW_3D", [location_3d_to_region_2d(region, view, c) for c in found.center[:3]])
+    assert [len(addon("tree.edits").places(n, "points")) > 0 for n in addon("tree.edits").of_body(node("body"))] == [True]
+    with on_top("interface.edge_panels"):
+        yield 1.0
+        shot("4-edges")
+    with within("VIEW_3D"):
+        bpy.ops.sunder.select_edges(tree=name, by="ALL")
+        bpy.ops.sunder.free_edges(tree=name)
+        bpy.ops.sunder.show_edges(tree=name, action="HIDE")
+    yield 1.0
+    assert not addon("tree.edits").of_body(node("body")) and not addon("bake.bake_status").status(tree(), bpy.context.scene).is_stale
     bpy.context.scene.frame_set(12)
     yield 0.5
 
@@ -424,7 +471,7 @@ def toggle():
             yield from drawn_preview()
 
 
-STEPS = [arrange, make, rows, wrong_wire, stop, finish, what_broke, error, previews, render, undo, reopen, share, toggle]
+STEPS = [arrange, make, rows, wrong_wire, stop, finish, what_broke, edges, error, previews, render, undo, reopen, share, toggle]
 
 
 def run():

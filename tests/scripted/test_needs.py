@@ -204,7 +204,7 @@ def graph_of(folder, node_type, given):
 
 
 IF_GIVEN = {"yield": 0.01, "toughness": 0.05, "compressive_toughness": 0.2, "substeps": 3, "iterations": 2, "hit_substeps": 2,
-            "voxel_size": 0.1, "release_frame": 2, "reach": 0.2}
+            "voxel_size": 0.1, "release_frame": 2, "reach": 0.2, "angle": 30, "frame": 2}
 # Another value of the parameter than in the scene, where the default will not do; and what else the scene has that it be seen.
 OTHER = {
     ("prefracture", "sites"): "uniform", ("prefracture", "points"): [[0.1, 0.2, 0.3], [-0.2, 0.1, 0]], ("prefracture", "pieces"): 9,
@@ -235,6 +235,8 @@ OTHER = {
     ("body_region", "center"): [0.4, 0.4, 0.4], ("body_region", "box_max"): [0.2, 0.2, 0.2], ("body_region", "box_min"): [0, 0, 0],
     ("body_region", "cluster"): 1, ("body_region", "group"): "Others",
     ("seam", "points"): [[0, 0, 0], [0, 0, 1]], ("seam", "distance"): 0.6, ("seam", "frames"): 90,
+    ("seam", "center"): [0.4, 0.4, 0.4], ("seam", "box_max"): [0.2, 0.2, 0.2], ("seam", "box_min"): [0, 0, 0],
+    ("seam", "spared"): [[-0.4, -0.5, 0.5]], ("seam", "direction"): [1, 0, 0], ("seam", "toughness"): 0.01, ("seam", "frame"): 3,
     ("follow", "position"): [0, 0, 3], ("follow", "rotation"): [0, 30, 0], ("follow", "path"): "motion.npy", ("follow", "first_frame"): 2,
     ("follow", "positions"): [[x, y, z + 2] for x, y, z in AS_READ], ("follow", "source"): "values", ("follow", "source_strain"): "elastic",
     ("solver", "substeps"): 3, ("solver", "iterations"): 5, ("solver", "hit_substeps"): 1, ("body", "fracture_energy"): 20.0,
@@ -255,7 +257,8 @@ ALSO = {
 ALSO_OF = {
     ("prefracture", "points"): {}, ("prefracture", "sheets"): {"mesh": "plate"}, ("prefracture", "least_piece"): {"sites": "uniform"},
     ("prefracture", "cluster_toughness"): {"pieces": 9}, ("solver", "preset"): {"substeps": 2},
-    ("solver", "over_relaxation"): {"iterations": 2}, ("force", "gusts"): {"wind": [30, 0, 0]},
+    ("solver", "over_relaxation"): {"iterations": 2}, ("force", "gusts"): {"wind": [30, 0, 0]}, ("seam", "spared"): {"distance": 0.6},
+    ("seam", "toughness"): {"between": "all"}, ("seam", "direction"): {"between": "all"},
     ("force", "gust_time"): {"wind": [30, 0, 0]}, ("force", "gust_seed"): {"wind": [30, 0, 0]},
 }
 MESHES_OF = {

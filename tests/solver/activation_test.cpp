@@ -454,6 +454,25 @@ TEST(seam, breaks_first_where_it_is_weak_and_not_where_it_is_held) {
     EXPECT_EQ(shot.state.edge_intact[strip.scene.seams[1].edges[0]], 1);
 }
 
+TEST(seam, factors_multiply_and_what_is_held_without_end_stays) {
+    Pulled strip;
+    std::vector<EdgeId> all;
+    for (EdgeId e(0); e < strip.scene.rest.n_edges(); ++e) all.push_back(e);
+    const auto hash_of = [&](const std::vector<double>& factors) {
+        strip.scene.seams.assign(factors.size(), {"factor", all});
+        Shot shot(strip.scene, strip.material);
+        shot.input.seams = factors;
+        for (int frame = 0; frame < 40; ++frame) Pulled::pull(shot, frame);
+        return std::pair(state_hash(shot.state), test::count_broken(shot.state));
+    };
+    const auto twice = hash_of({0.5, 0.5}), once = hash_of({0.25}), none = hash_of({1}),
+               held = hash_of({0.25, kNever, 0});
+    EXPECT_EQ(twice, once);
+    EXPECT_NE(once.first, none.first);
+    EXPECT_GT(once.second, 0u);
+    EXPECT_EQ(held.second, 0u);
+}
+
 TEST(seam, glue_holds_it_until_it_lets_go) {
     Scene scene = block();
     scene.seams = {{"seam", halves(scene)}};

@@ -306,9 +306,21 @@ void Shot::keep(uint64_t seed) {
     for (uint32_t i = scene.bodies[0].particle_begin; i < scene.bodies[0].particle_end; ++i)
         if (draw.one_in(3)) scene.rest.material[i] = static_cast<uint32_t>(scene.bodies.size());
     scene.seams = {seam};
+    add_factors(draw);
     of_region = material;
     of_region.toughness *= draw.logarithmic(0.1, 10), of_region.youngs_modulus *= draw.logarithmic(0.1, 10);
     of_region.yield *= draw.logarithmic(0.1, 10);
+}
+
+void Shot::add_factors(Draw& draw) {
+    Seam scaled{"scaled", {}}, fixed{"fixed", {}};
+    const Vec3 middle = scene.rest.rest_position[draw.index(scene.bodies[0].particle_end)], normal = draw.vector(1);
+    for (EdgeId e(scene.bodies[0].edge_begin); e < scene.bodies[0].edge_end; ++e) {
+        if (normal.dot(scene.rest.rest_position[scene.rest.edges[e].a] - middle) > 0) scaled.edges.push_back(e);
+        if (draw.one_in(20)) fixed.edges.push_back(e);
+    }
+    scene.seams.push_back(scaled), scene.seams.push_back(fixed);
+    factors = {draw.logarithmic(1e-3, 1e3), draw.logarithmic(1e-3, 1e3)};
 }
 
 std::vector<Material> Shot::materials() const {
@@ -393,7 +405,11 @@ FrameInput Shot::input(size_t frame) const {
         in.activations[0].comes = frame >= kLetGo;
     }
     if (!motion && !scene.activations.empty()) in.activations[0] = {frame >= 18, sweep};
-    if (!scene.seams.empty()) in.seams[0] = frame < 6 ? kNever : std::max(0.0, 1.6 - 0.1 * static_cast<double>(frame));
+    if (!scene.seams.empty()) {
+        const double f = static_cast<double>(frame), share = std::min(1.0, f / 10);
+        in.seams = {frame < 6 ? kNever : std::max(0.0, 1.6 - 0.1 * f), factors[0] + share * (factors[1] - factors[0]),
+                    kNever};
+    }
     if (frame > 0 && frame % 2 == 0 && frame / 2 <= blasts.size()) in.forces.push_back(blasts[frame / 2 - 1]);
     return in;
 }

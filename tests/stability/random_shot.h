@@ -2,6 +2,7 @@
 // under weights, of any stiffness, toughness and size, at any step; and some far beyond what an artist asks for.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -43,6 +44,7 @@ struct Shot {
     double gravity = 9.81;                           // m/s2
     std::vector<Force> forces;                       // in all frames
     std::vector<Force> blasts;                       // in frames 2, 4, 6, ...
+    std::array<double, 2> factors = {1, 1};          // of `add_factors`, at the start and from frame 10 on
     Material of_region;                              // of `keep`
     DrivenPose sweep;                                // of the object of `keep`, in all frames
     std::function<SourcePose(size_t frame)> motion;  // of what follows, or of what pins hold
@@ -67,6 +69,8 @@ struct Shot {
     /// Has a ball (collider 1) that swells, bends and wanders come upon the bodies, and pins hold part of the first
     /// one, at rest, to what shears and turns, until frame kLetGo.
     void deform(uint64_t seed);
+    /// Seams across the first body whose factor changes from one to another number, or that hold without end.
+    void add_factors(Draw& draw);
     std::vector<Material> materials() const;
     FrameInput input(size_t frame = 0) const;
 

@@ -6,14 +6,16 @@ from .base import runtime
 from .tree import sockets, trees
 from .bake import compiler
 from .results import player
-from .preview import preview
+from .preview import edge_overlay, preview
 from .exports import export, share
-from .interface import handlers, node_buttons, node_panels, operators, panels, quick_fracture, report, report_panels
+from .interface import (edge_operators, edge_panels, edge_strokes, handlers, node_buttons, node_panels, operators, panels,
+                        quick_fracture, report, report_panels)
 
 # Trees come after what is in them: Blender gives a file's trees their class as soon as it is there, and updates them.
 _CLASSES = [
     *sockets.classes, *node_buttons.classes, *trees.classes, *player.classes, *operators.classes, *quick_fracture.classes,
-    *export.classes, *share.classes, *report.classes, *panels.classes, *report_panels.classes, *node_panels.classes,
+    *export.classes, *share.classes, *report.classes, *edge_operators.classes, *edge_strokes.classes, *panels.classes,
+    *report_panels.classes, *edge_panels.classes, *node_panels.classes,
 ]
 
 
@@ -27,6 +29,7 @@ def register():
     export.register()
     handlers.register()
     preview.register()
+    edge_overlay.register()
     problem = core.problem()
     if problem:
         print(f"sunder: error: {problem}")
@@ -66,6 +69,7 @@ def unregister():
         job.cancel()
         job.finish(None)
     runtime.forget()
+    edge_overlay.unregister()
     preview.unregister()
     handlers.unregister()
     export.unregister()

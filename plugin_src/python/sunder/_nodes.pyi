@@ -449,29 +449,59 @@ class AddsNodes:
         name: str,
         *,
         body: _Wire = ...,
-        mode: Literal["break", "hold"] = ...,
-        between: Literal["groups", "clusters", "curve", "all"] = ...,
+        mode: Literal["break", "hold", "scale"] = ...,
+        toughness: Union[_Number, _Animation] = ...,
+        between: Literal["groups", "clusters", "curve", "all", "box", "sphere", "places"] = ...,
         group: str = ...,
         other_group: str = ...,
         points: _Points = ...,
+        spared: _Points = ...,
         distance: _Number = ...,
-        frame: _Integer = ...,
+        box_min: _Vector3 = ...,
+        box_max: _Vector3 = ...,
+        center: _Vector3 = ...,
+        radius: _Number = ...,
+        angle: Optional[_Number] = ...,
+        direction: _Vector3 = ...,
+        least_area: _Number = ...,
+        most_area: Optional[_Number] = ...,
+        frame: Optional[_Integer] = ...,
         frames: _Integer = ...,
     ) -> Node:
-        """Tells interfaces of a body when to break, or not to. Several can follow one another; what one holds no other
-        breaks.
+        """Tells interfaces of a body when to break, or not to, or makes them weaker or tougher. Several can follow one
+        another: factors multiply, and what one holds no other breaks.
 
         body: Whose interfaces these are.
-        mode: break: they break at `frame`, or weaken from there on; hold: they cannot break before.
+        mode: break: they break at `frame`, or weaken from there on; hold: they cannot break before; scale: they bear
+            `toughness` times as much strain.
+        toughness: Factor on their toughness; the fracture energy goes by its square, so that they open as far as others
+            before they part. Needs mode = scale.
         between: Which interfaces: groups: of fragments of `group` with those of `other_group`; clusters: of different
-            clusters; curve: nearer than `distance` to the line through `points`; all.
+            clusters; curve: nearer than `distance` to the line through `points`; all; box takes `box_min` and
+            `box_max`; sphere takes `center` and `radius`; places: nearer than `distance` to one of `points`, and to
+            none of `spared` nearer still. What counts is an interface's middle, with the body as placed at the first
+            frame.
         group: Vertex group of the mesh: fragments that own one of its vertices. Needs between = groups.
         other_group: Likewise; empty: all that are not in the one. Needs between = groups.
-        points: Of the line, in the scene, with the body as placed at the first frame [m]. Needs between = curve.
-        distance: From the line to the middle of an interface [m]. Needs between = curve.
-        frame: At which they are broken; from which on they may break.
+        points: Of the line, or places, in the scene, with the body as placed at the first frame [m]. Needs between =
+            curve or places.
+        spared: Places, likewise, that are left out: an interface goes by what is nearest to it [m]. Needs between =
+            places.
+        distance: From the line, or a place, to the middle of an interface [m]. Needs between = curve or places.
+        box_min: Lowest corner of the box [m]. Needs between = box.
+        box_max: Highest corner of the box [m]. Needs between = box.
+        center: Of the sphere [m]. Needs between = sphere.
+        radius: Of the sphere [m]. Needs between = sphere.
+        frame: At which they are broken; from which on they may break; null: never. Needs mode = break or hold.
         frames: How long it takes from that frame on: a factor on their toughness falls to 0, where what is left of them
-            breaks; 0: at once [frames]. Needs mode = break.
+            breaks; 0: at once [frames]. Needs mode = break and frame is not null.
+
+        Only:
+        angle: Only interfaces whose normal is at most so far from `direction`: 0 takes those that lie across it, 90
+            all; null: all [degrees].
+        direction: That `angle` is measured from; either of its two ways. Needs angle is not null.
+        least_area: Only interfaces of at least this area, as a share of its fragments' cross-section.
+        most_area: Only interfaces of at most this area, likewise; null: however large.
         """
 
     @overload

@@ -98,8 +98,8 @@ def _coordinates(source, own):
 
 
 class _Compiler:
-    def __init__(self, tree, scene):
-        self.tree, self.scene = tree, scene
+    def __init__(self, tree, scene, at_first):
+        self.tree, self.scene, self.at_first = tree, scene, at_first
         self.result = Compiled()
         self.nodes = {}  # graph name: what the graph file holds of it
         self.names = {}  # graph name of a Blender node: [its names in the graph]
@@ -128,12 +128,13 @@ class _Compiler:
                 self._wire(node)
             for node in order:
                 self._bake_outputs(node)
-            for frame in range(first, last + 1 if self.is_moving else first + 1):
+            moves = self.is_moving and not self.at_first
+            for frame in range(first, last + 1 if moves else first + 1):
                 if frame > first:
                     scene.frame_set(frame)
                 for channel in (*self.channels, *self.vertex_motions):
                     channel.sample(frame)
-            for frame in self._frames_beyond(first, last) if self.is_moving else ():
+            for frame in self._frames_beyond(first, last) if moves else ():
                 scene.frame_set(frame)
                 for channel in (*self.channels, *self.vertex_motions):
                     if channel.name != "time_scale":
@@ -360,16 +361,16 @@ class _Compiler:
             self._region(node, *scene_input.own_bounds(thing, node, depsgraph))
 
     def _add_part(self, node, depsgraph):
-        if node.source == pickers.OBJECT and node.region in ("box", "sphere"):
+        if node.source == pickers.OBJECT and pickers.region(node) in ("box", "sphere"):
             thing, = scene_input.objects_of(node)
             scene_input.check_evaluated(thing, depsgraph, node)
             self._region(node, *scene_input.world_bounds(thing, depsgraph))
 
-    _add_activate = _add_body_region = _add_part
+    _add_activate = _add_body_region = _add_seam = _add_part
 
     def _region(self, node, low, high):
         fields = self.nodes[node.graph_name]
-        if node.region == "box":
+        if pickers.region(node) == "box":
             fields.update(box_min=scene_input.vector(low), box_max=scene_input.vector(high))
         else:
             fields.update(center=scene_input.vector((low + high) / 2), radius=scene_input.decimal(max(high - low) / 2))
@@ -416,6 +417,7 @@ class _Compiler:
         self.nodes[name] = {"type": bake_type, socket: f"@{node.graph_name}.{socket}", "path": pattern.format(node.graph_name)}
 
 
-def compile_tree(tree, scene):
-    """Raises core.Refused with the node that is at fault. Steps through the frames if something moves."""
-    return _Compiler(tree, scene).run()
+def compile_tree(tree, scene, at_first=False):
+    """Raises core.Refused with the node that is at fault. Steps through the frames if something moves; not so `at_first`, where
+    all stays as it is at the first frame."""
+    return _Compiler(tree, scene, at_first).run()

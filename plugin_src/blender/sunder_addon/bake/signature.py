@@ -69,6 +69,8 @@ def _points(node):
     for name in pickers.points_parameters(node.sunder_type):
         if not conditions.counts(node, name):
             continue
+        if getattr(node, name + "_source") == pickers.VALUES:
+            described.append(getattr(node, name + "_values"))
         for thing in scene_input.points_objects(node, name):
             described.append(animation.describe_motion(thing))
             if thing.type in ("MESH", "CURVE"):
@@ -86,7 +88,7 @@ def _objects(node):
     if node.sunder_type == "pin" and node.motion_object and node.motion == "transform":
         described.append(animation.describe_motion(node.motion_object))
     uses_objects = node.source != pickers.VALUES and hasattr(node, "object")
-    if not uses_objects or getattr(node, "region", "box") not in ("box", "sphere"):
+    if not uses_objects or pickers.region(node) not in ("box", "sphere"):
         return described
     for thing in scene_input.objects_of(node):
         described.append(animation.describe_motion(thing))

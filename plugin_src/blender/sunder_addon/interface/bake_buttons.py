@@ -48,6 +48,8 @@ def draw_node(context, layout, node):
 def draw_preview(layout, thing, width=drawing.SIDEBAR):
     """What viewports show of a result object."""
     layout.prop(thing.sunder, "preview")
+    if thing.sunder.preview in ("EDGES", "SIMULATION"):
+        layout.prop(thing.sunder, "edges_as")
     if thing.sunder.preview == "STRAIN":
         layout.prop(thing.sunder, "preview_limit")
     if thing.sunder.preview != "OFF" and preview.problems.get(thing.name_full):

@@ -6,8 +6,9 @@ from bpy.app.handlers import persistent
 
 from ..base import runtime
 from ..tree import trees
-from ..bake import cache, signature
+from ..bake import cache, edges, signature
 from ..results import parts, player, result_mesh
+from ..preview import edge_overlay
 from . import report
 
 _INTERVAL = 0.5  # s between looks whether bakes went out of date
@@ -33,7 +34,7 @@ def on_frame(scene, depsgraph=None):
 @runtime.guarded
 def on_load(*_):
     runtime.forget()
-    report.forget()
+    report.forget(), edges.forget(), edge_overlay.forget()
     cache.tell_players()
     _refresh()
 

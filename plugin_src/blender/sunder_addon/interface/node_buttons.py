@@ -3,7 +3,7 @@
 A node and the sidebar's panels of it (node_panels.py) show the same rows in the same groups.
 """
 from ..base import descriptions, drawing
-from ..tree import conditions, nodes, parameters, pickers
+from ..tree import conditions, edits, nodes, parameters, pickers
 from ..bake import bake_warnings
 from . import bake_buttons
 
@@ -59,7 +59,7 @@ def draw_group(layout, node, label):
 def _draw_pickers(layout, node):
     if node.sunder_type == "follow":
         layout.prop(node, "from_object")
-    if not pickers.has_source(node):
+    if not pickers.has_source(node) or node.sunder_type == "seam" and pickers.region(node) not in ("box", "sphere"):
         return
     row = layout.row()
     row.prop(node, "source", expand=True)
@@ -80,7 +80,11 @@ def _draw_pickers(layout, node):
 def _draw_points(layout, node, name):
     source = getattr(node, f"{name}_source")
     layout.row().prop(node, f"{name}_source", expand=True)
-    layout.prop(node, f"{name}_{source.lower()}")
+    if source == pickers.VALUES:
+        label = next(p["label"] for p in descriptions.parameters(node.sunder_type) if p["name"] == name)
+        layout.label(text=f"{label}: {len(edits.places(node, name))} places")
+    else:
+        layout.prop(node, f"{name}_{source.lower()}")
 
 
 def _draw_parameter(layout, node, p):

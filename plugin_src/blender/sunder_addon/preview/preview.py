@@ -37,7 +37,11 @@ def _frame_key(thing, scene):
     if shown is None:
         return None
     path, stamp = player.state_file(folder, manifest, shown, thing.sunder.node)
-    return (folder, path, stamp, thing.sunder.preview, thing.sunder.preview_limit), manifest, folder, shown
+    return (folder, path, stamp, thing.sunder.preview, thing.sunder.preview_limit, _edges_as(thing)), manifest, folder, shown
+
+
+def _edges_as(thing):
+    return thing.sunder.edges_as if thing.sunder.preview in ("EDGES", "SIMULATION") else "BREAKS"
 
 
 def _cut_of(graph):
@@ -98,7 +102,7 @@ def update(thing, scene):
         problems[thing.name_full] = "preparing the preview ..."
         return None
     drawn.key, drawn.frame = key, None  # what fails once is not tried again with every redraw
-    frame = source.frame(key[1], shown, thing.sunder.preview, thing.sunder.preview_limit)
+    frame = source.frame(key[1], shown, thing.sunder.preview, thing.sunder.preview_limit, _edges_as(thing))
     if drawn.skin is None or drawn.surface is not frame.surface:
         drawn.skin, drawn.surface = preview_shader.Skin(frame.surface), frame.surface
     drawn.particles = preview_shader.texture(frame.particles, "RGBA32F")
@@ -196,7 +200,10 @@ def _updated(thing):
 _LEGENDS = {
     "STRAIN": (preview_source.heat, "Strain", "0"),
     "TOUGHNESS": (lambda share: preview_source.traffic_light(1 - share), "Strain until it tears", "0"),
+    "LOAD": (preview_source.heat, "Strain over toughness", "0"),
+    "STRENGTH": (lambda share: preview_source.strength(10 ** (2 * share - 1)), "Times the toughness", "0.1"),
 }
+_MOST = {"LOAD": "1", "STRENGTH": "10"}
 
 
 def _font(scale):
@@ -229,9 +236,10 @@ def _draw_legend():
     """A bar of the colours, with what they stand for, for the active object's preview."""
     thing = bpy.context.view_layer.objects.active
     drawn = _drawn.get(thing.name_full) if thing else None
-    if drawn is None or drawn.frame is None or thing.sunder.preview not in _LEGENDS:
+    shown = None if thing is None else _edges_as(thing) if thing.sunder.preview == "EDGES" else thing.sunder.preview
+    if drawn is None or drawn.frame is None or shown not in _LEGENDS:
         return
-    colors, title, least = _LEGENDS[thing.sunder.preview]
+    colors, title, least = _LEGENDS[shown]
     scale = bpy.context.preferences.system.ui_scale
     (x, y), width, height, n = _corner(scale), 180 * scale, 10 * scale, 32
     left = np.linspace(0, width, n + 1)
@@ -244,7 +252,7 @@ def _draw_legend():
     batch_for_shader(shader, "TRIS", {"pos": corners, "color": color}).draw(shader)
     limit = thing.sunder.preview_limit or drawn.frame.limit
     never = "never" if thing.sunder.preview == "TOUGHNESS" else f"{preview_source.LIMIT:g}"
-    most = f"{limit:.3g}" if limit else never
+    most = _MOST.get(shown) or (f"{limit:.3g}" if limit else never)
     font = _font(scale)
     for text, at in ((least, x), (most, x + width - blf.dimensions(font, most)[0]),
                      (title, x + (width - blf.dimensions(font, title)[0]) / 2)):

@@ -87,6 +87,9 @@ class Source:
         if self._graph[self._solver]["time_scale"] != 1:
             self._graph[self._solver]["time_scale"] = 1  # states are those of files, each at its own frame
         self._body = bake_reader.body_of(graph["nodes"], fields["body"])
+        bodies = graph["nodes"][self._solver]["bodies"]
+        self._wire = next(wire[1:] for wire in ([bodies] if isinstance(bodies, str) else bodies)
+                          if bake_reader.body_of(graph["nodes"], wire) == self._body)
         self._first = graph["frame_range"][0]
         self._fragments = graph["nodes"][self._body]["fragments"][1:]
         self._intact = self._surface = self._center = self._factors = None
@@ -109,8 +112,9 @@ class Source:
                 self.error = str(error)
         return self._job is None
 
-    def frame(self, state_path, number, mode, limit=0.0):
-        """A Frame of the state file of frame `number`. `limit`: strain of the hottest colour; 0: the body's toughness."""
+    def frame(self, state_path, number, mode, limit=0.0, edges_as="BREAKS"):
+        """A Frame of the state file of frame `number`. `limit`: strain of the hottest colour; 0: the body's toughness. edges_as: what
+        colours of edges tell, BREAKS, STRENGTH or LOAD; the latter two leave out what broke."""
         kept = self._sunder.read_state(state_path)
         self._graph.seed_state(self._solver, number, kept)
         state = self._graph.evaluate(f"{self._solver}.{self._output}", number)
@@ -129,13 +133,22 @@ class Source:
         made.center, made.surface = self._center, self._surface
         made.limit = self._limit(kept.simulated_frame, limit)
         edges = state.edges[own_edges].astype(np.int64) - mine.start
-        factor = tearing.tearing_factors(self._factors[0], edges, intact, self._factors[1])
+        factor = tearing.tearing_factors(self._factors[0], edges, intact, self._factors[1] * self._made_of_edges(number))
         broken_now = np.zeros(len(state.edges), bool)
         broken_now[state.broken_edge] = True
-        made.edges = _edges(state.rest_position[mine] - self._center, edges, intact, broken_now[own_edges])
+        if edges_as == "BREAKS":
+            made.edges, of_edges = _edges(state.rest_position[mine] - self._center, edges, intact, broken_now[own_edges]), _EXTRA
+        else:
+            toughness = self._graph.evaluate(self._wire, number).edge_toughness[intact]
+            made.edges = _colored_edges(state.rest_position[mine] - self._center, edges[intact])
+            if edges_as == "LOAD":
+                of_edges = heat(np.clip(state.strain[mine][edges[intact]].max(1) / toughness, 0, 1))
+            else:
+                own = self._graph[self._body].at("toughness", number)
+                of_edges = strength(toughness / own if own else np.ones(len(toughness)))
         colors = _colors(mode, state.piece[mine], state.strain[mine], made.limit, factor)
-        made.particles = _texels(*_about(state, mine, self._center), colors)
-        made.ellipsoids = _texels(_ellipsoids(state, mine, self._center), *_unturned(len(colors)), colors)
+        made.particles = _texels(*_about(state, mine, self._center), colors, of_edges)
+        made.ellipsoids = _texels(_ellipsoids(state, mine, self._center), *_unturned(len(colors)), colors, of_edges)
         return made
 
     def _bind(self, mesh):
@@ -146,6 +159,14 @@ class Source:
         triangles = mesh.triangles.astype(np.int32)
         self._surface = Geometry(mesh.rest_positions - self._center, follows, influences,
                                  np.ascontiguousarray(triangles[~is_inner]), np.ascontiguousarray(triangles[is_inner]))
+
+    def _made_of_edges(self, number):
+        """What nodes between body and solver multiply edges' toughness by at a frame, (m,) or 1."""
+        plain = f"{self._body}.body"
+        if self._wire == plain:
+            return 1.0
+        now, before = (self._graph.evaluate(wire, number).edge_toughness for wire in (self._wire, plain))
+        return np.divide(now, before, out=np.ones(len(now)), where=np.isfinite(before))
 
     def _limit(self, number, wanted):
         if wanted > 0:
@@ -182,12 +203,12 @@ INTACT_COLOR, BROKEN_COLOR, BREAKING_COLOR = (0.62, 0.66, 0.72), (0.85, 0.12, 0.
 _EXTRA = np.array([INTACT_COLOR, BROKEN_COLOR, BREAKING_COLOR])
 
 
-def _texels(carried, turned, turn, colors):
+def _texels(carried, turned, turn, colors, of_edges):
     """Maps and colours of the particles, then the colours of edges (under maps that are never used)."""
     n = len(carried)
-    texels = np.zeros((n + len(_EXTRA), 8, 4), np.float32)
+    texels = np.zeros((n + len(of_edges), 8, 4), np.float32)
     texels[:n, :3], texels[:n, 4:7], texels[:n, 7] = carried, turned, turn
-    texels[:n, 3, :3], texels[n:, 3, :3] = colors, _EXTRA
+    texels[:n, 3, :3], texels[n:, 3, :3] = colors, of_edges
     texels[:, 3, 3] = texels[n:, 7, 3] = 1
     return texels
 
@@ -209,6 +230,15 @@ def _edges(rest, edges, intact, broken_now):
     steps = [w, t, t]
     lines = np.concatenate([np.stack([s, s + step], 1) for s, step in zip(starts, steps)])
     return Geometry(position, follows, influences, lines=lines.astype(np.int32))
+
+
+def _colored_edges(rest, edges):
+    """A line from particle to particle, each in a colour of its own."""
+    n, m = len(rest), len(edges)
+    shade = n + np.repeat(np.arange(m), 2)
+    follows = np.stack([edges.ravel(), np.ones(2 * m, int), shade], 1)
+    influences = np.stack([np.arange(n), np.ones(n)], 1)  # row i: particle i alone
+    return Geometry(rest[edges].reshape(-1, 3), follows, influences, lines=np.arange(2 * m, dtype=np.int32).reshape(-1, 2))
 
 
 def _colors(mode, piece, strain, limit, factor):
@@ -255,6 +285,19 @@ def heat(share):
 def traffic_light(left):
     """Red for 0, green for 1, (n, 3)."""
     return _ramp(left, _TRAFFIC)
+
+
+_STRENGTHS = np.array([(0.85, 0.15, 0.08), (0.95, 0.55, 0.15), (0.62, 0.66, 0.72), (0.30, 0.62, 0.90), (0.10, 0.25, 0.85)])
+_GLUED = (0.62, 0.25, 0.85)
+DECADES = 1.0  # that the colours of strengths reach to either side
+
+
+def strength(ratio):
+    """Weak (red) over as it was (grey) to tough (blue) for a tenth to ten times a body's toughness; violet for what never breaks."""
+    at = np.clip(np.log10(np.maximum(ratio, 1e-9)), -DECADES, DECADES) / (2 * DECADES) + 0.5
+    colors = _ramp(at, _STRENGTHS)
+    colors[np.isinf(ratio)] = _GLUED
+    return colors
 
 
 def spheres(n):

@@ -25,8 +25,14 @@ PREVIEWS = [
     ("PIECES", "Pieces", "Every piece that hangs together in a colour of its own; break surfaces darker"),
     ("STRAIN", "Strain", "Elastic stretch or squeeze (principal logarithmic strain): cold is none, hot is the limit"),
     ("TOUGHNESS", "Toughness Left", "How close to breaking: green is unloaded, red is about to tear"),
-    ("EDGES", "Broken Edges", "What holds (grey), what broke before (red) and in this frame (yellow)"),
+    ("EDGES", "Edges", "What joins fragments, by what broke, by strength or by load"),
     ("SIMULATION", "Simulation Mesh", "The particles as ellipsoids, and the edges between them"),
+]
+EDGE_COLORS = [
+    ("BREAKS", "What Broke", "What holds (grey), what broke before (red) and in this frame (yellow)"),
+    ("STRENGTH", "Strength", "Toughness with all that was made of it, over the body's: red is weak, grey as it was, blue tough, violet never "
+     "breaks"),
+    ("LOAD", "Load", "Strain over toughness: cold is none, hot is about to break"),
 ]
 _interiors = {}  # (folder, hash of the first frame's file): material number of break surfaces
 
@@ -68,6 +74,7 @@ class SunderObject(bpy.types.PropertyGroup):
         name="Hottest", description="Strain of the hottest colour; 0: the strain at which the body tears", default=0,
         min=0, soft_max=1, precision=3, options=set(),
     )
+    edges_as: EnumProperty(name="Edges", items=EDGE_COLORS, default="BREAKS", options=set(), description="What colours of edges tell")
     display_before: StringProperty(options={"HIDDEN"})
     stands_back: BoolProperty(options={"HIDDEN"}, description="Whether it is hidden in renders for what was shared of it")
 

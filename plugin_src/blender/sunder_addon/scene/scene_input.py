@@ -10,7 +10,7 @@ import numpy as np
 from mathutils import Euler, Matrix, Vector
 
 from ..base import core
-from ..tree import conditions, pickers, wiring
+from ..tree import conditions, edits, pickers, wiring
 from . import mesh_export
 
 
@@ -175,6 +175,8 @@ def wanted(tree, node, parameters_of):
 
 def points_objects(node, name):
     """The objects that a list of points is taken from; results that stand beside their sources are none."""
+    if getattr(node, name + "_source") == pickers.VALUES:
+        return []
     source = getattr(node, f"{name}_{getattr(node, name + '_source').lower()}")
     if source is None:
         return []
@@ -184,15 +186,30 @@ def points_objects(node, name):
 
 
 def points(node, name, depsgraph):
-    """A list of points in the coordinates of the mesh that comes up the wires."""
+    """A list of points in the coordinates of the mesh that comes up the wires; of a seam in the scene."""
+    if getattr(node, name + "_source") == pickers.VALUES:
+        placed = body_matrix(node)
+        return [vector(placed @ Vector(p)) for p in edits.places(node, name)]
     found = []
     for thing in points_objects(node, name):
         check_evaluated(thing, depsgraph, node)
         is_whole = getattr(node, f"{name}_source") == pickers.OBJECT and thing.type in ("MESH", "CURVE")
         found += _vertices(thing, depsgraph) if is_whole else [thing.matrix_world.translation]
-    source = placed_by(node)
+    source = placed_by(node) if node.sunder_type != "seam" else None
     inverse = Matrix() if source is None else _rigid(source.matrix_world).inverted()
     return [vector(inverse @ p) for p in found]
+
+
+def body_matrix(node):
+    """Where the body that comes up the wires stands at the first frame, which is now."""
+    body = wiring.upstream(node, "body")
+    if body is None:
+        return Matrix()
+    source = placed_by(body)
+    if body.source == pickers.OBJECT and source is not None:
+        return _rigid(source.matrix_world)
+    turned = Euler([math.radians(a) for a in body.parameter("rotation")], "XYZ").to_matrix().to_4x4()
+    return Matrix.Translation(body.parameter("position")) @ turned
 
 
 def _vertices(thing, depsgraph):

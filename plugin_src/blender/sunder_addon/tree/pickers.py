@@ -1,6 +1,6 @@
 """What nodes have in Blender beyond their description: objects in place of numbers and files."""
 import bpy
-from bpy.props import BoolProperty, EnumProperty, PointerProperty
+from bpy.props import BoolProperty, EnumProperty, PointerProperty, StringProperty
 
 from ..base import descriptions
 
@@ -56,7 +56,7 @@ def has_source(node):
     return node.sunder_type in _SOURCED
 
 
-_PARTS_OF_BODIES = ("activate", "body_region")
+_PARTS_OF_BODIES = ("activate", "body_region", "seam")
 _SOURCED = ("mesh_file", "body", "rigid_body", "collider", "pin", "fragment_region", "blast", *_PARTS_OF_BODIES, *FIELDS)
 
 
@@ -65,11 +65,20 @@ def properties(node_type, changed):
     return {**_own_properties(node_type, changed), **_points_properties(node_type, changed)}
 
 
+def region(node):
+    """Which of its regions a node takes; those that an object may stand for are box and sphere."""
+    return getattr(node, "between" if node.sunder_type == "seam" else "region", "box")
+
+
 def _points_properties(node_type, changed):
     made = {}
     for name in points_parameters(node_type):
         items = [(OBJECT, "Object", "The vertices of a mesh, the points of a curve, the origin of anything else"),
                  (COLLECTION, "Collection", "The origins of its objects")]
+        if node_type == "seam":
+            items.append((VALUES, "Edits", "Places that edits of edges keep here; they move along with the body"))
+            made[f"{name}_values"] = StringProperty(update=changed, options={"HIDDEN"},
+                                                    description="In the body's own coordinates, as edits.py writes them")
         made[f"{name}_source"] = EnumProperty(name="Points From", description="Where the points come from", items=items,
                                               default=OBJECT, options=set(), update=changed)
         made[f"{name}_object"] = PointerProperty(

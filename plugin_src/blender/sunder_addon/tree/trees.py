@@ -104,6 +104,15 @@ class SunderTree(bpy.types.NodeTree):
         options=set(),
     )
 
+    shows_edges: BoolProperty(
+        name="Show Edges", options=set(),
+        description="Viewports show the edges of the body that was selected of last, as placed at the first frame: selected ones "
+        "bright, others by their toughness",
+    )
+    edges_of: StringProperty(options={"HIDDEN"}, description="Graph name of the body of which edges are selected")
+    edges_stamp: StringProperty(options={"HIDDEN"}, description="Of the cut in which they are selected")
+    selected_edges: StringProperty(options={"HIDDEN"}, description="Numbers and ranges as 3, 7-9")
+
     def frames(self, scene):
         """First and last frame of the bake."""
         if self.use_scene_range:
