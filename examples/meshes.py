@@ -40,14 +40,9 @@ def door():
     return grid(26, 16, place)
 
 
-def can():
-    """A drinks can, 66 mm wide and 115 mm high, its wall 0.5 mm thick: one surface outside, one within."""
-    profile = [(0.0, 0.005), (0.018, 0.0035), (0.0235, 0.0), (0.0275, 0.002), (0.033, 0.010), (0.033, 0.030), (0.033, 0.050),
-               (0.033, 0.070), (0.033, 0.090), (0.033, 0.098), (0.027, 0.110), (0.026, 0.115), (0.025, 0.112), (0.012, 0.112),
-               (0.0, 0.112)]
-
-    def inner(k, wall=0.0005):
-        """The corner k of the profile moved inwards, by `wall` from both its sides."""
+def inside(profile, wall):
+    """A profile (radius, height) moved inwards, by `wall` from both sides of each corner."""
+    def moved(k):
         (r, z), normals = profile[k], []
         for (r0, z0), (r1, z1) in [(profile[i], profile[i + 1]) for i in (k - 1, k) if 0 <= i < len(profile) - 1]:
             length = math.hypot(r1 - r0, z1 - z0)
@@ -57,9 +52,13 @@ def can():
         nr, nz = (sum(n[i] for n in normals) for i in (0, 1))
         scale = wall * len(normals) / (nr * nr + nz * nz)
         return r + scale * nr, z + scale * nz
+    return [moved(k) for k in range(len(profile))]
 
-    n, points, faces = 32, [], []
-    for outline, turned in ((profile, False), ([inner(k) for k in range(len(profile))], True)):
+
+def lathe(outline, hollow=None, n=32):
+    """An outline (radius, height) turned about the z axis, on which it begins, below, and ends; so is the hollow in it."""
+    points, faces = [], []
+    for outline, turned in ((outline, False), (hollow or [], True)):
         rings = []
         for radius, z in outline:
             if radius == 0:
@@ -67,13 +66,20 @@ def can():
                 points.append((0, 0, z))
                 continue
             rings.append([len(points) + k for k in range(n)])
-            points += [(radius * math.cos(2 * math.pi * k / n), radius * math.sin(2 * math.pi * k / n), z)
-                       for k in range(n)]
+            points += [(radius * math.cos(2 * math.pi * k / n), radius * math.sin(2 * math.pi * k / n), z) for k in range(n)]
         for low, high in zip(rings, rings[1:]):
             for k in range(n):
                 corners = list(dict.fromkeys((low[k], low[(k + 1) % n], high[(k + 1) % n], high[k])))
                 faces.append(tuple(corners[::-1] if turned else corners))
     return points, faces
+
+
+def can():
+    """A drinks can, 66 mm wide and 115 mm high, its wall 0.5 mm thick: one surface outside, one within."""
+    profile = [(0.0, 0.005), (0.018, 0.0035), (0.0235, 0.0), (0.0275, 0.002), (0.033, 0.010), (0.033, 0.030), (0.033, 0.050),
+               (0.033, 0.070), (0.033, 0.090), (0.033, 0.098), (0.027, 0.110), (0.026, 0.115), (0.025, 0.112), (0.012, 0.112),
+               (0.0, 0.112)]
+    return lathe(profile, inside(profile, 0.0005))
 
 
 def roof():
@@ -180,7 +186,51 @@ def write_motion(name, places):
     np.save(HERE / (name + ".npy"), np.array(places, np.float32))
 
 
+def arc(radius, height, first, last, n, middle=0.0):
+    """Corners (radius, height) of a circle about (middle, height), from one angle above the horizon to another, degrees."""
+    angles = (math.radians(first + (last - first) * i / n) for i in range(n + 1))
+    return [(middle + radius * math.cos(a), height + radius * math.sin(a)) for a in angles]
+
+
+def pawn():
+    """Of a chess board, 2 m high, solid."""
+    profile = [(0, 0), (0.5, 0), *arc(0.09, 0.09, -60, 60, 4, 0.45), (0.43, 0.22), (0.43, 0.3), (0.36, 0.36), (0.26, 0.5), (0.19, 0.75),
+               (0.165, 1.0), (0.16, 1.2), (0.2, 1.32), (0.32, 1.38), (0.32, 1.43), (0.2, 1.5), *arc(0.26, 1.74, -60, 75, 9), (0, 2.0)]
+    return lathe(profile, n=24)
+
+
+def vase():
+    """0.42 m high, its wall 9 mm thick, open above."""
+    profile = [(0, 0), (0.075, 0), (0.085, 0.015), (0.118, 0.08), (0.132, 0.15), (0.122, 0.22), (0.088, 0.285), (0.056, 0.33), (0.05, 0.36),
+               (0.06, 0.395), (0.08, 0.42)]
+    return lathe(profile + inside(profile, 0.009)[::-1])
+
+
+def tank():
+    """A pressure vessel, 1.5 m high and 0.7 m wide, its wall 25 mm thick."""
+    profile = [(0, 0), *arc(0.35, 0.35, -75, 0, 5), (0.35, 0.56), (0.35, 0.75), (0.35, 0.94), *arc(0.35, 1.15, 0, 75, 5), (0, 1.5)]
+    return lathe(profile, inside(profile, 0.025), n=24)
+
+
+def arch():
+    """Of masonry: 3 m wide and 2.4 m high, 0.8 m deep, 0.5 m thick, on piers of 0.9 m."""
+    angles = [math.pi * i / 16 for i in range(17)]
+    line = [(1, 0, z) for z in (0, 0.3, 0.6)] + [(math.cos(a), math.sin(a), 0.9) for a in angles] + [(-1, 0, z) for z in (0.6, 0.3, 0)]
+    points = [(r * x, y, z + r * up) for x, up, z in line for r, y in ((1, -0.4), (1.5, -0.4), (1.5, 0.4), (1, 0.4))]
+    faces = [(4 * i + a, 4 * i + (a + 1) % 4, 4 * i + 4 + (a + 1) % 4, 4 * i + 4 + a) for i in range(len(line) - 1) for a in range(4)]
+    last = len(points) - 4
+    return points, [*faces, (3, 2, 1, 0), (last, last + 1, last + 2, last + 3)]
+
+
+def bridge():
+    """12 m long and 2.4 m wide, with parapets, on two pillars 3 m high."""
+    return blocks((0, 1.2, 2, 10, 10.8, 12), (0, 0.25, 0.6, 1.8, 2.15, 2.4), (0, 3, 3.45, 4), lambda i, j, k: (
+        i in (1, 3) and j in (1, 2, 3) if k == 0 else k == 1 or j in (0, 4)))
+
+
+MAKERS = (panel, door, can, roof, beam, wall, frame, arm, pawn, vase, tank, arch, bridge)
+
 if __name__ == "__main__":
-    for make in (panel, door, can, roof, beam, wall, frame, arm):
+    for make in MAKERS:
         write(make.__name__, *make())
     write_motion("arm", arm_motion(arm()[0]))

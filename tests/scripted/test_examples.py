@@ -1,4 +1,4 @@
-"""The shots in examples/ go as docs/sheets.md, docs/cracks.md, docs/fields.md and docs/hand_off.md say."""
+"""The shots in examples/ go as their how-tos in docs say: sheets, cracks, fields, hand_off, activate, time and settle."""
 import importlib.util
 from pathlib import Path
 
@@ -26,7 +26,7 @@ def test_meshes_are_those_that_the_script_writes(tmp_path):
     meshes = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(meshes)
     meshes.HERE = tmp_path
-    for make in (meshes.panel, meshes.door, meshes.can, meshes.roof, meshes.beam, meshes.wall, meshes.frame, meshes.arm):
+    for make in meshes.MAKERS:
         meshes.write(make.__name__, *make())
         written = (tmp_path / (make.__name__ + ".obj")).read_text()
         assert written == (EXAMPLES / (make.__name__ + ".obj")).read_text(), make.__name__
@@ -123,3 +123,99 @@ def test_the_frame_loses_columns_and_keeps_its_slabs():
     n = len(hit.piece)
     assert sizes[-1] > 0.75 * n and len(sizes) > 5
     assert np.count_nonzero(sizes == 1) < 0.04 * n
+
+
+def away(frame_states):
+    """How far fragments have gone since the first of two states (n), m."""
+    start, now = frame_states
+    return np.linalg.norm(now.position - start.position, axis=1)
+
+
+def test_the_pawn_waits_for_the_hand_and_crumbles_from_there_downwards():
+    whole, touched, spread, gone = states("pawn", 10, 14, 24, 60)
+    assert whole.kept.all() and len(sizes_of_pieces(whole)) == 60   # cut through, and held
+    first = touched.kept == 0
+    assert 10 < np.count_nonzero(first) < 60
+    hand = np.array([0.06, -0.46, 1.77])                            # at frame 14, 0.2 m large; 0.2 m of falloff, growth
+    assert np.linalg.norm(whole.position[first] - hand, axis=1).max() < 0.2 + 0.2 + 4 / 24 + 0.15
+    assert (spread.kept[first] == 0).all()
+    assert 2 * np.count_nonzero(first) < np.count_nonzero(spread.kept == 0) < 0.5 * len(first)
+    assert whole.position[spread.kept == 0, 2].min() > 0.9          # what is below waits
+    kept = spread.kept == 1
+    assert np.array_equal(spread.position[kept], whole.position[kept])
+    assert not gone.kept.any() and np.count_nonzero(gone.position[:, 2] < 0.15) > 100
+    stands = gone.position[:, 2] > 0.6                              # a stump, on which chunks lie; nothing hangs in the air
+    assert gone.position[:, 2].max() < 1.5 and np.linalg.norm(gone.velocity[stands], axis=1).max() < 0.02
+
+
+def test_the_bridge_parts_at_its_seam_and_loses_the_pillar_that_weakens():
+    start, whole, parted, leaning, fallen = states("bridge", 1, 11, 12, 22, 72)
+    assert whole.edge_intact.all()
+    assert list(sizes_of_pieces(parted)) == list(sizes_of_pieces(leaning)) and len(sizes_of_pieces(parted)) == 2
+    west = start.position[:, 0] < 6
+    assert len(np.unique(parted.piece[west & (start.position[:, 0] < 5)])) == 1
+    assert away((start, leaning)).max() < 0.3
+    assert away((start, fallen))[west].max() < 1                    # stands on its pillar, and rocks
+    assert away((start, fallen))[~west].max() > 2.5
+    assert sizes_of_pieces(fallen)[-2] > 0.7 * np.count_nonzero(~west)  # a slab, and not crumbs
+
+
+def test_the_tank_swells_bursts_in_frame_21_and_stays_on_its_foot():
+    start, tight, burst = states("tank", 1, 19, 21)
+    assert tight.edge_intact.all()
+    widths = [np.linalg.norm(state.position[:, :2], axis=1).max() for state in (start, tight)]
+    assert 1.05 * widths[0] < widths[1] < 1.3 * widths[0]
+    assert np.count_nonzero(burst.edge_intact == 0) > 40
+    assert np.linalg.norm(burst.velocity, axis=1).max() > 10
+    assert np.sum(sizes_of_pieces(burst) >= 10) <= 3 and np.sum(sizes_of_pieces(burst) < 5) < 5  # torn open, not crumbled
+    foot = start.position[:, 2] < 0.1
+    assert away((start, burst))[foot].max() < 1e-9
+
+
+def test_the_vase_in_bullet_time_is_the_one_at_full_speed():
+    common = {7: 4, 23: 8, 39: 12}
+    slow, plain = states("vase", *common), states("vase", *common.values(), solver={"time_scale": 1})
+    for shown, simulated, frame in zip(slow, plain, common.values()):
+        assert shown.simulated_frame == simulated.simulated_frame == frame
+        for array in ("position", "orientation", "velocity", "edge_intact", "strain", "piece", "rigid_position"):
+            assert np.array_equal(getattr(shown, array), getattr(simulated, array)), (frame, array)
+    before, between, after = slow[1].position, states("vase", 24)[0].position, states("vase", 27)[0].position
+    assert 0.1 < np.linalg.norm(between - before, axis=1).sum() / np.linalg.norm(after - before, axis=1).sum() < 0.5
+
+
+def test_the_ball_goes_through_the_vase_which_falls_apart_behind_it():
+    whole, pierced, fallen = states("vase", 3, 39, 60)
+    assert whole.edge_intact.all()
+    sizes = sizes_of_pieces(pierced)
+    assert pierced.rigid_position[0][0] > 0.15 and 10 < pierced.rigid_velocity[0][0] < 20
+    assert sizes[-1] > 0.7 * len(pierced.piece) and 15 < len(sizes) < 40
+    assert sizes_of_pieces(fallen)[-1] < 0.5 * len(fallen.piece) and np.percentile(fallen.position[:, 2], 95) < 0.25
+
+
+def test_the_arch_stands_as_it_settled_and_would_crack_without():
+    no_ball = {"position": [-9, 0, 1], "velocity": [0, 0, 0]}
+    start, stood = states("arch", 1, 12, ball=no_ball)
+    assert stood.edge_intact.all() and np.max(stood.edge_damage) == 0 and not stood.warnings
+    assert away((start, stood)).max() < 5e-4
+    swayed, = states("arch", 12, ball=no_ball, body={"settle": False})
+    assert np.count_nonzero(swayed.edge_intact == 0) > 5
+
+
+def test_the_ball_brings_down_the_arch_in_large_pieces():
+    whole, down = states("arch", 4, 32)
+    sizes = sizes_of_pieces(down)
+    assert whole.edge_intact.all()
+    assert sizes[-1] < 0.3 * len(down.piece) and np.sum(sizes[sizes >= 5]) > 0.8 * len(down.piece)
+    crown = whole.position[:, 2] > 1.8
+    assert down.position[crown, 2].mean() < 0.8
+
+
+def test_the_vase_breaks_and_comes_together_where_it_is_drawn_to():
+    start, broken, mended = states("mend", 1, 30, 84)
+    turn = np.radians(-12)
+    turned = np.array([[1, 0, 0], [0, np.cos(turn), -np.sin(turn)], [0, np.sin(turn), np.cos(turn)]])
+    target = (start.position - [0, 0, 0.55]) @ turned.T + [0, 0, 0.001]
+    assert np.linalg.norm(broken.position - target, axis=1).max() > 0.5 and len(sizes_of_pieces(broken)) > 20
+    left = np.linalg.norm(mended.position - target, axis=1)
+    assert np.median(left) < 0.005 and np.percentile(left, 80) < 0.01  # some lie in the way of others
+    assert len(sizes_of_pieces(mended)) >= len(sizes_of_pieces(broken))  # what broke stays broken
