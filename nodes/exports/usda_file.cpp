@@ -9,6 +9,7 @@
 
 #include "nodes/exports/shot_export.h"
 #include "nodes/exports/usda_text.h"
+#include "nodes/files/frame_number.h"
 
 namespace sunder {
 namespace {
@@ -132,9 +133,9 @@ private:
     void write_header() {
         text_ += "#usda 1.0\n(\n    doc = \"sunder shot 1, written by sunder " SUNDER_VERSION
                  "\"\n    defaultPrim = \"shot\"\n    metersPerUnit = 1\n    upAxis = \"Z\"\n    startTimeCode = ";
-        put_integer(text_, shot_.frames.front());
+        text_ += frame_text(shot_.frames.front());
         text_ += "\n    endTimeCode = ";
-        put_integer(text_, shot_.frames.back());
+        text_ += frame_text(shot_.frames.back());
         for (const char* name : {"timeCodesPerSecond", "framesPerSecond"}) {
             text_ += std::string("\n    ") + name + " = ";
             put(text_, shot_.frame_rate.per_second());
@@ -217,9 +218,7 @@ private:
             const auto frame = source.read(frames[k]);
             if (!frame) return frame.error();
             if (!is_still) {
-                text_ += indent + "    ";
-                put_integer(text_, shot_.frames[frames[k]]);
-                text_ += ": ";
+                text_ += indent + "    " + frame_text(shot_.frames[frames[k]]) + ": ";
             }
             put_value(frame->mesh, frames[k]);
             if (!is_still) text_ += ",\n";
@@ -343,7 +342,7 @@ private:
             text_ += std::string("        ") + declaration;
             if (poses.size() > 1) text_ += ".timeSamples = {\n";
             for (size_t i = 0; i < poses.size(); ++i) {
-                if (poses.size() > 1) text_ += "            ", put_integer(text_, shot_.frames[i]);
+                if (poses.size() > 1) text_ += "            " + frame_text(shot_.frames[i]);
                 text_ += poses.size() > 1 ? ": " : " = ";
                 put_value(poses[i]);
                 text_ += poses.size() > 1 ? ",\n" : "\n";

@@ -106,7 +106,7 @@ struct PinValue {
 /// A frame of a simulation with the scene that its arrays index: scene->rest tells body and fragment of each particle
 /// and the particles of each edge, scene->bodies the ranges of each body.
 struct StateValue {
-    int frame = 0;
+    double frame = 0;
     SceneTime at;  // in simulated time
     std::shared_ptr<const Scene> scene;
     std::shared_ptr<const FrameState> state;

@@ -432,7 +432,7 @@ Json info_of(const StateValue& s) {
                           {"particles", {b.particle_begin, b.particle_end}},
                           {"edges", {b.edge_begin, b.edge_end}}});
     for (const RigidBody& r : s.scene->rigid_bodies) rigid.push_back(r.name);
-    return {{"frame", s.frame},
+    return {{"frame", number_json(s.frame)},
             {"simulated_frame", s.at.frame},
             {"time_scale", s.at.scale},
             {"time", s.state->time},

@@ -70,7 +70,7 @@ Result<std::vector<EdgeId>> edges_of(const CookContext& context, const BodyValue
     return chosen;
 }
 
-double factor_at(int frame, const Parameters& p) {
+double factor_at(double frame, const Parameters& p) {
     const int when = p.integer("frame");
     if (p.text("mode") == "hold") return frame < when ? kNever : 1;
     const double since = frame - when, over = p.integer("frames");

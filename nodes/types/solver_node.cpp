@@ -2,6 +2,7 @@
 #include <array>
 #include <map>
 
+#include "nodes/files/frame_number.h"
 #include "nodes/graph/field_parameters.h"
 #include "nodes/graph/node_list.h"
 #include "nodes/types/solver_scene.h"
@@ -245,18 +246,18 @@ public:
     }
 
     /// Where a frame of the output lies.
-    Result<SceneTime> time_of(int frame) {
+    Result<SceneTime> time_of(double frame) {
         const int start = context_.start_frame();
         const double passed = context_.integral("time_scale", start, frame);
         if (start + passed > kFarthestSimulatedFrame)
-            return context_.error("time_scale", "frame " + std::to_string(frame) + " lies beyond simulated frame " +
+            return context_.error("time_scale", "frame " + frame_text(frame) + " lies beyond simulated frame " +
                                                     std::to_string(kFarthestSimulatedFrame));
         return scene_time(start, passed, context_.parameters(frame).number("time_scale"));
     }
 
     /// Of the frame that is asked for, or the start: before it all is as there.
     Result<Value> value() {
-        const int start = context_.start_frame(), frame = std::max(context_.frame(), start);
+        const double start = context_.start_frame(), frame = std::max(context_.frame(), start);
         const Result<SceneTime> at = time_of(frame), before = time_of(std::max(frame - 1, start));
         if (!at) return at.error();
         if (!before) return before.error();
