@@ -26,7 +26,7 @@ struct Survey {
     std::vector<size_t> hidden_change;
     std::vector<Surface> surfaces;  // by material
     std::vector<LayerId> layers;
-    bool has_uvs = false, has_velocities = false, has_hidden = false;
+    bool has_uvs = false, has_velocities = false, has_accelerations = false, has_hidden = false;
     bool has_colors = false, has_alpha = false, has_rim = false, has_interfaces = false;
 };
 
@@ -48,6 +48,7 @@ Result<Survey> survey(const Shot& shot, const ShotMesh& source, const Progress& 
         if (i == 0) {
             found.surfaces = surfaces_of(source, *frame);
             found.has_uvs = !m.corner_uvs.empty(), found.has_velocities = !m.velocities.empty();
+            found.has_accelerations = !m.accelerations.empty();
             found.has_hidden = !m.triangle_hidden.empty(), found.has_interfaces = !m.triangle_interface.empty();
             found.has_colors = !m.corner_colors.empty(), found.has_rim = !m.corner_rim.empty();
             found.layers.assign(m.layers.begin(), m.layers.end());
@@ -261,6 +262,8 @@ private:
              [&](const VisualMesh& m, size_t) { put_tuples(out, m.positions.vector()); }},
             {found.has_velocities, "vector3f[] velocities", "", found.points_change,
              [&](const VisualMesh& m, size_t) { put_tuples(out, m.velocities.vector()); }},
+            {found.has_accelerations, "vector3f[] accelerations", "", found.points_change,
+             [&](const VisualMesh& m, size_t) { put_tuples(out, m.accelerations.vector()); }},
             {!found.rest_change.empty(), "point3f[] primvars:Pref", "interpolation = \"vertex\"", found.rest_change,
              [&](const VisualMesh& m, size_t) { put_tuples(out, m.rest_positions.vector()); }},
             {true, "normal3f[] normals", "interpolation = \"faceVarying\"", found.points_change,

@@ -50,10 +50,9 @@ public:
     const Parameters& parameters(double frame) override { return parameters_.emplace(node_, frame); }
 
     double integral(std::string_view parameter, double from, double to) const override {
-        const ParameterDescription* const found = node_.description().find_parameter(parameter);
-        SUNDER_ASSERT(found && "a node reads a parameter that it does not describe");
-        return node_.value(*found).integral(from, to);
+        return value_of(parameter).integral(from, to);
     }
+    double slope(std::string_view parameter, double frame) const override { return value_of(parameter).slope(frame); }
 
     Result<std::vector<Value>> inputs(std::string_view socket, double frame) override {
         const size_t index = index_of(socket);
@@ -77,6 +76,11 @@ private:
         return n;
     }
     const GraphImpl& graph() const { return evaluation_.graph(); }
+    ParameterValue value_of(std::string_view parameter) const {
+        const ParameterDescription* const found = node_.description().find_parameter(parameter);
+        SUNDER_ASSERT(found && "a node reads a parameter that it does not describe");
+        return node_.value(*found);
+    }
     size_t index_of(std::string_view socket) const {
         const SocketDescription* const found = node_.description().find_input(socket);
         SUNDER_ASSERT(found && "a node reads an input that it does not describe");

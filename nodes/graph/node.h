@@ -83,6 +83,8 @@ public:
 
     /// Of one of the node's numbers from one frame to a later one (ParameterValue::integral).
     virtual double integral(std::string_view parameter, double from, double to) const = 0;
+    /// How fast one of them changes from a frame on, a frame (ParameterValue::slope).
+    virtual double slope(std::string_view parameter, double frame) const = 0;
 
     /// Of the whole node at every frame: type, parameters, inputs, files. Equal keys, equal results at equal frames.
     virtual ContentKey key() = 0;

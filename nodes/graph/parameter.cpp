@@ -276,6 +276,13 @@ double ParameterValue::integral(double from, double to) const {
     return sum;
 }
 
+double ParameterValue::slope(double frame) const {
+    const auto after = std::ranges::upper_bound(keys_, frame, {}, &Key::frame);
+    if (interpolation_ == Interpolation::step || after == keys_.begin() || after == keys_.end()) return 0;
+    const Key& a = *(after - 1);
+    return (after->value.get<double>() - a.value.get<double>()) / (after->frame - a.frame);
+}
+
 Json ParameterValue::to_json() const {
     if (keys_.empty()) return constant_;
     Json keys = Json::array();
