@@ -26,6 +26,23 @@ const SocketDescription* find_output(const NodeDescription& node, SocketType typ
     return nullptr;
 }
 
+// Files that a bake may have left behind its last whole frame when it was killed.
+std::vector<ManifestFile> begun_files(const Manifest& manifest) {
+    std::vector<ManifestFile> files;
+    if (manifest.frames.empty()) return files;
+    for (const auto& [name, node] : manifest.graph["nodes"].items()) {
+        const auto steps = node.find("subframes"), path = node.find("path"), compression = node.find("compression");
+        if (steps == node.end() || !steps->is_number_integer() || path == node.end() || !path->is_string() ||
+            compression == node.end() || !compression->is_string() || !check_output_pattern(path->get<std::string>()))
+            continue;
+        const std::string pattern = path->get<std::string>() + compressed_suffix(compression->get<std::string>());
+        const int n = std::min(steps->get<int>(), kMostSubFrames);
+        for (int step = 1; step < n; ++step)
+            files.push_back({name, output_path(pattern, sub_frame(manifest.frames.back().frame, step, n)), {}});
+    }
+    return files;
+}
+
 // One bake at work.
 class Baker {
 public:
@@ -222,6 +239,7 @@ private:
             if (old->log)
                 for (const auto* files : {&old->log->breaks, &old->log->loads})
                     replaced_->insert(replaced_->end(), files->begin(), files->end());
+            std::ranges::copy(begun_files(*old), std::back_inserter(*replaced_));
             for (const ManifestFile& f : *replaced_)
                 if (folder_->is_own(f)) own.insert(f.path);
             for (const ManifestFile& f : old->exports) own.insert(f.path), replaced_->push_back(f);
@@ -444,8 +462,8 @@ private:
     Graph& graph_;
     const BakeSettings& settings_;
     const Progress& progress_;
-    std::optional<BakeFolder> folder_;                   // once nothing else can be refused
-    std::vector<SocketReference> bake_nodes_, solvers_;  // solvers in the order in which bake nodes need them
+    std::optional<BakeFolder> folder_;                        // once nothing else can be refused
+    std::vector<SocketReference> bake_nodes_, solvers_;       // solvers in the order in which bake nodes need them
     std::map<double, std::vector<SocketReference>> between_;  // shares of a frame -> the bake nodes that have them
     std::vector<WantedExport> exports_;
     std::array<int, 2> frames_ = {0, 0};

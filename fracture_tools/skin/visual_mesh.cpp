@@ -334,11 +334,9 @@ struct VisualMeshBuilder::Impl {
                 const size_t i = is_constant ? topology->vertex_of_fan(static_cast<uint32_t>(v)) : v;
                 const PieceMotion& piece = frame.piece[follows[v]];
                 const Vec3& x = motion->positions()[i];
-                // Where time stands still no velocity is seen: it is the piece's.
-                const Vec3 velocity = scale > 0 ? Vec3(motion->velocities()[i] / scale)
-                                                : Vec3(piece.velocity + piece.spin.cross(x - piece.centre));
-                (*slot.object)[v] =
-                    (scale * scale * piece.acceleration_at(x, velocity) + scale_rate * velocity).cast<float>();
+                // x(s(t))'' = x'' s'^2 + x' s''. Where time stands still no velocity is seen: it is the piece's.
+                const Vec3 velocity = scale > 0 ? Vec3(motion->velocities()[i] / scale) : piece.velocity_at(x);
+                (*slot.object)[v] = (scale * scale * piece.acceleration_at(x) + scale_rate * velocity).cast<float>();
             }
         });
         mesh.accelerations = ArrayRecycler<Vec3f>::share(slot);

@@ -61,20 +61,20 @@ struct VisualMesh {
     std::shared_ptr<const SkinBinding> skin;  // what moves the vertices (skinning.h); the same until an edge breaks
 };
 
-/// How a piece that hangs together moves as a whole, in simulated time. Its turning is steady, and what deforms moves
-/// straight in the frame that turns with it: that is what vertices accelerate by.
+/// How a piece that hangs together moves as a whole, in simulated time: steadily turning about a centre that flies.
+/// How it deforms besides is left out, for what a state tells of that is velocities of half a substep before, which
+/// would count twice over (Coriolis).
 struct PieceMotion {
     Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero(), acceleration = Vec3::Zero();  // m, m/s, m/s2
     Vec3 spin = Vec3::Zero();                                                          // rad/s
 
-    /// Of what is at `position` and moves with `velocity`, m/s2: with x = centre + arm, the arm turning by the spin and
-    /// growing at the rate u,  acceleration + spin x (spin x arm + 2 u).
-    Vec3 acceleration_at(const Vec3& position, const Vec3& its_velocity) const {
-        return acceleration + spin.cross(2 * (its_velocity - velocity) - spin.cross(position - centre));
+    Vec3 velocity_at(const Vec3& position) const { return velocity + spin.cross(position - centre); }
+    Vec3 acceleration_at(const Vec3& position) const {
+        return acceleration + spin.cross(spin.cross(position - centre));
     }
 };
 
-/// Which moment of simulated time a frame shows: f(s) with s' the scale.
+/// How fast simulated time runs in a frame.
 struct ShownTime {
     double scale = 1;
     double scale_rate = 0;  // 1/s

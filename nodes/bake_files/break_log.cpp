@@ -216,11 +216,8 @@ std::string breaks_path(const std::string& solver, int frame) {
 }
 
 FrameBreaks breaks_of(const std::string& solver, const StateValue& value) {
-    FrameBreaks out{.node = solver,
-                    .frame = static_cast<int>(value.frame),
-                    .time = value.state->time,
-                    .largest = {},
-                    .edges = {}};
+    FrameBreaks out{
+        .node = solver, .frame = static_cast<int>(value.frame), .time = value.state->time, .largest = {}, .edges = {}};
     const std::vector<PieceId> pieces = connected_pieces(value.scene->rest, value.state->edge_intact);
     std::map<uint32_t, uint32_t> sizes;
     for (const PieceId piece : pieces) ++sizes[piece];

@@ -305,8 +305,7 @@ Result<BakeCheck> verify_files(const Manifest& manifest, const fs::path& folder,
         const ManifestFrame& frame = manifest.frames[i];
         if (!progress.report(static_cast<double>(i) / n, "checking frame " + std::to_string(frame.frame)))
             return cancelled();
-        frame.for_each_file(
-            [&](double at, const ManifestFile& f) { look_at(f, " (frame " + frame_text(at) + ")"); });
+        frame.for_each_file([&](double at, const ManifestFile& f) { look_at(f, " (frame " + frame_text(at) + ")"); });
     }
     for (const ManifestFile& f : manifest.resume) {
         const bool is_baked =

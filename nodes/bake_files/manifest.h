@@ -36,7 +36,7 @@ struct ManifestSubFrame {
 
 struct ManifestFrame {
     int frame = 0;
-    std::vector<ManifestFile> files;           // in the order of the graph's bake nodes
+    std::vector<ManifestFile> files;            // in the order of the graph's bake nodes
     std::vector<ManifestSubFrame> before = {};  // ascending, since the frame before; of the first one none
     bool operator==(const ManifestFrame&) const = default;
 

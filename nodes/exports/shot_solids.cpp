@@ -119,8 +119,8 @@ private:
                 continue;
             }
             const auto& [before, pose] = *std::prev(next);
-            poses.push_back(interpolate(DrivenPose{.begin = pose, .end = next->second},
-                                        (frame - before) / (next->first - before)));
+            poses.push_back(
+                interpolate(DrivenPose{.begin = pose, .end = next->second}, (frame - before) / (next->first - before)));
         }
         return poses;
     }

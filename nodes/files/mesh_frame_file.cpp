@@ -150,8 +150,8 @@ ByteBuffer encode_mesh_ply(const VisualMesh& mesh, const FragmentSet& fragments)
     const LayerColumns of_vertices(mesh.layers, false), of_faces(mesh.layers, true);
     of_vertices.add_properties(vertex), of_faces.add_properties(face);
 
-    const size_t vertex_bytes = 16 + (has_rest ? 12 : 0) + (has_velocities ? 12 : 0) + (has_accelerations ? 12 : 0) +
-                                of_vertices.row_bytes();
+    const size_t vertex_bytes =
+        16 + (has_rest ? 12 : 0) + (has_velocities ? 12 : 0) + (has_accelerations ? 12 : 0) + of_vertices.row_bytes();
     const size_t face_bytes = 1 + 12 + 8 + (has_hidden ? 1 : 0) + (has_uvs ? 1 + 24 : 0) + 1 + 36 +
                               (has_interfaces ? 4 : 0) + (has_colors ? 1 + 48 : 0) + (has_rim ? 1 + 12 : 0) +
                               of_faces.row_bytes();

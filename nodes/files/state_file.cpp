@@ -356,7 +356,7 @@ ByteBuffer encode_state(double frame, const FrameState& s, const SimulationMesh&
                                      : knows_why                   ? kCauseStateFileMagic
                                      : !s.edge_damage.empty()      ? kDamageStateFileMagic
                                      : s.plastic_curvature.empty() ? kStateFileMagic
-                                                                                 : kBendingStateFileMagic;
+                                                                   : kBendingStateFileMagic;
     std::vector<PlyElement> elements = state_elements(version);
     const size_t last_counts[] = {s.inactive.size(), was_let_go(s) ? s.inactive.size() : 0,
                                   has_offsets(s) ? s.edge_offset.size() : 0};

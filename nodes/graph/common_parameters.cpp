@@ -146,10 +146,11 @@ ParameterDescription sub_frames_parameter() {
             .label = "Sub-Frames",
             .type = ParameterType::integer,
             .min = 1,
-            .max = 64,
+            .max = kMostSubFrames,
             .default_value = 1,
-            .sentence = "Steps from one frame to the next, each of which is written: 4 has frames 12, 12.25, 12.5, 12.75, "
-                        "13. What lies between is blended, and its file stands behind the frame's: 0012_250"};
+            .sentence =
+                "Steps from one frame to the next, each of which is written: 4 has frames 12, 12.25, 12.5, 12.75, "
+                "13. What lies between is blended, and its file stands behind the frame's: 0012_250"};
 }
 
 ParameterDescription compression_parameter() {

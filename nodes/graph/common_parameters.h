@@ -25,6 +25,7 @@ std::vector<ParameterDescription> region_parameters(std::string sentence, std::v
 ParameterDescription cluster_parameter();  // "cluster" of a region
 
 /// "compression" of a bake node's files.
+constexpr int kMostSubFrames = 64;            // steps a frame that names of files tell apart
 ParameterDescription sub_frames_parameter();  // "subframes", steps a frame
 ParameterDescription compression_parameter();
 /// What it adds to their names.

@@ -243,8 +243,8 @@ Result<Value> Graph::evaluate(const std::string& name, const std::string& socket
 std::vector<Result<Value>> Graph::evaluate_all(std::span<const SocketReference> outputs, double frame,
                                                const Progress& progress) {
     if (!(std::abs(frame) <= kFarthestFrame))
-        return std::vector<Result<Value>>(
-            outputs.size(), bad_input("frame " + frame_text(frame), "is out of range", "permitted: -1000000 to 1000000"));
+        return std::vector<Result<Value>>(outputs.size(), bad_input("frame " + frame_text(frame), "is out of range",
+                                                                    "permitted: -1000000 to 1000000"));
     Evaluation evaluation(*impl_);
     std::vector<Status> status;
     std::vector<WantedValue> wanted;

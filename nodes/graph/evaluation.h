@@ -35,7 +35,8 @@ public:
     Status check_upstream(const GraphNode& node);
     Result<Value> evaluate(GraphNode& node, size_t output, double frame, const Progress& progress);
     /// Of each what `evaluate` gives, bit for bit; nodes that can be cooked together are.
-    std::vector<Result<Value>> evaluate_all(std::span<const WantedValue> wanted, double frame, const Progress& progress);
+    std::vector<Result<Value>> evaluate_all(std::span<const WantedValue> wanted, double frame,
+                                            const Progress& progress);
     Status seed(GraphNode& node, int frame, FrameState state, const Progress& progress);
 
     /// The value that a node keeps, if it still holds; or else null.

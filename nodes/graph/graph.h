@@ -91,7 +91,8 @@ public:
     /// All required sockets wired and parameters in agreement, everywhere. `evaluate` checks the same of what it needs.
     Status check() const;
 
-    /// The value of an output socket at a frame, or between two: 12.5. Cached: what no edit touched is not cooked again.
+    /// The value of an output socket at a frame, or between two: 12.5. Cached: what no edit touched is not cooked
+    /// again.
     Result<Value> evaluate(const std::string& node, const std::string& socket, double frame,
                            const Progress& progress = {});
     /// The values of several outputs at a frame, in their order: bit for bit what `evaluate` gives for each. Sooner

@@ -295,8 +295,8 @@ public:
     Status add_motion(StateValue& io_value) {
         const auto ends = ends_of(io_value.at.grid());
         if (!ends) return ends.error();
-        io_value.pieces = std::make_shared<const std::vector<PieceMotion>>(piece_motions(
-            io_value.scene->rest, *(*ends)[0].state, *(*ends)[1].state, *io_value.state));
+        io_value.pieces = std::make_shared<const std::vector<PieceMotion>>(
+            piece_motions(io_value.scene->rest, *(*ends)[0].state, *(*ends)[1].state, *io_value.state));
         io_value.scale_rate = context_.slope("time_scale", io_value.frame) / context_.seconds(1);
         return {};
     }

@@ -22,8 +22,9 @@ ParameterDescription accelerations_parameter() {
             .label = "Accelerations",
             .type = ParameterType::boolean,
             .default_value = false,
-            .sentence = "Meshes tell accelerations beside velocities, for curved motion blur. The frame after the one "
-                        "that is asked for is simulated for them"};
+            .sentence =
+                "Meshes tell accelerations beside velocities, for curved motion blur. The frame after the one "
+                "that is asked for is simulated for them"};
 }
 
 SceneTime scene_time(int start, double passed, double scale) {

@@ -148,8 +148,8 @@ SUNDER_API sunder_status sunder_graph_evaluate_all(sunder_graph* graph, const ch
                                                    sunder_value** out_values);
 /* The same at any frame, also between two: 12.5, which is blended of what is simulated. */
 SUNDER_API sunder_status sunder_graph_evaluate_all_at(sunder_graph* graph, const char* const* outputs,
-                                                      uint32_t n_outputs, double frame,
-                                                      const sunder_progress* progress, sunder_value** out_values);
+                                                      uint32_t n_outputs, double frame, const sunder_progress* progress,
+                                                      sunder_value** out_values);
 /* A state frame that a bake wrote. Errors are told by the graph. */
 SUNDER_API sunder_status sunder_graph_read_state(sunder_graph* graph, const char* path, sunder_value** out_value);
 /* Makes a solver continue from a state (of "solver.state", or read from a file) at a frame. */

@@ -105,6 +105,19 @@ def test_a_cancelled_bake_leaves_nothing_between_frames(tmp_path):
     assert contents(tmp_path / "bake") == contents(tmp_path / "whole")
 
 
+def test_what_a_killed_bake_began_goes_with_it(sunder, scene, tmp_path):
+    graph = with_steps(block_scene((1, 4)), out=2)
+    scene(graph)
+    assert sunder("bake", "scene.json", "-o", "bake", "--frames", "1:3").status == 0
+    begun = tmp_path / "bake/mesh/block.0003_500.ply"
+    begun.write_bytes((tmp_path / "bake/mesh/block.0002_500.ply").read_bytes())
+    foreign = tmp_path / "bake/mesh/block.0004_500.ply"
+    foreign.write_text("mine")
+    scene(with_steps(graph, out=1))
+    assert sunder("bake", "scene.json", "-o", "bake", "--restart").status == 0
+    assert not begun.exists() and foreign.read_text() == "mine"
+
+
 def test_two_nodes_of_one_file_are_refused(sunder, scene):
     graph = with_steps(block_scene((1, 3)), out=4)
     graph["nodes"]["other"] = {"type": "bake_mesh", "mesh": "@skin.mesh", "path": "mesh/block.####_500.ply"}
