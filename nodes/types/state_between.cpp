@@ -106,12 +106,13 @@ public:
         std::vector<PieceMotion> of_particle(a_.n_particles());
         for_each_piece([&](std::span<const uint32_t> particles) {
             if (rests(particles)) return;
-            const Vec3 acceleration =
-                acceleration_of(placement(a_, particles), placement(b_, particles), way_.duration);
+            const Placement a = placement(a_, particles), b = placement(b_, particles);
             const Placement now = placement(shown, particles);
-            for (const uint32_t i : particles)
-                of_particle[i] = {
-                    .centre = now.position, .velocity = now.velocity, .acceleration = acceleration, .spin = now.spin};
+            const PieceMotion motion = {.centre = now.position,
+                                        .velocity = now.velocity,
+                                        .acceleration = acceleration_of(a, b, way_.duration),
+                                        .spin = motion_of(a, b, turn(particles), way_).spin};
+            for (const uint32_t i : particles) of_particle[i] = motion;
         });
         return of_particle;
     }

@@ -18,8 +18,8 @@ namespace sunder {
 /// as in `a`. A piece that is the same in both keeps its bits.
 FrameState state_between(const SimulationMesh& rest, const FrameState& a, const FrameState& b, double share);
 
-/// Of each particle, how the piece that it belongs to moves as `shown` tells it, `a` or a state between a and b, and
-/// accelerates on the way from a to b. What rests does neither. (n_particles)
+/// Of each particle, how the piece that it belongs to turns and accelerates on the way from `a` to `b`, about where
+/// `shown`, `a` or a state between the two, has its centre. What rests does neither. (n_particles)
 std::vector<PieceMotion> piece_motions(const SimulationMesh& rest, const FrameState& a, const FrameState& b,
                                        const FrameState& shown);
 

@@ -315,7 +315,7 @@ class Graph(AddsNodes):
         names = [encode(output) for output in outputs]
         return (ctypes.c_char_p * len(names))(*names), len(names), self._frame(frame)
 
-    def _frame(self, frame: Optional[SupportsInt]) -> float:
+    def _frame(self, frame: Optional[SupportsInt]) -> Union[int, float]:
         """An int of a whole frame, a float between two."""
         return self.frame_range[0] if frame is None else frame_number(frame)
 

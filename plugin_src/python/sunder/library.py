@@ -344,7 +344,7 @@ def integer(name: str, value: Any, permitted: Optional[tuple[int, int]] = None) 
     return whole
 
 
-def frame_number(value: Any) -> float:
+def frame_number(value: Any) -> Union[int, float]:
     """A frame, or what lies between two: an int of a whole one."""
     at = number("frame", value)
     if at == at // 1:
