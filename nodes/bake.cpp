@@ -7,6 +7,7 @@
 #include "nodes/bake_exports.h"
 #include "nodes/bake_files/bake_folder.h"
 #include "nodes/bake_files/break_log.h"
+#include "nodes/files/frame_number.h"
 #include "nodes/files/output_pattern.h"
 #include "nodes/files/state_file.h"
 #include "nodes/frame_writer.h"
@@ -23,6 +24,23 @@ const SocketDescription* find_output(const NodeDescription& node, SocketType typ
     for (const SocketDescription& s : node.outputs)
         if (s.type == type) return &s;
     return nullptr;
+}
+
+// Files that a bake may have left behind its last whole frame when it was killed.
+std::vector<ManifestFile> begun_files(const Manifest& manifest) {
+    std::vector<ManifestFile> files;
+    if (manifest.frames.empty()) return files;
+    for (const auto& [name, node] : manifest.graph["nodes"].items()) {
+        const auto steps = node.find("subframes"), path = node.find("path"), compression = node.find("compression");
+        if (steps == node.end() || !steps->is_number_integer() || path == node.end() || !path->is_string() ||
+            compression == node.end() || !compression->is_string() || !check_output_pattern(path->get<std::string>()))
+            continue;
+        const std::string pattern = path->get<std::string>() + compressed_suffix(compression->get<std::string>());
+        const int n = std::min(steps->get<int>(), kMostSubFrames);
+        for (int step = 1; step < n; ++step)
+            files.push_back({name, output_path(pattern, sub_frame(manifest.frames.back().frame, step, n)), {}});
+    }
+    return files;
 }
 
 // One bake at work.
@@ -127,9 +145,13 @@ private:
                              "choose another one");
             const auto compression = graph_.parameter(bake.node, "compression");
             const std::string suffix = compressed_suffix(compression ? compression->get<std::string>() : "none");
+            const auto steps = graph_.parameter(bake.node, "subframes");
+            const int n_steps = steps ? steps->get<int>() : 1;
             std::vector<std::string> files;
             for (int frame = frames_[0]; frame <= frames_[1]; ++frame)
-                files.push_back(output_path(text, frame) + suffix);
+                for (int step = 0; step < (frame < frames_[1] ? n_steps : 1); ++step)
+                    files.push_back(output_path(text, sub_frame(frame, step, n_steps)) + suffix);
+            for (int step = 1; step < n_steps; ++step) between_[sub_frame(0, step, n_steps)].push_back(bake);
             auto wanted = wanted_export(graph_, bake.node, text);
             if (!wanted) return wanted.error();
             if (*wanted) {
@@ -213,10 +235,11 @@ private:
         replaced_.emplace();
         if (const auto old = parse_manifest(text, settings_.folder)) {
             for (const ManifestFrame& frame : old->frames)
-                replaced_->insert(replaced_->end(), frame.files.begin(), frame.files.end());
+                frame.for_each_file([&](double, const ManifestFile& f) { replaced_->push_back(f); });
             if (old->log)
                 for (const auto* files : {&old->log->breaks, &old->log->loads})
                     replaced_->insert(replaced_->end(), files->begin(), files->end());
+            std::ranges::copy(begun_files(*old), std::back_inserter(*replaced_));
             for (const ManifestFile& f : *replaced_)
                 if (folder_->is_own(f)) own.insert(f.path);
             for (const ManifestFile& f : old->exports) own.insert(f.path), replaced_->push_back(f);
@@ -357,6 +380,49 @@ private:
         done.frame = frame, done.last_frame = report_.frames[1];
         const std::string text = "frame " + std::to_string(frame);
         if (!progress.report(0, text)) return cancelled();
+        if (frame > report_.frames[0] && !between_.empty()) {
+            constexpr double kShare = 0.8;  // what lies before it simulates the frame
+            if (Status s = bake_between(frame, writer, done, progress.part(0, kShare)); !s) return s;
+            return bake_whole(done, writer, progress.part(kShare, 1));
+        }
+        return bake_whole(done, writer, progress);
+    }
+
+    // What is blended since the frame before.
+    Status bake_between(int frame, FrameWriter& writer, BakedFrame& io_done, const Progress& progress) {
+        double n_done = 0;
+        for (const auto& [share, nodes] : between_) {
+            const double at = frame - 1 + share, n = static_cast<double>(between_.size());
+            const Progress part = progress.part(n_done / n, (n_done + 1) / n);
+            n_done += 1;
+            auto begin = Clock::now();
+            for (const SocketReference& solver : solvers_) {
+                const auto state = graph_.evaluate(solver.node, solver.socket, at, part.part(0, 0.8));
+                if (!state) return state.error();
+            }
+            io_done.simulate_s += seconds_since(begin);
+            begin = Clock::now();
+            FrameToWrite sub{.items = {}, .states = {}, .loads = {}, .done = {}, .between = at};
+            const std::vector<Result<Value>> values = graph_.evaluate_all(nodes, at, part.part(0.8, 1));
+            size_t next = 0;
+            for (const SocketReference& bake : bake_nodes_) {
+                sub.items.emplace_back();
+                if (next == nodes.size() || nodes[next] != bake) continue;
+                const Result<Value>& value = values[next++];
+                if (!value) return value.error();
+                sub.items.back() = std::get<std::shared_ptr<const BakeItem>>(*value);
+            }
+            io_done.other_nodes_s += seconds_since(begin);
+            if (!part.report(1, "frame " + frame_text(at))) return cancelled();
+            if (Status s = remove_replaced(); !s) return s;
+            if (Status s = writer.put(std::move(sub)); !s) return s;
+        }
+        return {};
+    }
+
+    Status bake_whole(BakedFrame done, FrameWriter& writer, const Progress& progress) {
+        const int frame = done.frame;
+        const std::string text = "frame " + std::to_string(frame);
 
         // Solvers first: they take the time, and this is where cancelling is looked for.
         constexpr double kSolverShare = 0.8;  // of a frame's progress
@@ -372,7 +438,7 @@ private:
             add(states.back()->report, done.step);
             if (Status s = count_loads(i, *states.back()); !s) return s;
         }
-        done.simulate_s = seconds_since(begin);
+        done.simulate_s += seconds_since(begin);
 
         begin = Clock::now();
         std::vector<std::shared_ptr<const BakeItem>> items;
@@ -380,7 +446,7 @@ private:
             if (!value) return value.error();
             items.push_back(std::get<std::shared_ptr<const BakeItem>>(*value));
         }
-        done.other_nodes_s = seconds_since(begin);
+        done.other_nodes_s += seconds_since(begin);
         if (!progress.report(1, text)) return cancelled();
 
         if (Status s = remove_replaced(); !s) return s;
@@ -396,8 +462,9 @@ private:
     Graph& graph_;
     const BakeSettings& settings_;
     const Progress& progress_;
-    std::optional<BakeFolder> folder_;                   // once nothing else can be refused
-    std::vector<SocketReference> bake_nodes_, solvers_;  // solvers in the order in which bake nodes need them
+    std::optional<BakeFolder> folder_;                        // once nothing else can be refused
+    std::vector<SocketReference> bake_nodes_, solvers_;       // solvers in the order in which bake nodes need them
+    std::map<double, std::vector<SocketReference>> between_;  // shares of a frame -> the bake nodes that have them
     std::vector<WantedExport> exports_;
     std::array<int, 2> frames_ = {0, 0};
     std::map<std::string, std::string> paths_;           // every file of the bake -> its node

@@ -10,6 +10,7 @@
 #include "fracture_tools/suggest_pieces.h"
 #include "nodes/bake_files/manifest.h"
 #include "nodes/files/compression.h"
+#include "nodes/files/frame_number.h"
 #include "nodes/files/mesh_frame_file.h"
 #include "nodes/files/ply_file.h"
 #include "nodes/files/state_file.h"
@@ -68,7 +69,7 @@ Result<Lines> describe_state(std::string bytes, const std::string& path) {
     for (const Vec3& p : s.position) box.extend(p);
     for (double e : s.strain) strain = std::max(strain, e);
     return Lines{path + ": state frame",
-                 format("frame, time    %d, %.9g s", file->frame, s.time),
+                 format("frame, time    %s, %.9g s", frame_text(file->frame).c_str(), s.time),
                  format("particles      %zu in %zu bodies", s.n_particles(),
                         std::set<uint32_t>(file->body.begin(), file->body.end()).size()),
                  format("edges          %zu, %zu intact, %zu broken in this frame", s.edge_intact.size(), n_intact,
@@ -97,7 +98,7 @@ Result<Lines> describe_bake(const fs::path& folder) {
     size_t n_files = 0;
     uint64_t bytes = 0;
     for (const ManifestFrame& frame : m->frames)
-        for (const ManifestFile& f : frame.files) ++n_files, bytes += f.stamp.size;
+        frame.for_each_file([&](double, const ManifestFile& f) { ++n_files, bytes += f.stamp.size; });
     return Lines{
         folder.string() + ": bake by Sunder " + m->version,
         format("frames         %zu of %d to %d%s", m->frames.size(), m->frame_range[0], m->frame_range[1],

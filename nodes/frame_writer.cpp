@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "nodes/files/compression.h"
+#include "nodes/files/frame_number.h"
 #include "nodes/files/mesh_frame_file.h"
 #include "nodes/files/output_pattern.h"
 #include "nodes/files/state_file.h"
@@ -84,6 +85,9 @@ Status FrameWriter::put(FrameToWrite frame) {
 Status FrameWriter::finish() {
     std::unique_lock lock(guard_);
     changed_.wait(lock, [&] { return (waiting_.empty() && !is_writing_) || !status_; });
+    for (const ManifestSubFrame& sub : std::exchange(between_, {}))
+        for (const ManifestFile& file : sub.files)
+            if (Status s = folder_.remove_own(file); !s && status_) status_ = s;
     return status_;
 }
 
@@ -106,27 +110,29 @@ void FrameWriter::work() {
         try {
             const auto begin = std::chrono::steady_clock::now();
             written = write(frame);
-            frame.done.write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+            frame.done.write_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+            if (frame.between) of_between_.write_s += frame.done.write_s;
         } catch (const std::exception& e) {  // out of memory: this thread has no caller who could catch it
             written = Error{ErrorCode::internal,
                             std::string("cannot be written: ") + e.what(),
-                            "frame " + std::to_string(frame.done.frame),
+                            "frame " + frame_text(frame.between.value_or(frame.done.frame)),
                             "go on with --resume",
                             {},
                             {}};
         }
         lock.lock();
         is_writing_ = false;
-        if (written)
-            done_.push_back(frame.done);
-        else
+        if (!written)
             status_ = written, waiting_.clear();
+        else if (!frame.between)
+            done_.push_back(frame.done);
         changed_.notify_all();
     }
 }
 
 // All files of a frame first, then the disk is waited for: once for every few files instead of twice for each.
 Status FrameWriter::write(FrameToWrite& io_frame) {
+    if (io_frame.between) return write_between(io_frame);
     const int frame = io_frame.done.frame;
     FrameFiles files(folder_);
     for (size_t i = 0; i < io_frame.items.size(); ++i) {
@@ -153,14 +159,31 @@ Status FrameWriter::write(FrameToWrite& io_frame) {
                 return ok;
     }
     if (Status s = files.commit(); !s) return s;
-    io_frame.done.n_files = n_wanted;
+    const BakedFrame before = std::exchange(of_between_, {});
+    io_frame.done.n_files = before.n_files + n_wanted, io_frame.done.bytes = before.bytes;
+    io_frame.done.write_s = before.write_s;
     for (const ManifestFile& file : std::span(files.written()).first(n_wanted)) io_frame.done.bytes += file.stamp.size;
     return list(io_frame, files.written());
 }
 
+Status FrameWriter::write_between(const FrameToWrite& frame) {
+    FrameFiles files(folder_);
+    for (size_t i = 0; i < frame.items.size(); ++i) {
+        if (!frame.items[i]) continue;
+        auto bytes = encode(*frame.items[i]);
+        if (!bytes) return bytes.error();
+        if (Status s = files.add(bake_nodes_[i], frame.items[i]->path, bytes->view()); !s) return s;
+    }
+    if (Status s = files.commit(); !s) return s;
+    between_.push_back({*frame.between, files.written()});
+    of_between_.n_files += files.written().size();
+    for (const ManifestFile& file : files.written()) of_between_.bytes += file.stamp.size;
+    return {};
+}
+
 Status FrameWriter::list(const FrameToWrite& frame, const std::vector<ManifestFile>& written) {
     const auto items_end = written.begin() + static_cast<std::ptrdiff_t>(frame.items.size());
-    manifest_.frames.push_back({frame.done.frame, {written.begin(), items_end}});
+    manifest_.frames.push_back({frame.done.frame, {written.begin(), items_end}, std::exchange(between_, {})});
     manifest_.resume.clear();
     auto own = items_end;
     for (size_t s = 0; s < solvers_.size(); ++s) {

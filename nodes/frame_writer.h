@@ -5,6 +5,7 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -18,16 +19,19 @@
 
 namespace sunder {
 
-/// What is to be written of a frame. Values are const and shared: whoever made them may go on.
+/// What is to be written of a frame, or of what lies between two: `between` tells where, and the items of nodes that
+/// have nothing there are null. Values are const and shared: whoever made them may go on.
 struct FrameToWrite {
     std::vector<std::shared_ptr<const BakeItem>> items;     // of each bake node
     std::vector<std::shared_ptr<const StateValue>> states;  // of each solver
     std::vector<FragmentLoads> loads;                       // likewise
     BakedFrame done;                                        // number and times so far
+    std::optional<double> between = {};
 };
 
 /// A thread that encodes, hashes, writes and syncs one frame after the other, each whole and then listed in the
-/// manifest, in the order in which they came. At most kWaiting frames wait, so memory is bounded by that many frames
+/// manifest, in the order in which they came; what lies between two frames is listed with the later one, and removed
+/// again if that does not come. At most kWaiting of them wait, so memory is bounded by that many frames
 /// and the one that is being written; a simulation that is faster than the disk waits for it.
 class FrameWriter {
 public:
@@ -51,6 +55,7 @@ public:
 private:
     void work();
     Status write(FrameToWrite& io_frame);
+    Status write_between(const FrameToWrite& frame);
     /// Lists a frame whose files are on disk, the items first.
     Status list(const FrameToWrite& frame, const std::vector<ManifestFile>& written);
     /// Which of the frame's items is the solver's state, n_items: none.
@@ -69,6 +74,10 @@ private:
     std::vector<BakedFrame> done_;
     Status status_;
     bool is_writing_ = false, is_ending_ = false;
+
+    // Of the thread: what is on disk between the frame listed last and the next one.
+    std::vector<ManifestSubFrame> between_;
+    BakedFrame of_between_;
     std::thread thread_;  // last: it starts when all else is there
 };
 

@@ -175,6 +175,9 @@ struct VisualMeshBuilder::Impl {
             return bad_input("frame", "it has " + std::to_string(n_moving) + " velocities and " +
                                           std::to_string(frame.angular_velocity.size()) + " angular velocities for " +
                                           std::to_string(n) + " particles");
+        if (!frame.piece.empty() && (frame.piece.size() != n || n_moving != n))
+            return bad_input("frame", "it has " + std::to_string(frame.piece.size()) + " motions of pieces for " +
+                                          std::to_string(n) + " particles, or no velocities");
         for (size_t i = 0; i < n_moving; ++i)
             if (!frame.velocity[i].allFinite() || !frame.angular_velocity[i].allFinite())
                 return not_finite("velocity", i);
@@ -318,6 +321,27 @@ struct VisualMeshBuilder::Impl {
         return {};
     }
 
+    // Of all vertices: even where nothing moves the shown time may.
+    void list_accelerations(const BodyFrame& frame, const RangeRunner& run) {
+        mesh.accelerations = {};
+        if (frame.piece.empty()) return;
+        const size_t n = mesh.skin->n_vertices();
+        auto& slot = accelerations.take(n, topology->n_fans());
+        const auto [scale, scale_rate] = frame.time;
+        const std::span<const uint32_t> follows = mesh.vertex_fragment.vector();
+        run(n, 4096, [&](size_t begin, size_t end) {
+            for (size_t v = begin; v < end; ++v) {
+                const size_t i = is_constant ? topology->vertex_of_fan(static_cast<uint32_t>(v)) : v;
+                const PieceMotion& piece = frame.piece[follows[v]];
+                const Vec3& x = motion->positions()[i];
+                // x(s(t))'' = x'' s'^2 + x' s''. Where time stands still no velocity is seen: it is the piece's.
+                const Vec3 velocity = scale > 0 ? Vec3(motion->velocities()[i] / scale) : piece.velocity_at(x);
+                (*slot.object)[v] = (scale * scale * piece.acceleration_at(x) + scale_rate * velocity).cast<float>();
+            }
+        });
+        mesh.accelerations = ArrayRecycler<Vec3f>::share(slot);
+    }
+
     const bool is_constant;
     Status status;
     std::shared_ptr<const FragmentSet> set;
@@ -341,7 +365,7 @@ struct VisualMeshBuilder::Impl {
     std::optional<SourceSkin> source;
     ParticleMaps particle;
     ParticleMapRates rate;
-    ArrayRecycler<Vec3f> positions, velocities;
+    ArrayRecycler<Vec3f> positions, velocities, accelerations;
     VisualMesh mesh;
 };
 
@@ -358,6 +382,7 @@ Result<VisualMesh> VisualMeshBuilder::build(const BodyFrame& frame, const RangeR
     if (Status s = self.check_frame(frame); !s) return s.error();
     const bool is_rebound = self.follow_breaks(frame.edge_intact, run);
     if (Status s = self.follow_particles(frame, is_rebound, run); !s) return s.error();
+    self.list_accelerations(frame, run);
     return self.mesh;
 }
 

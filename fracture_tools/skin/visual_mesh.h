@@ -55,9 +55,29 @@ struct VisualMesh {
     SharedArray<uint8_t> triangle_hidden;     // (n_triangles), 1 until the interface breaks; empty if compact
     SharedArray<uint32_t> vertex_fragment;    // (n_vertices), fragment that the vertex follows first (nearest particle)
     SharedArray<Vec3f> velocities;            // (n_vertices x 3), m/s, d/dt of positions; empty if the frame tells none
+    SharedArray<Vec3f> accelerations;         // (n_vertices x 3), m/s2, d/dt of velocities; likewise
     SharedArray<Vec3f> rest_positions;        // (n_vertices x 3), m, before the body was placed; of meshes from files,
                                               // may be empty: others have `skin`, which tells the pool's vertices
     std::shared_ptr<const SkinBinding> skin;  // what moves the vertices (skinning.h); the same until an edge breaks
+};
+
+/// How a piece that hangs together moves as a whole, in simulated time: steadily turning about a centre that flies.
+/// How it deforms besides is left out, for what a state tells of that is velocities of half a substep before, which
+/// would count twice over (Coriolis).
+struct PieceMotion {
+    Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero(), acceleration = Vec3::Zero();  // m, m/s, m/s2
+    Vec3 spin = Vec3::Zero();                                                          // rad/s
+
+    Vec3 velocity_at(const Vec3& position) const { return velocity + spin.cross(position - centre); }
+    Vec3 acceleration_at(const Vec3& position) const {
+        return acceleration + spin.cross(spin.cross(position - centre));
+    }
+};
+
+/// How fast simulated time runs in a frame.
+struct ShownTime {
+    double scale = 1;
+    double scale_rate = 0;  // 1/s
 };
 
 /// What the skinning reads of one body at one frame; arrays are the body's slice of a FrameState.
@@ -69,6 +89,8 @@ struct BodyFrame {
     std::span<const Vec3> velocity = {};          // (n_fragments x 3), m/s; may be left out together with the next
     std::span<const Vec3> angular_velocity = {};  // (n_fragments x 3), rad/s, world
     const SourceMoment* source = nullptr;         // of a body that follows a mesh
+    std::span<const PieceMotion> piece = {};      // (n_fragments), of each one's piece; empty: no accelerations
+    ShownTime time = {};                          // by which velocities were scaled
 };
 
 /// Keeps the split topology of one body between frames. Frames may be asked for in any order: topology is a function

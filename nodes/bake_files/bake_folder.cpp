@@ -169,7 +169,7 @@ Status BakeFolder::prune_resume_states(const Manifest& manifest) const {
 std::set<std::string> listed_paths(const Manifest& manifest) {
     std::set<std::string> paths;
     for (const ManifestFrame& frame : manifest.frames)
-        for (const ManifestFile& f : frame.files) paths.insert(f.path);
+        frame.for_each_file([&](double, const ManifestFile& f) { paths.insert(f.path); });
     for (const ManifestFile& f : manifest.resume) paths.insert(f.path);
     for (const ManifestFile& f : manifest.exports) paths.insert(f.path);
     if (manifest.log)

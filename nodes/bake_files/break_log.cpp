@@ -216,7 +216,8 @@ std::string breaks_path(const std::string& solver, int frame) {
 }
 
 FrameBreaks breaks_of(const std::string& solver, const StateValue& value) {
-    FrameBreaks out{.node = solver, .frame = value.frame, .time = value.state->time, .largest = {}, .edges = {}};
+    FrameBreaks out{
+        .node = solver, .frame = static_cast<int>(value.frame), .time = value.state->time, .largest = {}, .edges = {}};
     const std::vector<PieceId> pieces = connected_pieces(value.scene->rest, value.state->edge_intact);
     std::map<uint32_t, uint32_t> sizes;
     for (const PieceId piece : pieces) ++sizes[piece];
@@ -282,11 +283,12 @@ void add_loads(const StateValue& value, std::span<const std::shared_ptr<const Bo
         for (size_t g = 0; g < rest.n_particles(); ++g)
             io_loads.of.push_back({rest.body[g], rest.fragment[g], rest.rest_position[g]});
     }
-    io_loads.frame = value.frame;
+    const int frame = static_cast<int>(value.frame);
+    io_loads.frame = frame;
     const auto offer = [&](size_t g, double strain, double toughness) {
         FragmentLoad& load = io_loads.of[g];
         if (load.strain > 0 ? !(strain / toughness > load.share()) : !(toughness < kNever)) return;
-        load.strain = strain, load.toughness = toughness, load.frame = value.frame;
+        load.strain = strain, load.toughness = toughness, load.frame = frame;
     };
     std::vector<double> seams;
     for (const auto& body : bodies)

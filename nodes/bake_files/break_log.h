@@ -74,7 +74,7 @@ struct FragmentLoads {
     bool matter() const;
 };
 
-/// Counts a frame in. `bodies`: the solver's at that frame.
+/// Counts a whole frame in. `bodies`: the solver's at that frame.
 void add_loads(const StateValue& state, std::span<const std::shared_ptr<const BodyValue>> bodies,
                FragmentLoads& io_loads);
 std::string encode_loads(const FragmentLoads& loads);

@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "nodes/bake_files/bake_folder.h"
+#include "nodes/files/frame_number.h"
 #include "nodes/graph/graph.h"
 #include "nodes/graph/strict_json.h"
 
@@ -26,6 +27,13 @@ Json to_json(const ManifestFile& f) { return stamp_to_json({{"node", f.node}, {"
 Json to_json(const std::vector<ManifestFile>& files) {
     Json json = Json::array();
     for (const ManifestFile& f : files) json.push_back(to_json(f));
+    return json;
+}
+
+Json to_json(const ManifestFrame& f) {
+    Json json = {{"frame", f.frame}, {"files", to_json(f.files)}};
+    for (const ManifestSubFrame& sub : f.before)
+        json["subframes"].push_back({{"frame", sub.frame}, {"files", to_json(sub.files)}});
     return json;
 }
 
@@ -62,6 +70,11 @@ public:
         if (text.size() != 16 || code != std::errc() || stop != text.data() + text.size()) note(name);
         return value;
     }
+    double number(const Json& json, const char* name) {
+        if (json.is_object() && json.contains(name) && json.at(name).is_number()) return json.at(name).get<double>();
+        note(name);
+        return 0;
+    }
     FileStamp stamp(const Json& json) { return {get<uint64_t>(json, "size"), hash(json, "hash")}; }
     std::vector<ManifestFile> files(const Json& json, const char* name) {
         std::vector<ManifestFile> out;
@@ -69,6 +82,16 @@ public:
             out.push_back({get<std::string>(f, "node"), get<std::string>(f, "path"), stamp(f)});
             if (fault.empty() && !is_path_inside(out.back().path))
                 fault = "'" + out.back().path + "' leaves the folder";
+        }
+        return out;
+    }
+    ManifestFrame frame(const Json& json) {
+        ManifestFrame out{get<int>(json, "frame"), files(json, "files")};
+        if (!json.is_object() || !json.contains("subframes")) return out;
+        for (const Json& sub : list(json, "subframes")) {
+            const double least = out.before.empty() ? out.frame - 1 : out.before.back().frame;
+            out.before.push_back({number(sub, "frame"), files(sub, "files")});
+            if (!(out.before.back().frame > least && out.before.back().frame < out.frame)) note("subframes");
         }
         return out;
     }
@@ -124,7 +147,7 @@ Json to_json(const Manifest& m) {
     for (const ManifestInput& i : m.inputs)
         inputs.push_back(stamp_to_json({{"node", i.node}, {"parameter", i.parameter}, {"path", i.path}}, i.stamp));
     for (const auto& [node, key] : m.keys) keys[node] = hex(key);
-    for (const ManifestFrame& f : m.frames) frames.push_back({{"frame", f.frame}, {"files", to_json(f.files)}});
+    for (const ManifestFrame& f : m.frames) frames.push_back(to_json(f));
     json["inputs"] = std::move(inputs);
     json["keys"] = std::move(keys);
     json["frames"] = std::move(frames);
@@ -172,8 +195,7 @@ Result<Manifest> parse_manifest(std::string_view text, const std::string& where)
         for (const auto& [node, unused] : json["keys"].items()) m.keys[node] = read.hash(json["keys"], node.c_str());
     else
         read.note("keys");
-    for (const Json& f : read.list(json, "frames"))
-        m.frames.push_back({read.get<int>(f, "frame"), read.files(f, "files")});
+    for (const Json& f : read.list(json, "frames")) m.frames.push_back(read.frame(f));
     m.resume = read.files(json, "resume");
     if (json.contains("exports")) m.exports = read.files(json, "exports");
     if (json.contains("log")) {
@@ -283,7 +305,7 @@ Result<BakeCheck> verify_files(const Manifest& manifest, const fs::path& folder,
         const ManifestFrame& frame = manifest.frames[i];
         if (!progress.report(static_cast<double>(i) / n, "checking frame " + std::to_string(frame.frame)))
             return cancelled();
-        for (const ManifestFile& f : frame.files) look_at(f, " (frame " + std::to_string(frame.frame) + ")");
+        frame.for_each_file([&](double at, const ManifestFile& f) { look_at(f, " (frame " + frame_text(at) + ")"); });
     }
     for (const ManifestFile& f : manifest.resume) {
         const bool is_baked =

@@ -27,10 +27,26 @@ struct ManifestFile {
     bool operator==(const ManifestFile&) const = default;
 };
 
+/// What is baked between two frames.
+struct ManifestSubFrame {
+    double frame = 0;
+    std::vector<ManifestFile> files;  // of the bake nodes that have it, in the order of the graph
+    bool operator==(const ManifestSubFrame&) const = default;
+};
+
 struct ManifestFrame {
     int frame = 0;
-    std::vector<ManifestFile> files;  // in the order of the graph's bake nodes
+    std::vector<ManifestFile> files;            // in the order of the graph's bake nodes
+    std::vector<ManifestSubFrame> before = {};  // ascending, since the frame before; of the first one none
     bool operator==(const ManifestFrame&) const = default;
+
+    /// Calls `look(frame, file)` for each file, in the order of time.
+    template <class Look>
+    void for_each_file(Look&& look) const {
+        for (const ManifestSubFrame& sub : before)
+            for (const ManifestFile& file : sub.files) look(sub.frame, file);
+        for (const ManifestFile& file : files) look(static_cast<double>(frame), file);
+    }
 };
 
 /// A file that the graph reads.

@@ -10,6 +10,7 @@
 
 #include "nodes/exports/glb_builder.h"
 #include "nodes/exports/shot_export.h"
+#include "nodes/files/frame_number.h"
 #include "solver/data/ids.h"
 
 namespace sunder {
@@ -194,8 +195,8 @@ Status add_body(Glb& glb, Json& animation, size_t times, const Shot& shot, const
             io_deviation = std::max(io_deviation, deviation);
             if (deviation <= permitted) continue;
             char text[160];
-            std::snprintf(text, sizeof text, "fragment %u deforms by %.3g m at frame %d, and nodes of .glb are rigid",
-                          f.fragment, deviation, shot.frames[i]);
+            std::snprintf(text, sizeof text, "fragment %u deforms by %.3g m at frame %s, and nodes of .glb are rigid",
+                          f.fragment, deviation, frame_text(shot.frames[i]).c_str());
             return bad_input("body '" + source.name + "'", text,
                              "export .usda or .pc2, which deform, or allow more with --tolerance");
         }
@@ -252,7 +253,7 @@ Result<ExportReport> export_glb(const Shot& bodies, const ExportSettings& settin
     Json animation = {{"name", "shot"}, {"channels", Json::array()}, {"samplers", Json::array()}};
     std::vector<float> seconds;
     for (size_t i = 0; i < shot.frames.size(); ++i)
-        seconds.push_back(static_cast<float>(shot.frame_rate.seconds(double(i))));
+        seconds.push_back(static_cast<float>(shot.frame_rate.seconds(shot.frames[i] - shot.frames[0])));
     const size_t times = glb.accessor(seconds, "SCALAR", kFloat, 0, true);
     double deviation = 0;
     for (size_t k = 0; k < shot.meshes.size(); ++k) {

@@ -1,6 +1,6 @@
 // PC2 point caches: positions of every vertex in every frame, as Blender's Mesh Cache modifier and others read them.
 //
-//   char[12] "POINTCACHE2\0"   int32 version 1   int32 points   float first frame   float frames a sample (1)
+//   char[12] "POINTCACHE2\0"   int32 version 1   int32 points   float first frame   float frames a sample (1, or part)
 //   int32 samples              then float x y z of each point, sample after sample
 //
 // Beside it goes the mesh of the first frame, whose vertices have the order of the cache.
@@ -29,7 +29,8 @@ Result<ExportReport> export_pc2(const Shot& shot, const ExportSettings& settings
             first = frame->mesh;
             bytes.append("POINTCACHE2", 12);
             bytes.number(int32_t{1}), bytes.number(static_cast<int32_t>(first.positions.size()));
-            bytes.number(static_cast<float>(shot.frames[0])), bytes.number(1.0f);
+            bytes.number(static_cast<float>(shot.frames[0]));
+            bytes.number(static_cast<float>(1.0 / shot.subframes));
             bytes.number(static_cast<int32_t>(shot.frames.size()));
             names = material_names_of(source, *frame);
         } else if (Status s = check_constant_topology(first, frame->mesh, source.name, shot.frames[i], ".pc2"); !s) {

@@ -1,11 +1,14 @@
 #include "nodes/exports/shot_export.h"
 
 #include <algorithm>
+#include <map>
+#include <numeric>
 #include <set>
 
 #include "nodes/bake_files/bake_folder.h"
 #include "nodes/exports/shot_solids.h"
 #include "nodes/files/compression.h"
+#include "nodes/files/frame_number.h"
 #include "nodes/files/mesh_frame_file.h"
 #include "nodes/files/output_pattern.h"
 #include "nodes/graph/json.h"
@@ -33,7 +36,7 @@ std::string body_name(const Json& nodes, const std::string& bake) {
 
 bool is_sequence(const fs::path& file) { return file.extension() == ".ply" || file.extension() == ".obj"; }
 
-fs::path frame_file(const fs::path& pattern, int frame) {
+fs::path frame_file(const fs::path& pattern, double frame) {
     return pattern.parent_path() / output_path(pattern.filename().string(), frame);
 }
 
@@ -51,10 +54,10 @@ Status check_ending(const fs::path& file) {
 }
 
 // All that an export of these frames writes.
-std::vector<fs::path> files_of(const fs::path& file, const std::vector<int>& frames) {
+std::vector<fs::path> files_of(const fs::path& file, const std::vector<double>& frames) {
     std::vector<fs::path> files = companions(file);
     if (!is_sequence(file)) files.push_back(file);
-    for (int frame : frames)
+    for (double frame : frames)
         if (is_sequence(file)) files.push_back(frame_file(file, frame));
     return files;
 }
@@ -77,6 +80,42 @@ Status check_free(const std::vector<fs::path>& files, const Manifest& manifest, 
             return bad_input(file.string(), "is there already", "--overwrite replaces it");
     }
     return {};
+}
+
+// Those whose frames can be read again, in the order of the graph.
+std::vector<std::string> mesh_nodes(const Manifest& manifest) {
+    std::vector<std::string> names;
+    const Json& nodes = manifest.graph["nodes"];
+    for (const ManifestFile& file : manifest.frames.front().files)
+        if (nodes.contains(file.node) && nodes[file.node]["type"] == "bake_mesh" &&
+            uncompressed_path(file.path).ends_with(".ply"))
+            names.push_back(file.node);
+    return names;
+}
+
+// Of a bake node, a frame; of a bake by an earlier Sunder one.
+int steps_of(const Json& node) {
+    const auto steps = node.find("subframes");
+    return steps != node.end() && steps->is_number_integer() ? std::max(1, steps->get<int>()) : 1;
+}
+
+Result<std::vector<fs::path>> paths_of(const Manifest& manifest, const std::string& node, const fs::path& folder,
+                                       const std::vector<double>& frames) {
+    std::map<double, std::string> baked;
+    for (const ManifestFrame& frame : manifest.frames)
+        frame.for_each_file([&](double at, const ManifestFile& file) {
+            if (file.node == node) baked[at] = file.path;
+        });
+    std::vector<fs::path> paths;
+    for (const double frame : frames) {
+        const auto found = baked.find(frame);
+        if (found == baked.end())
+            return bad_input((folder / kManifestName).string(),
+                             "lists no file of node '" + node + "' at frame " + frame_text(frame),
+                             "bake again with --restart");
+        paths.push_back(folder / found->second);
+    }
+    return paths;
 }
 
 Result<ExportReport> export_sequence(const Shot& shot, const ExportSettings& settings, const Progress& progress) {
@@ -115,24 +154,23 @@ Result<Shot> baked_shot(const Manifest& manifest, const fs::path& folder, const 
         return bad_input(folder.string(),
                          "frames " + std::to_string(first) + " to " + std::to_string(last) + " are not all baked",
                          "baked: " + std::to_string(whole[0]) + " to " + std::to_string(whole[1]));
-    for (int f = first; f <= last; ++f) shot.frames.push_back(f);
-
-    std::vector<std::string> known;
     const Json& nodes = manifest.graph["nodes"];
-    for (size_t k = 0; k < manifest.frames.front().files.size(); ++k) {
-        const ManifestFile& file = manifest.frames.front().files[k];
-        if (!nodes.contains(file.node) || nodes[file.node]["type"] != "bake_mesh" ||
-            !uncompressed_path(file.path).ends_with(".ply"))
-            continue;
-        known.push_back(file.node);
-        if (!node.empty() && node != file.node) continue;
-        std::vector<fs::path> paths;
-        for (int f = first; f <= last; ++f)
-            paths.push_back(folder / manifest.frames[static_cast<size_t>(f - whole[0])].files[k].path);
-        const std::string body = body_name(nodes, file.node);
+    const std::vector<std::string> known = mesh_nodes(manifest);
+    int steps = 0;  // that all meshes of the shot have
+    for (const std::string& name : known)
+        if (node.empty() || node == name) steps = std::gcd(steps, steps_of(nodes[name]));
+    shot.subframes = std::max(steps, 1);
+    for (int f = first; f <= last; ++f)
+        for (int step = 0; step < (f < last ? shot.subframes : 1); ++step)
+            shot.frames.push_back(sub_frame(f, step, shot.subframes));
+    for (const std::string& name : known) {
+        if (!node.empty() && node != name) continue;
+        auto paths = paths_of(manifest, name, folder, shot.frames);
+        if (!paths) return paths.error();
+        const std::string body = body_name(nodes, name);
         const Look& look = (*looks)[body];
         shot.meshes.push_back({.name = look.name.empty() ? body : look.name,
-                               .read = [paths](size_t i) -> Result<MeshFrame> {
+                               .read = [paths = paths.take()](size_t i) -> Result<MeshFrame> {
                                    auto bytes = read_baked_file(paths[i]);
                                    if (!bytes) return bytes.error();
                                    return decode_mesh_ply(bytes.take(), paths[i].string());
@@ -204,11 +242,11 @@ std::vector<fs::path> companions(const fs::path& file) {
     return {fs::path(file).replace_extension(".obj")};
 }
 
-Status check_constant_topology(const VisualMesh& first, const VisualMesh& mesh, const std::string& name, int frame,
+Status check_constant_topology(const VisualMesh& first, const VisualMesh& mesh, const std::string& name, double frame,
                                const std::string& format) {
     if (mesh.positions.size() == first.positions.size() && mesh.triangles == first.triangles) return {};
     return bad_input("body '" + name + "'",
-                     "its faces change at frame " + std::to_string(frame) + ", which " + format + " cannot hold",
+                     "its faces change at frame " + frame_text(frame) + ", which " + format + " cannot hold",
                      "bake with the deformer's topology 'constant', or export .usda");
 }
 
@@ -227,7 +265,7 @@ Result<ExportReport> export_by_ending(const Shot& shot, const ExportSettings& se
 
 Result<ExportReport> export_shot(const Shot& shot, const ExportSettings& settings, const Progress& progress) {
     auto report = export_by_ending(shot, settings, progress);
-    if (report) report->frames = {shot.frames.front(), shot.frames.back()};
+    if (report) report->frames = {static_cast<int>(shot.frames.front()), static_cast<int>(shot.frames.back())};
     return report;
 }
 

@@ -36,7 +36,8 @@ struct ShotSolids {
 
 struct Shot {
     FrameRate frame_rate;
-    std::vector<int> frames;  // numbers, ascending, without a gap
+    std::vector<double> frames;  // numbers, ascending, `subframes` steps from one whole one to the next
+    int subframes = 1;
     std::vector<ShotMesh> meshes;
     std::function<Result<ShotSolids>(double extent)> solids;  // for formats that have room for them; may be empty
 };
@@ -108,7 +109,7 @@ Result<ExportReport> export_pc2(const Shot& shot, const ExportSettings& settings
 Result<ExportReport> export_glb(const Shot& shot, const ExportSettings& settings, const Progress& progress);
 
 /// bad_input if faces differ from those of the first frame.
-Status check_constant_topology(const VisualMesh& first, const VisualMesh& mesh, const std::string& name, int frame,
+Status check_constant_topology(const VisualMesh& first, const VisualMesh& mesh, const std::string& name, double frame,
                                const std::string& format);
 
 }  // namespace sunder

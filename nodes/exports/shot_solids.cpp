@@ -1,6 +1,7 @@
 #include "nodes/exports/shot_solids.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "fracture_tools/mesh/mesh_io.h"
@@ -60,11 +61,11 @@ public:
     }
 
 private:
-    Json at(const std::string& node, const char* parameter, int frame) const {
+    Json at(const std::string& node, const char* parameter, double frame) const {
         return graph_.parameter_at(node, parameter, frame).take();
     }
 
-    Pose collider_pose(const std::string& node, int frame) const {
+    Pose collider_pose(const std::string& node, double frame) const {
         return {vector3(at(node, "position", frame)), euler_xyz(vector3(at(node, "rotation", frame)))};
     }
 
@@ -72,7 +73,7 @@ private:
     std::vector<Pose> collider_poses(const std::string& node, const std::string& solver) const {
         std::vector<Pose> poses;
         const int start = graph_.frame_range()[0];
-        for (int frame : source_.frames) {
+        for (const double frame : source_.frames) {
             const SceneTime time = scene_time(start, graph_.integral(solver, "time_scale", start, frame).take(), 1);
             const Pose from = collider_pose(node, time.grid());
             if (time.is_on_grid()) {
@@ -88,46 +89,60 @@ private:
     Status add_rigid_bodies(const std::string& solver) {
         const std::vector<SocketReference> wires = graph_.wires({solver, "rigid_bodies"}).take();
         if (wires.empty()) return {};
-        const std::vector<fs::path> states = states_of(solver);
+        const std::map<double, fs::path> states = states_of(solver);
         if (states.empty()) {
             found_.notes.push_back("rigid bodies of '" + solver + "' are left out: bake its state (bake_state)");
             return {};
         }
-        std::vector<std::vector<Pose>> poses(wires.size());
-        for (const fs::path& path : states) {
+        std::vector<std::map<double, Pose>> baked(wires.size());
+        for (const auto& [frame, path] : states) {
             const auto file = read_state_file(path.string());
             if (!file) return file.error();
             if (file->state.rigid_bodies.size() != wires.size())
                 return bad_input(path.string(), "has other rigid bodies than the graph", "bake again");
             for (size_t i = 0; i < wires.size(); ++i)
-                poses[i].push_back({file->state.rigid_bodies[i].position, file->state.rigid_bodies[i].orientation});
+                baked[i][frame] = {file->state.rigid_bodies[i].position, file->state.rigid_bodies[i].orientation};
         }
         for (size_t i = 0; i < wires.size(); ++i)
             if (seen_.insert(wires[i].node).second)
-                if (Status s = add(wires[i].node, std::move(poses[i]), "Rigid Body"); !s) return s;
+                if (Status s = add(wires[i].node, poses_of(baked[i]), "Rigid Body"); !s) return s;
         return {};
     }
 
+    /// At the frames wanted: where the state was baked less often than the meshes, straight from one to the next.
+    std::vector<Pose> poses_of(const std::map<double, Pose>& baked) const {
+        std::vector<Pose> poses;
+        for (const double frame : source_.frames) {
+            const auto next = baked.lower_bound(frame);
+            if (next->first == frame) {
+                poses.push_back(next->second);
+                continue;
+            }
+            const auto& [before, pose] = *std::prev(next);
+            poses.push_back(
+                interpolate(DrivenPose{.begin = pose, .end = next->second}, (frame - before) / (next->first - before)));
+        }
+        return poses;
+    }
+
     /// Files with the solver's state, at the frames wanted; none if it was not baked.
-    std::vector<fs::path> states_of(const std::string& solver) const {
-        std::vector<fs::path> paths;
+    std::map<double, fs::path> states_of(const std::string& solver) const {
+        std::map<double, fs::path> paths;
         for (const ManifestFrame& frame : source_.manifest.frames) {
             if (frame.frame < source_.frames.front() || frame.frame > source_.frames.back()) continue;
-            for (const ManifestFile& file : frame.files) {
+            frame.for_each_file([&](double at, const ManifestFile& file) {
                 const auto wires = graph_.wires({file.node, "state"});
-                if (!wires || wires->empty() || wires->front().node != solver ||
-                    !uncompressed_path(file.path).ends_with(".ply"))
-                    continue;
-                paths.push_back(source_.bake / file.path);
-                break;
-            }
+                if (at >= source_.frames.front() && wires && !wires->empty() && wires->front().node == solver &&
+                    uncompressed_path(file.path).ends_with(".ply"))
+                    paths.try_emplace(at, source_.bake / file.path);
+            });
         }
         return paths;
     }
 
     Result<TriMesh> mesh_of(const std::string& node, const Look& look) {
         if (!look.mesh.empty()) return read_mesh((source_.bake / look.mesh).string());
-        const int first = source_.frames.front();
+        const double first = source_.frames.front();
         Shape shape;
         const std::string kind = at(node, "shape", first).get<std::string>();
         if (kind == "mesh") return solid_mesh(node);
@@ -143,7 +158,7 @@ private:
 
     /// Of a collider of shape mesh: the file or wire that it was made from.
     Result<TriMesh> solid_mesh(const std::string& node) {
-        const int first = source_.frames.front();
+        const double first = source_.frames.front();
         const std::string path = at(node, "path", first).get<std::string>();
         Result<TriMesh> mesh = TriMesh{};
         if (path.empty()) {

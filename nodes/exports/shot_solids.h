@@ -17,7 +17,7 @@ struct SolidSource {
     Manifest manifest;
     std::filesystem::path bake, graph_folder;
     std::map<std::string, Look> looks;
-    std::vector<int> frames;  // for which poses are wanted; all baked
+    std::vector<double> frames;  // for which poses are wanted; all baked
 };
 
 /// Of every solver of the graph, rigid bodies first. Rigid bodies move as the states that a bake_state node wrote tell,

@@ -9,6 +9,7 @@
 
 #include "nodes/exports/shot_export.h"
 #include "nodes/exports/usda_text.h"
+#include "nodes/files/frame_number.h"
 
 namespace sunder {
 namespace {
@@ -25,7 +26,7 @@ struct Survey {
     std::vector<size_t> hidden_change;
     std::vector<Surface> surfaces;  // by material
     std::vector<LayerId> layers;
-    bool has_uvs = false, has_velocities = false, has_hidden = false;
+    bool has_uvs = false, has_velocities = false, has_accelerations = false, has_hidden = false;
     bool has_colors = false, has_alpha = false, has_rim = false, has_interfaces = false;
 };
 
@@ -47,6 +48,7 @@ Result<Survey> survey(const Shot& shot, const ShotMesh& source, const Progress& 
         if (i == 0) {
             found.surfaces = surfaces_of(source, *frame);
             found.has_uvs = !m.corner_uvs.empty(), found.has_velocities = !m.velocities.empty();
+            found.has_accelerations = !m.accelerations.empty();
             found.has_hidden = !m.triangle_hidden.empty(), found.has_interfaces = !m.triangle_interface.empty();
             found.has_colors = !m.corner_colors.empty(), found.has_rim = !m.corner_rim.empty();
             found.layers.assign(m.layers.begin(), m.layers.end());
@@ -132,9 +134,9 @@ private:
     void write_header() {
         text_ += "#usda 1.0\n(\n    doc = \"sunder shot 1, written by sunder " SUNDER_VERSION
                  "\"\n    defaultPrim = \"shot\"\n    metersPerUnit = 1\n    upAxis = \"Z\"\n    startTimeCode = ";
-        put_integer(text_, shot_.frames.front());
+        text_ += frame_text(shot_.frames.front());
         text_ += "\n    endTimeCode = ";
-        put_integer(text_, shot_.frames.back());
+        text_ += frame_text(shot_.frames.back());
         for (const char* name : {"timeCodesPerSecond", "framesPerSecond"}) {
             text_ += std::string("\n    ") + name + " = ";
             put(text_, shot_.frame_rate.per_second());
@@ -217,9 +219,7 @@ private:
             const auto frame = source.read(frames[k]);
             if (!frame) return frame.error();
             if (!is_still) {
-                text_ += indent + "    ";
-                put_integer(text_, shot_.frames[frames[k]]);
-                text_ += ": ";
+                text_ += indent + "    " + frame_text(shot_.frames[frames[k]]) + ": ";
             }
             put_value(frame->mesh, frames[k]);
             if (!is_still) text_ += ",\n";
@@ -262,6 +262,8 @@ private:
              [&](const VisualMesh& m, size_t) { put_tuples(out, m.positions.vector()); }},
             {found.has_velocities, "vector3f[] velocities", "", found.points_change,
              [&](const VisualMesh& m, size_t) { put_tuples(out, m.velocities.vector()); }},
+            {found.has_accelerations, "vector3f[] accelerations", "", found.points_change,
+             [&](const VisualMesh& m, size_t) { put_tuples(out, m.accelerations.vector()); }},
             {!found.rest_change.empty(), "point3f[] primvars:Pref", "interpolation = \"vertex\"", found.rest_change,
              [&](const VisualMesh& m, size_t) { put_tuples(out, m.rest_positions.vector()); }},
             {true, "normal3f[] normals", "interpolation = \"faceVarying\"", found.points_change,
@@ -343,7 +345,7 @@ private:
             text_ += std::string("        ") + declaration;
             if (poses.size() > 1) text_ += ".timeSamples = {\n";
             for (size_t i = 0; i < poses.size(); ++i) {
-                if (poses.size() > 1) text_ += "            ", put_integer(text_, shot_.frames[i]);
+                if (poses.size() > 1) text_ += "            " + frame_text(shot_.frames[i]);
                 text_ += poses.size() > 1 ? ": " : " = ";
                 put_value(poses[i]);
                 text_ += poses.size() > 1 ? ",\n" : "\n";

@@ -126,6 +126,7 @@ std::string material_label(const FragmentSet& fragments, int32_t material) {
 ByteBuffer encode_mesh_ply(const VisualMesh& mesh, const FragmentSet& fragments) {
     const SharedArray<Vec3f> rest = rest_positions(mesh, fragments);
     const bool has_uvs = !mesh.corner_uvs.empty(), has_velocities = !mesh.velocities.empty();
+    const bool has_accelerations = !mesh.accelerations.empty();
     const bool has_hidden = !mesh.triangle_hidden.empty(), has_rest = !rest.empty();
     PlyElement vertex{"vertex", mesh.positions.size(), ply_scalars("x y z", PlyType::float32)};
     vertex.properties.push_back({"fragment", PlyType::int32, {}});
@@ -133,6 +134,8 @@ ByteBuffer encode_mesh_ply(const VisualMesh& mesh, const FragmentSet& fragments)
         if (has_rest) vertex.properties.push_back(p);
     for (const PlyProperty& p : ply_scalars("vx vy vz", PlyType::float32))
         if (has_velocities) vertex.properties.push_back(p);
+    for (const PlyProperty& p : ply_scalars("ax ay az", PlyType::float32))
+        if (has_accelerations) vertex.properties.push_back(p);
     PlyElement face{"face", mesh.triangles.size(), {{"vertex_indices", PlyType::int32, PlyType::uint8}}};
     face.properties.push_back({"material", PlyType::int32, {}});
     face.properties.push_back({"fragment", PlyType::int32, {}});
@@ -147,7 +150,8 @@ ByteBuffer encode_mesh_ply(const VisualMesh& mesh, const FragmentSet& fragments)
     const LayerColumns of_vertices(mesh.layers, false), of_faces(mesh.layers, true);
     of_vertices.add_properties(vertex), of_faces.add_properties(face);
 
-    const size_t vertex_bytes = 16 + (has_rest ? 12 : 0) + (has_velocities ? 12 : 0) + of_vertices.row_bytes();
+    const size_t vertex_bytes =
+        16 + (has_rest ? 12 : 0) + (has_velocities ? 12 : 0) + (has_accelerations ? 12 : 0) + of_vertices.row_bytes();
     const size_t face_bytes = 1 + 12 + 8 + (has_hidden ? 1 : 0) + (has_uvs ? 1 + 24 : 0) + 1 + 36 +
                               (has_interfaces ? 4 : 0) + (has_colors ? 1 + 48 : 0) + (has_rim ? 1 + 12 : 0) +
                               of_faces.row_bytes();
@@ -164,6 +168,7 @@ ByteBuffer encode_mesh_ply(const VisualMesh& mesh, const FragmentSet& fragments)
         rows.put(mesh.positions[v]), rows.put(mesh.vertex_fragment[v]);
         if (has_rest) rows.put(rest[v]);
         if (has_velocities) rows.put(mesh.velocities[v]);
+        if (has_accelerations) rows.put(mesh.accelerations[v]);
         of_vertices.write_row(v, put);
     }
     for (size_t t = 0; t < mesh.triangles.size(); ++t) {

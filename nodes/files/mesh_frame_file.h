@@ -1,6 +1,7 @@
 // Mesh frames on disk, by extension: binary PLY (everything we know) or OBJ (what every program reads).
 //
-// PLY  vertex  x y z (float), fragment (int): the fragment that the vertex follows first; vx vy vz (float), m/s
+// PLY  vertex  x y z (float), fragment (int): the fragment that the vertex follows first; vx vy vz (float), m/s;
+//              ax ay az (float), m/s2
 //      face    vertex_indices (list), material fragment (int), hidden (uchar; only of constant topology),
 //              texcoord (list of 6 floats: u v a corner; 0 outside if the source has none),
 //              corner_normals (list of 9 floats: x y z a corner),

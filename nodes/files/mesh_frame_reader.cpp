@@ -164,6 +164,7 @@ Result<MeshFrame> decode_mesh_ply(std::string bytes, const std::string& where) {
     m.triangles = std::move(triangles);
     read_vectors(*vertex, {"rest_x", "rest_y", "rest_z"}, m.rest_positions);
     read_vectors(*vertex, {"vx", "vy", "vz"}, m.velocities);
+    read_vectors(*vertex, {"ax", "ay", "az"}, m.accelerations);
     read(*face, "hidden", PlyType::uint8, m.triangle_hidden);
     read_corners<2>(*face, "texcoord", m.corner_uvs);
     read(*face, "interface", PlyType::int32, m.triangle_interface);

@@ -1,5 +1,6 @@
 #include "nodes/files/output_pattern.h"
 
+#include <cmath>
 #include <cstdlib>
 
 namespace sunder {
@@ -26,13 +27,18 @@ Status check_output_pattern(const std::string& pattern) {
     return {};
 }
 
-std::string output_path(const std::string& pattern, int frame) {
+std::string output_path(const std::string& pattern, double frame) {
+    constexpr double kParts = 1000;  // of a frame, that names tell apart
+    const double parts = std::round(frame * kParts), whole = std::floor(parts / kParts);
+    const bool is_negative = whole < 0;
     const size_t first = pattern.find('#');
     const size_t after = std::min(pattern.find_first_not_of('#', first), pattern.size());
-    std::string digits = std::to_string(std::abs(static_cast<long>(frame)));
-    const size_t width = after - first - (frame < 0 ? 1 : 0);
+    std::string digits = std::to_string(std::abs(static_cast<long>(whole)));
+    const size_t width = after - first - (is_negative ? 1 : 0);
     if (digits.size() < width) digits.insert(0, width - digits.size(), '0');
-    return pattern.substr(0, first) + (frame < 0 ? "-" : "") + digits + pattern.substr(after);
+    const std::string behind = std::to_string(static_cast<long>(kParts + parts - whole * kParts)).substr(1);
+    return pattern.substr(0, first) + (is_negative ? "-" : "") + digits + (behind == "000" ? "" : "_" + behind) +
+           pattern.substr(after);
 }
 
 std::string shot_path(const std::string& pattern, const std::string& extension) {

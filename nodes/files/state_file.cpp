@@ -81,12 +81,18 @@ private:
     Status read_clock() {
         const PlyElement& e = (*elements_)[6];
         if (e.count != 1) return fault("has " + std::to_string(e.count) + " clocks instead of one");
-        out_.frame = read_number<int32_t>(row(e, 0));
-        if (load(row(e, 0) + 4, &out_.state.time, 1) >= 0) return not_finite(e, 0, 1);
+        const char* at = row(e, 0);
+        if (version_ != kSubFrameStateFileMagic)
+            out_.frame = read_number<int32_t>(at), at += sizeof(int32_t);
+        else if (load(at, &out_.frame, 1) >= 0)
+            return not_finite(e, 0, 0);
+        else
+            at += sizeof(double);
+        if (load(at, &out_.state.time, 1) >= 0) return not_finite(e, 0, 1);
         out_.at.frame = out_.frame;
-        if (version_ != kScaledStateFileMagic) return {};
+        if (!knows_scale(version_)) return {};
         double v[2];
-        if (const int bad = load(row(e, 0) + 12, v, 2); bad >= 0) return not_finite(e, 0, bad + 2);
+        if (const int bad = load(at + sizeof(double), v, 2); bad >= 0) return not_finite(e, 0, bad + 2);
         constexpr double kFarthest = 1e6;
         if (std::abs(v[0]) > kFarthest || v[1] < 0) return fault("lies at no simulated frame");
         out_.at = {v[0], v[1]};
@@ -339,16 +345,18 @@ bool was_let_go(const FrameState& s) {
 
 }  // namespace
 
-ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& rest, const SceneTime& at) {
+ByteBuffer encode_state(double frame, const FrameState& s, const SimulationMesh& rest, const SceneTime& at) {
     const size_t n = s.n_particles();
     SUNDER_ASSERT(rest.n_particles() == n && rest.n_edges() == s.edge_intact.size());
     const bool knows_why =
         std::ranges::any_of(s.broken, [](const BrokenEdge& b) { return b.toughness != 0 || b.by != Pusher(); });
-    const std::string_view version = at != SceneTime{static_cast<double>(frame)} ? kScaledStateFileMagic
-                                     : knows_why                                 ? kCauseStateFileMagic
-                                     : !s.edge_damage.empty()                    ? kDamageStateFileMagic
-                                     : s.plastic_curvature.empty()               ? kStateFileMagic
-                                                                                 : kBendingStateFileMagic;
+    const bool is_between = frame != std::floor(frame);
+    const std::string_view version = is_between                    ? kSubFrameStateFileMagic
+                                     : at != SceneTime{frame}      ? kScaledStateFileMagic
+                                     : knows_why                   ? kCauseStateFileMagic
+                                     : !s.edge_damage.empty()      ? kDamageStateFileMagic
+                                     : s.plastic_curvature.empty() ? kStateFileMagic
+                                                                   : kBendingStateFileMagic;
     std::vector<PlyElement> elements = state_elements(version);
     const size_t last_counts[] = {s.inactive.size(), was_let_go(s) ? s.inactive.size() : 0,
                                   has_offsets(s) ? s.edge_offset.size() : 0};
@@ -400,8 +408,9 @@ ByteBuffer encode_state(int frame, const FrameState& s, const SimulationMesh& re
         const double v[10] = {x.x(), x.y(), x.z(), c.normal_force, f.x(), f.y(), f.z(), t.x(), t.y(), t.z()};
         bytes.append(v, sizeof v);
     }
-    bytes.number(int32_t{frame}), bytes.number(s.time);
-    if (version == kScaledStateFileMagic) bytes.number(at.frame), bytes.number(at.scale);
+    is_between ? bytes.number(frame) : bytes.number(static_cast<int32_t>(frame));
+    bytes.number(s.time);
+    if (knows_scale(version)) bytes.number(at.frame), bytes.number(at.scale);
     for (size_t i = 0; i < s.asleep.size(); ++i)
         bytes.number(s.still_time[i]), bytes.number(s.rest_load[i]), bytes.number(s.asleep[i]);
     for (const uint64_t c : s.rest_conditions)
@@ -434,7 +443,7 @@ Result<StateFile> decode_state(std::string bytes, const std::string& where) {
     if (!file) return file.error();
     for (const std::string_view version :
          {kStateFileMagic, kBendingStateFileMagic, kDamageStateFileMagic, kCauseStateFileMagic, kScaledStateFileMagic,
-          kStateFileMagic2, kStateFileMagic1})
+          kSubFrameStateFileMagic, kStateFileMagic2, kStateFileMagic1})
         if (file->has_comment(version)) return Decoder(*file, version, where).decode();
     for (const std::string& c : file->header().comments)
         if (c.starts_with(kStateFileMark))

@@ -6,7 +6,8 @@
 //   rigid_body  x y z qw qx qy qz vx vy vz wx wy wz (double)
 //   broken_edge edge (int), time strain (double): broken in the frame that ended here
 //   contact     a b (int), px py pz force fx fy fz tx ty tz (double): what the next substep's contacts start from
-//   clock       frame (int), time (double); where time is scaled, simulated_frame, time_scale (double)
+//   clock       frame (int), time (double); where time is scaled, simulated_frame, time_scale (double); between two
+//               frames of the output, frame is a double, too
 //   rest        still_time load (double), asleep (uchar): of particles, then rigid bodies
 //   rest_condition  low high (int): hashes of what acts on sleepers
 //   bending     kp00 ... kp22, layer0 ... layer28 (double): of the same particles; where a body bends by its curvature
@@ -44,12 +45,14 @@ inline constexpr std::string_view kCauseStateFileMagic = "sunder state frame 6";
 /// Of a state whose time is scaled, whatever else it has: not before it is needed, so that plain shots keep their
 /// bytes.
 inline constexpr std::string_view kScaledStateFileMagic = "sunder state frame 7";
+/// The same between two frames of the output.
+inline constexpr std::string_view kSubFrameStateFileMagic = "sunder state frame 8";
 /// Before anything slept, and before sleepers knew what lay on them and contacts their torques; both are read as if all
 /// were awake.
 inline constexpr std::string_view kStateFileMagic1 = "sunder state frame 1", kStateFileMagic2 = "sunder state frame 2";
 
 struct StateFile {
-    int32_t frame = 0;
+    double frame = 0;
     SceneTime at;
     FrameState state;
     std::vector<uint32_t> body;                  // (n_particles)
@@ -58,9 +61,9 @@ struct StateFile {
 };
 
 /// `rest` has as many particles and edges as `state` (asserted). `at`: where time is not scaled, the frame itself.
-ByteBuffer encode_state(int frame, const FrameState& state, const SimulationMesh& rest, const SceneTime& at);
-inline ByteBuffer encode_state(int frame, const FrameState& state, const SimulationMesh& rest) {
-    return encode_state(frame, state, rest, {static_cast<double>(frame)});
+ByteBuffer encode_state(double frame, const FrameState& state, const SimulationMesh& rest, const SceneTime& at);
+inline ByteBuffer encode_state(double frame, const FrameState& state, const SimulationMesh& rest) {
+    return encode_state(frame, state, rest, {frame});
 }
 
 /// Errors name `where` and what is wrong: no state frame, of a later format, truncated, an edge without its particles,

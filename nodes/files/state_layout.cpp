@@ -31,7 +31,8 @@ std::vector<PlyElement> state_elements(std::string_view version) {
         {"broken_edge", 0, ints("edge") + doubles("time strain")},
         {"contact", 0, ints("a b") + contact},
         {"clock", 0,
-         ints("frame") + doubles(version == kScaledStateFileMagic ? "time simulated_frame time_scale" : "time")},
+         (version == kSubFrameStateFileMagic ? doubles("frame") : ints("frame")) +
+             doubles(knows_scale(version) ? "time simulated_frame time_scale" : "time")},
         {"rest", 0, doubles(is_latest ? "still_time load" : "still_time") + bytes("asleep")},
         {"rest_condition", 0, ints("low high")}};
     if (version == kStateFileMagic1) elements.resize(kElementsOfVersion1);

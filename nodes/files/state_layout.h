@@ -12,9 +12,10 @@ namespace sunder {
 inline constexpr size_t kParticleDoubles = 13 + 9 + 2, kOffsetDoubles = 12;
 inline constexpr size_t kBendingDoubles = 9 + std::tuple_size_v<LayerStrain>;
 
-inline bool knows_cause(std::string_view version) {
-    return version == kCauseStateFileMagic || version == kScaledStateFileMagic;
+inline bool knows_scale(std::string_view version) {
+    return version == kScaledStateFileMagic || version == kSubFrameStateFileMagic;
 }
+inline bool knows_cause(std::string_view version) { return version == kCauseStateFileMagic || knows_scale(version); }
 inline bool knows_damage(std::string_view version) { return version == kDamageStateFileMagic || knows_cause(version); }
 inline bool knows_bending(std::string_view version) {
     return version == kBendingStateFileMagic || knows_damage(version);

@@ -159,6 +159,18 @@ ParameterDescription cluster_parameter() {
             .needs = {{is("region", {"cluster"})}}};
 }
 
+ParameterDescription sub_frames_parameter() {
+    return {.name = "subframes",
+            .label = "Sub-Frames",
+            .type = ParameterType::integer,
+            .min = 1,
+            .max = kMostSubFrames,
+            .default_value = 1,
+            .sentence =
+                "Steps from one frame to the next, each of which is written: 4 has frames 12, 12.25, 12.5, 12.75, "
+                "13. What lies between is blended, and its file stands behind the frame's: 0012_250"};
+}
+
 ParameterDescription compression_parameter() {
     return {.name = "compression",
             .label = "Compression",

@@ -30,6 +30,8 @@ Status check_direction(const std::string& node, const Parameters& parameters, st
 ParameterDescription cluster_parameter();  // "cluster" of a region
 
 /// "compression" of a bake node's files.
+constexpr int kMostSubFrames = 64;            // steps a frame that names of files tell apart
+ParameterDescription sub_frames_parameter();  // "subframes", steps a frame
 ParameterDescription compression_parameter();
 /// What it adds to their names.
 std::string compressed_suffix(const std::string& compression);

@@ -9,7 +9,7 @@ namespace {
 
 class Walk {
 public:
-    Walk(Evaluation& evaluation, int frame) : evaluation_(evaluation), frame_(frame) {}
+    Walk(Evaluation& evaluation, double frame) : evaluation_(evaluation), frame_(frame) {}
 
     /// How many nodes that cook together lie one behind the other up to this one.
     size_t visit(const WantedValue& wanted) {
@@ -33,7 +33,7 @@ public:
 
 private:
     Evaluation& evaluation_;
-    const int frame_;
+    const double frame_;
     std::map<std::pair<const GraphNode*, size_t>, size_t> depth_;
     // Types lie in one array, the registry's: their addresses are in its order.
     std::map<std::tuple<size_t, const NodeType*, size_t>, std::vector<WantedValue>> groups_;
@@ -42,7 +42,7 @@ private:
 }  // namespace
 
 std::vector<std::vector<WantedValue>> cook_groups(Evaluation& evaluation, std::span<const WantedValue> wanted,
-                                                  int frame) {
+                                                  double frame) {
     Walk walk(evaluation, frame);
     for (const WantedValue& w : wanted) walk.visit(w);
     return walk.take();

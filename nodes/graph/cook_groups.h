@@ -12,6 +12,6 @@ namespace sunder {
 /// more of one type and output to a group. A node's group follows those of the nodes that feed it; groups and their
 /// nodes do not depend on anything but the wires and the order of what is wanted.
 std::vector<std::vector<WantedValue>> cook_groups(Evaluation& evaluation, std::span<const WantedValue> wanted,
-                                                  int frame);
+                                                  double frame);
 
 }  // namespace sunder

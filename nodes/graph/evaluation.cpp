@@ -5,6 +5,7 @@
 #include <new>
 #include <optional>
 
+#include "nodes/files/frame_number.h"
 #include "nodes/graph/cook_groups.h"
 #include "nodes/graph/nearest_name.h"
 #include "solver/data/invariant.h"
@@ -18,7 +19,7 @@ constexpr double kInputShare = 0.3;  // of a node's progress that goes to what f
 class NodeContext : public CookContext {
 public:
     /// `of_inputs`: what evaluating them may tell; `own`: what the node itself may.
-    NodeContext(Evaluation& evaluation, const WantedValue& wanted, int frame, const Progress& of_inputs,
+    NodeContext(Evaluation& evaluation, const WantedValue& wanted, double frame, const Progress& of_inputs,
                 const Progress& own)
         : evaluation_(evaluation),
           node_(*wanted.node),
@@ -27,13 +28,13 @@ public:
           of_inputs_(of_inputs),
           own_(own),
           n_wires_(count_wires(node_)) {}
-    NodeContext(Evaluation& evaluation, const WantedValue& wanted, int frame, const Progress& whole)
+    NodeContext(Evaluation& evaluation, const WantedValue& wanted, double frame, const Progress& whole)
         : NodeContext(evaluation, wanted, frame, whole.part(0, kInputShare),
                       count_wires(*wanted.node) ? whole.part(kInputShare, 1) : whole) {}
 
     const std::string& node() const override { return node_.name; }
     std::string_view output() const override { return node_.description().outputs[output_].name; }
-    int frame() const override { return frame_; }
+    double frame() const override { return frame_; }
     int start_frame() const override { return graph().frame_range[0]; }
     double frame_rate() const override { return graph().frame_rate.per_second(); }
     double seconds(double n_frames) const override { return graph().frame_rate.seconds(n_frames); }
@@ -46,15 +47,14 @@ public:
     ContentKey key() override { return evaluation_.key(node_); }
     ContentKey input_key(std::string_view socket) override { return evaluation_.socket_key(node_, index_of(socket)); }
 
-    const Parameters& parameters(int frame) override { return parameters_.emplace(node_, frame); }
+    const Parameters& parameters(double frame) override { return parameters_.emplace(node_, frame); }
 
     double integral(std::string_view parameter, double from, double to) const override {
-        const ParameterDescription* const found = node_.description().find_parameter(parameter);
-        SUNDER_ASSERT(found && "a node reads a parameter that it does not describe");
-        return node_.value(*found).integral(from, to);
+        return value_of(parameter).integral(from, to);
     }
+    double slope(std::string_view parameter, double frame) const override { return value_of(parameter).slope(frame); }
 
-    Result<std::vector<Value>> inputs(std::string_view socket, int frame) override {
+    Result<std::vector<Value>> inputs(std::string_view socket, double frame) override {
         const size_t index = index_of(socket);
         size_t before = 0;
         for (size_t i = 0; i < index; ++i) before += node_.inputs[i].size();
@@ -76,6 +76,11 @@ private:
         return n;
     }
     const GraphImpl& graph() const { return evaluation_.graph(); }
+    ParameterValue value_of(std::string_view parameter) const {
+        const ParameterDescription* const found = node_.description().find_parameter(parameter);
+        SUNDER_ASSERT(found && "a node reads a parameter that it does not describe");
+        return node_.value(*found);
+    }
     size_t index_of(std::string_view socket) const {
         const SocketDescription* const found = node_.description().find_input(socket);
         SUNDER_ASSERT(found && "a node reads an input that it does not describe");
@@ -85,7 +90,7 @@ private:
     Evaluation& evaluation_;
     GraphNode& node_;
     size_t output_;
-    int frame_;
+    double frame_;
     Progress of_inputs_, own_;
     size_t n_wires_;
     std::optional<ParametersAt> parameters_;
@@ -140,14 +145,14 @@ Status Evaluation::check_upstream(const GraphNode& node) {
     return checked_[&node] = status;
 }
 
-const Value* Evaluation::find(const GraphNode& node, size_t output, int frame) {
+const Value* Evaluation::find(const GraphNode& node, size_t output, double frame) {
     const auto known = std::ranges::find_if(node.cache, [&](const CachedValue& c) {
         return c.key == key(node) && c.frame == slot(node, frame) && c.output == output;
     });
     return known == node.cache.end() ? nullptr : &known->value;
 }
 
-Result<Value> Evaluation::keep(GraphNode& node, size_t output, int frame, Result<Value> value) {
+Result<Value> Evaluation::keep(GraphNode& node, size_t output, double frame, Result<Value> value) {
     if (!value) {
         is_cancelled_ = is_cancelled_ || value.error().code == ErrorCode::cancelled;
         failed_[{&node, output, slot(node, frame)}] = value.error();
@@ -164,7 +169,7 @@ Result<Value> Evaluation::keep(GraphNode& node, size_t output, int frame, Result
     return value;
 }
 
-Result<Value> Evaluation::evaluate(GraphNode& node, size_t output, int frame, const Progress& progress) {
+Result<Value> Evaluation::evaluate(GraphNode& node, size_t output, double frame, const Progress& progress) {
     if (is_cancelled_) return cancelled();
     if (const Value* known = find(node, output, frame)) return *known;
     if (const auto known = failed_.find({&node, output, slot(node, frame)}); known != failed_.end())
@@ -182,7 +187,7 @@ Result<Value> Evaluation::evaluate(GraphNode& node, size_t output, int frame, co
                 }));
 }
 
-void Evaluation::cook_together(std::span<const WantedValue> group, int frame, const Progress& progress) {
+void Evaluation::cook_together(std::span<const WantedValue> group, double frame, const Progress& progress) {
     // The inputs of all, then the work of all.
     const Progress of_inputs = progress.part(0, kInputShare), own = progress.part(kInputShare, 1);
     std::vector<std::unique_ptr<NodeContext>> contexts;
@@ -206,7 +211,7 @@ void Evaluation::cook_together(std::span<const WantedValue> group, int frame, co
     }
 }
 
-std::vector<Result<Value>> Evaluation::evaluate_all(std::span<const WantedValue> wanted, int frame,
+std::vector<Result<Value>> Evaluation::evaluate_all(std::span<const WantedValue> wanted, double frame,
                                                     const Progress& progress) {
     const std::vector<std::vector<WantedValue>> groups = cook_groups(*this, wanted, frame);
     size_t n_nodes = wanted.size(), n_done = 0;  // in steps of progress
@@ -229,15 +234,16 @@ Status Evaluation::seed(GraphNode& node, int frame, FrameState state, const Prog
     return at_edge<void>(node.name, [&] { return node.type->seed(context, frame, std::move(state)); });
 }
 
-Result<Value> Graph::evaluate(const std::string& name, const std::string& socket, int frame, const Progress& progress) {
+Result<Value> Graph::evaluate(const std::string& name, const std::string& socket, double frame,
+                              const Progress& progress) {
     const SocketReference output{name, socket};
     return std::move(evaluate_all({&output, 1}, frame, progress).front());
 }
 
-std::vector<Result<Value>> Graph::evaluate_all(std::span<const SocketReference> outputs, int frame,
+std::vector<Result<Value>> Graph::evaluate_all(std::span<const SocketReference> outputs, double frame,
                                                const Progress& progress) {
-    if (std::abs(static_cast<int64_t>(frame)) > kFarthestFrame)
-        return std::vector<Result<Value>>(outputs.size(), bad_input("frame " + std::to_string(frame), "is out of range",
+    if (!(std::abs(frame) <= kFarthestFrame))
+        return std::vector<Result<Value>>(outputs.size(), bad_input("frame " + frame_text(frame), "is out of range",
                                                                     "permitted: -1000000 to 1000000"));
     Evaluation evaluation(*impl_);
     std::vector<Status> status;

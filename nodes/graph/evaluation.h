@@ -33,26 +33,27 @@ public:
 
     /// All that the node needs is wired and in agreement.
     Status check_upstream(const GraphNode& node);
-    Result<Value> evaluate(GraphNode& node, size_t output, int frame, const Progress& progress);
+    Result<Value> evaluate(GraphNode& node, size_t output, double frame, const Progress& progress);
     /// Of each what `evaluate` gives, bit for bit; nodes that can be cooked together are.
-    std::vector<Result<Value>> evaluate_all(std::span<const WantedValue> wanted, int frame, const Progress& progress);
+    std::vector<Result<Value>> evaluate_all(std::span<const WantedValue> wanted, double frame,
+                                            const Progress& progress);
     Status seed(GraphNode& node, int frame, FrameState state, const Progress& progress);
 
     /// The value that a node keeps, if it still holds; or else null.
-    const Value* find(const GraphNode& node, size_t output, int frame);
+    const Value* find(const GraphNode& node, size_t output, double frame);
     GraphImpl& graph() { return graph_; }
 
 private:
-    void cook_together(std::span<const WantedValue> group, int frame, const Progress& progress);
-    Result<Value> keep(GraphNode& node, size_t output, int frame, Result<Value> value);
+    void cook_together(std::span<const WantedValue> group, double frame, const Progress& progress);
+    Result<Value> keep(GraphNode& node, size_t output, double frame, Result<Value> value);
     /// The frame that a value of the node is kept under: 0 where all frames have the same.
-    int slot(const GraphNode& node, int frame) { return depends_on_frame(node) ? frame : 0; }
+    double slot(const GraphNode& node, double frame) { return depends_on_frame(node) ? frame : 0; }
 
     GraphImpl& graph_;
     std::unordered_map<const GraphNode*, ContentKey> keys_;
     std::unordered_map<const GraphNode*, bool> frame_dependence_;
     std::unordered_map<const GraphNode*, Status> checked_;
-    std::map<std::tuple<const GraphNode*, size_t, int>, Error> failed_;  // by output and slot
+    std::map<std::tuple<const GraphNode*, size_t, double>, Error> failed_;  // by output and slot
     bool is_cancelled_ = false;
 };
 

@@ -11,10 +11,6 @@ constexpr double kLargestTerm = 1e7;  // of a ratio: far beyond 60000/1001
 
 bool is_term(double number) { return number >= 1 && number <= kLargestTerm && number == std::trunc(number); }
 
-Json number_json(double number) {
-    return number == std::trunc(number) ? Json(static_cast<int64_t>(number)) : Json(number);
-}
-
 }  // namespace
 
 Result<FrameRate> FrameRate::of(double frames, double seconds) {

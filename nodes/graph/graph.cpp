@@ -96,7 +96,7 @@ Json ParametersAt::value(std::string_view name) const {
     return node_->value(*parameter).at(frame_);
 }
 
-Status check_node(const GraphNode& node, int frame) {
+Status check_node(const GraphNode& node, double frame) {
     const std::vector<SocketDescription>& inputs = node.description().inputs;
     for (size_t i = 0; i < inputs.size(); ++i)
         if (inputs[i].required && node.inputs[i].empty())

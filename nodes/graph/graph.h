@@ -91,13 +91,14 @@ public:
     /// All required sockets wired and parameters in agreement, everywhere. `evaluate` checks the same of what it needs.
     Status check() const;
 
-    /// The value of an output socket at a frame. Cached: what no edit touched is not cooked again.
-    Result<Value> evaluate(const std::string& node, const std::string& socket, int frame,
+    /// The value of an output socket at a frame, or between two: 12.5. Cached: what no edit touched is not cooked
+    /// again.
+    Result<Value> evaluate(const std::string& node, const std::string& socket, double frame,
                            const Progress& progress = {});
     /// The values of several outputs at a frame, in their order: bit for bit what `evaluate` gives for each. Sooner
     /// than one by one, for deformers make their meshes side by side. Each has its own error, and what failed does not
     /// keep the others from being made; but once cancelled, all that follow are.
-    std::vector<Result<Value>> evaluate_all(std::span<const SocketReference> outputs, int frame,
+    std::vector<Result<Value>> evaluate_all(std::span<const SocketReference> outputs, double frame,
                                             const Progress& progress = {});
 
     /// Content keys of all nodes: of each one's type, parameters, files and of all that feeds it. A changed key names

@@ -27,7 +27,7 @@ struct Wire {
 
 struct CachedValue {
     ContentKey key;
-    int frame;  // 0 where the value is the same at all frames
+    double frame;  // 0 where the value is the same at all frames
     size_t output;
     Value value;
 };
@@ -107,6 +107,6 @@ private:
 };
 
 /// Required sockets wired, parameters in agreement with one another at the frame.
-Status check_node(const GraphNode& node, int frame);
+Status check_node(const GraphNode& node, double frame);
 
 }  // namespace sunder

@@ -1,6 +1,14 @@
+#include <cmath>
+#include <cstdint>
+
 #include "nodes/graph/json.h"
 
 namespace sunder {
+
+Json number_json(double number) {
+    const bool is_whole = number == std::trunc(number) && std::abs(number) < 1e15;
+    return is_whole ? Json(static_cast<int64_t>(number)) : Json(number);
+}
 
 JsonValue::JsonValue(bool value) : JsonValue(Json(value)) {}
 JsonValue::JsonValue(int value) : JsonValue(Json(value)) {}

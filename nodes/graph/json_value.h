@@ -11,6 +11,9 @@ namespace sunder {
 /// Keeps the order in which a file names things, so that what is read and written again looks the same.
 using Json = nlohmann::ordered_json;
 
+/// A whole number without a point: 12, 12.5.
+Json number_json(double number);
+
 /// Never changes, so that copies share it.
 class JsonValue {
 public:

@@ -67,7 +67,7 @@ public:
 
     virtual const std::string& node() const = 0;                     // the node's name
     virtual std::string_view output() const = 0;                     // the output socket that is asked for
-    virtual int frame() const = 0;                                   // the frame that is asked for
+    virtual double frame() const = 0;                                // that is asked for; of what is solved a whole one
     virtual int start_frame() const = 0;                             // first frame of the graph's range
     virtual double frame_rate() const = 0;                           // frames per second
     virtual double seconds(double n_frames) const = 0;               // that some frames take, rounded once
@@ -78,22 +78,24 @@ public:
     virtual const Progress& progress() const = 0;                    // of this node's own work
     virtual NodeStore& store() = 0;
 
-    virtual const Parameters& parameters(int frame) = 0;  // valid until the next call
+    virtual const Parameters& parameters(double frame) = 0;  // valid until the next call
     const Parameters& parameters() { return parameters(frame()); }
 
     /// Of one of the node's numbers from one frame to a later one (ParameterValue::integral).
     virtual double integral(std::string_view parameter, double from, double to) const = 0;
+    /// How fast one of them changes from a frame on, a frame (ParameterValue::slope).
+    virtual double slope(std::string_view parameter, double frame) const = 0;
 
     /// Of the whole node at every frame: type, parameters, inputs, files. Equal keys, equal results at equal frames.
     virtual ContentKey key() = 0;
     /// Of what feeds an input socket; a constant when nothing does.
     virtual ContentKey input_key(std::string_view socket) = 0;
     /// What feeds an input socket at a frame, in the order of its wires; empty when nothing does.
-    virtual Result<std::vector<Value>> inputs(std::string_view socket, int frame) = 0;
+    virtual Result<std::vector<Value>> inputs(std::string_view socket, double frame) = 0;
 
     /// The one value that feeds a required socket.
     template <class T>
-    Result<std::shared_ptr<const T>> input(std::string_view socket, int frame) {
+    Result<std::shared_ptr<const T>> input(std::string_view socket, double frame) {
         Result<std::vector<Value>> values = inputs(socket, frame);
         if (!values) return values.error();
         return std::get<std::shared_ptr<const T>>(values->front());
@@ -105,7 +107,7 @@ public:
 
     /// All values that feed a socket, by their type.
     template <class T>
-    Result<std::vector<std::shared_ptr<const T>>> inputs_as(std::string_view socket, int frame) {
+    Result<std::vector<std::shared_ptr<const T>>> inputs_as(std::string_view socket, double frame) {
         Result<std::vector<Value>> values = inputs(socket, frame);
         if (!values) return values.error();
         std::vector<std::shared_ptr<const T>> typed;

@@ -276,13 +276,17 @@ double ParameterValue::integral(double from, double to) const {
     return sum;
 }
 
+double ParameterValue::slope(double frame) const {
+    const auto after = std::ranges::upper_bound(keys_, frame, {}, &Key::frame);
+    if (interpolation_ == Interpolation::step || after == keys_.begin() || after == keys_.end()) return 0;
+    const Key& a = *(after - 1);
+    return (after->value.get<double>() - a.value.get<double>()) / (after->frame - a.frame);
+}
+
 Json ParameterValue::to_json() const {
     if (keys_.empty()) return constant_;
     Json keys = Json::array();
-    for (const Key& key : keys_) {
-        const bool whole = key.frame == std::trunc(key.frame) && std::abs(key.frame) < 1e15;
-        keys.push_back(Json::array({whole ? Json(static_cast<int64_t>(key.frame)) : Json(key.frame), key.value}));
-    }
+    for (const Key& key : keys_) keys.push_back(Json::array({number_json(key.frame), key.value}));
     return {{"keys", keys}, {"interpolation", interpolation_ == Interpolation::linear ? "linear" : "step"}};
 }
 

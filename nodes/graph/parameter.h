@@ -28,6 +28,8 @@ public:
     Json at(double frame) const;
     /// Of a number over frames, linear and stepped keys alike: piece after piece, each rounded once; `from` <= `to`.
     double integral(double from, double to) const;
+    /// How fast such a number changes from there on, a frame.
+    double slope(double frame) const;
     Json to_json() const;  // as in files
 
 private:

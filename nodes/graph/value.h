@@ -110,7 +110,7 @@ struct PinValue {
 /// A frame of a simulation with the scene that its arrays index: scene->rest tells body and fragment of each particle
 /// and the particles of each edge, scene->bodies the ranges of each body.
 struct StateValue {
-    int frame = 0;
+    double frame = 0;
     SceneTime at;  // in simulated time
     std::shared_ptr<const Scene> scene;
     std::shared_ptr<const FrameState> state;
@@ -118,6 +118,10 @@ struct StateValue {
     StepReport report = {};                  // of the step that ended in this frame; zeros at the start
     std::vector<std::string> warnings = {};  // of what the method leaves out, of settling, of blasts
     std::vector<std::shared_ptr<const VertexMotion>> motions = {};  // of scene->bodies that follow a mesh; else null
+    // Where accelerations are asked for, else null and 0: of each particle's piece, and how fast the time scale grows,
+    // 1/s
+    std::shared_ptr<const std::vector<PieceMotion>> pieces = {};
+    double scale_rate = 0;
     std::shared_ptr<const FrameState> kept = {};  // of a solver: its latest grid point up to here; most often `state`
 };
 

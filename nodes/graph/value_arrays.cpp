@@ -334,6 +334,7 @@ const std::vector<Entry<BodyMesh>>& entries_of(const BodyMesh*) {
         {"face_fragment", [](const M& m) { return as_is<uint32_t>(m.mesh.triangle_fragment); }},
         {"face_hidden", [](const M& m) { return as_is<uint8_t>(m.mesh.triangle_hidden); }},
         {"velocities", [](const M& m) { return corners<float, 3>(m.mesh.velocities); }},
+        {"accelerations", [](const M& m) { return corners<float, 3>(m.mesh.accelerations); }},
         {"vertex_fragment", [](const M& m) { return as_is<uint32_t>(m.mesh.vertex_fragment); }},
         {"rest_positions", [](const M& m) { return rest_positions(*m.mesh.skin); }},
         {"influence_offset",
@@ -433,10 +434,8 @@ Value state_value(StateFile file) {
     rest.body = std::move(file.body), rest.fragment = std::move(file.fragment);
     for (const auto& [a, b] : file.edges) rest.edges.push_back({ParticleId(a), ParticleId(b), unknown});
     build_one_rings(rest);
-    return make_value(StateValue{.frame = file.frame,
-                                 .at = file.at,
-                                 .scene = scene,
-                                 .state = std::make_shared<FrameState>(std::move(file.state))});
+    const auto state = std::make_shared<const FrameState>(std::move(file.state));
+    return make_value(StateValue{.frame = file.frame, .at = file.at, .scene = scene, .state = state});
 }
 
 }  // namespace sunder

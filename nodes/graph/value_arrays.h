@@ -11,6 +11,7 @@
 //                edges interface_area interface_normal interface_centroid interface_toughness_factor
 //   mesh, visual_mesh   positions triangles normals uvs colors (by corner) face_material;
 //                visual: rim (by corner) face_interface face_fragment face_hidden vertex_fragment velocities
+//                accelerations
 //                layers: point_float:NAME corner_uv:NAME ..., whole numbers as int32
 //                (fracture_tools/mesh/layer_property.h)
 //   pin          particles

@@ -1,6 +1,7 @@
 #include "nodes/graph/field_json.h"
 #include "nodes/graph/field_parameters.h"
 #include "nodes/graph/json.h"
+#include "nodes/graph/json_value.h"
 #include "nodes/graph/value_arrays.h"
 #include "solver/scene/scene_fields.h"
 
@@ -65,7 +66,7 @@ Json info_of(const StateValue& s) {
                           {"particles", {b.particle_begin, b.particle_end}},
                           {"edges", {b.edge_begin, b.edge_end}}});
     for (const RigidBody& r : s.scene->rigid_bodies) rigid.push_back(r.name);
-    return {{"frame", s.frame},
+    return {{"frame", number_json(s.frame)},
             {"simulated_frame", s.at.frame},
             {"time_scale", s.at.scale},
             {"time", s.state->time},

@@ -43,7 +43,8 @@ NodeType bake_mesh_node() {
                      "fragments as rigid nodes (constant topology); pc2: "
                      "point cache (constant topology)",
          .choices = {"none", "usda", "glb", "pc2"}},
-        compression_parameter()};
+        compression_parameter(),
+        sub_frames_parameter()};
     return {.description = d, .cook = cook_bake_mesh, .depends_on_frame = true};
 }
 

@@ -35,7 +35,8 @@ NodeType bake_state_node() {
                      .type = ParameterType::output_path,
                      .default_value = "state/sim.####.ply",
                      .sentence = "PLY file below the output folder, #### being the frame"},
-                    compression_parameter()};
+                    compression_parameter(),
+                    sub_frames_parameter()};
     return {.description = d, .cook = cook_bake_state, .depends_on_frame = true};
 }
 

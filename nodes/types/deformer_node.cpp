@@ -75,13 +75,17 @@ struct Inputs {
         const auto seen = [&](const std::vector<Vec3>& own, const std::vector<Vec3>& all) {
             return own.empty() ? slice(all, b.particle_begin, b.particle_end) : std::span<const Vec3>(own);
         };
+        std::span<const PieceMotion> pieces;
+        if (state->pieces) pieces = slice(*state->pieces, b.particle_begin, b.particle_end);
         return {.position = slice(s.position, b.particle_begin, b.particle_end),
                 .orientation = slice(s.orientation, b.particle_begin, b.particle_end),
                 .plastic_deformation = slice(s.plastic_deformation, b.particle_begin, b.particle_end),
                 .edge_intact = slice(s.edge_intact, b.edge_begin, b.edge_end),
                 .velocity = seen(velocity, s.velocity),
                 .angular_velocity = seen(angular_velocity, s.angular_velocity),
-                .source = motion ? &moment : nullptr};
+                .source = motion ? &moment : nullptr,
+                .piece = pieces,
+                .time = {state->at.scale, state->scale_rate}};
     }
 };
 

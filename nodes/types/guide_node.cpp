@@ -18,7 +18,7 @@ Pose target_pose(const Parameters& p) {
     return pose;
 }
 
-Result<Targets> targets_of(CookContext& context, const BodyValue& body, int frame) {
+Result<Targets> targets_of(CookContext& context, const BodyValue& body, double frame) {
     const Result<std::vector<Value>> wired = context.inputs("state", frame);
     if (!wired) return wired.error();
     if (wired->empty())

@@ -15,7 +15,7 @@ struct Chosen {
     std::vector<EdgeId> edges;
 };
 
-double factor_at(int frame, const Parameters& p) {
+double factor_at(double frame, const Parameters& p) {
     const std::string mode = p.text("mode");
     if (mode == "scale") return p.number("toughness");
     if (p.is_null("frame")) return mode == "hold" ? kNever : 1;

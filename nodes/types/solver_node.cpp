@@ -2,6 +2,7 @@
 #include <array>
 #include <map>
 
+#include "nodes/files/frame_number.h"
 #include "nodes/graph/field_parameters.h"
 #include "nodes/graph/node_list.h"
 #include "nodes/types/solver_scene.h"
@@ -245,18 +246,18 @@ public:
     }
 
     /// Where a frame of the output lies.
-    Result<SceneTime> time_of(int frame) {
+    Result<SceneTime> time_of(double frame) {
         const int start = context_.start_frame();
         const double passed = context_.integral("time_scale", start, frame);
         if (start + passed > kFarthestSimulatedFrame)
-            return context_.error("time_scale", "frame " + std::to_string(frame) + " lies beyond simulated frame " +
+            return context_.error("time_scale", "frame " + frame_text(frame) + " lies beyond simulated frame " +
                                                     std::to_string(kFarthestSimulatedFrame));
         return scene_time(start, passed, context_.parameters(frame).number("time_scale"));
     }
 
     /// Of the frame that is asked for, or the start: before it all is as there.
     Result<Value> value() {
-        const int start = context_.start_frame(), frame = std::max(context_.frame(), start);
+        const double start = context_.start_frame(), frame = std::max(context_.frame(), start);
         const Result<SceneTime> at = time_of(frame), before = time_of(std::max(frame - 1, start));
         if (!at) return at.error();
         if (!before) return before.error();
@@ -276,6 +277,8 @@ public:
             value.state = std::make_shared<const FrameState>(
                 state_between(value.scene->rest, *value.kept, *(*ends)[1].state, at->share()));
         }
+        if (context_.parameters(frame).boolean("accelerations"))
+            if (Status ok = add_motion(value); !ok) return ok.error();
         for (int k = frame == start ? at->grid() : before->grid() + 1; k <= at->grid(); ++k)
             value.report = both(value.report, store_.reports[k]);
         Result<std::vector<Material>> materials = start_materials();
@@ -286,6 +289,16 @@ public:
         std::ranges::copy(store_.missed, std::back_inserter(value.warnings));
         std::ranges::copy(store_.told, std::back_inserter(value.warnings));
         return make_value(std::move(value));
+    }
+
+    /// From the frame on, as what is blended moves: the next grid point is reached for it.
+    Status add_motion(StateValue& io_value) {
+        const auto ends = ends_of(io_value.at.grid());
+        if (!ends) return ends.error();
+        io_value.pieces = std::make_shared<const std::vector<PieceMotion>>(
+            piece_motions(io_value.scene->rest, *(*ends)[0].state, *(*ends)[1].state, *io_value.state));
+        io_value.scale_rate = context_.slope("time_scale", io_value.frame) / context_.seconds(1);
+        return {};
     }
 
     Status check_state(const FrameState& state) const { return store_.solver->check_state(state); }
@@ -417,12 +430,13 @@ std::vector<ParameterDescription> parameters() {
                            .animatable = true});
     }
     all.push_back(time_scale_parameter());
+    all.push_back(accelerations_parameter());
     for (const char* name : {"substeps", "iterations"}) at(all, name).needs = {{is("error_budget", {0.0})}};
     at(all, "hit_substeps").needs = {{is("method", {"projective"})}};
     at(all, "over_relaxation").needs = {{is("method", {"jacobi"})}};
     gather(all, "Steps", {"iterations", "hit_substeps", "crack_passes", "over_relaxation"});
     gather(all, "Contact and Rest", {"damping", "depenetration_speed", "self_collision", "sleeping"});
-    gather(all, "Time", {"time_scale"});
+    gather(all, "Time", {"time_scale", "accelerations"});
     return all;
 }
 

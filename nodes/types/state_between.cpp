@@ -52,6 +52,13 @@ void move_centre(const Placement& a, const Placement& b, const Way& way, Motion&
     out.velocity -= (0.5 * curved * (1 - 2 * t) / h) * change;
 }
 
+Vec3 acceleration_of(const Placement& a, const Placement& b, double duration) {
+    const Vec3 d = b.position - a.position, change = (b.velocity - a.velocity) * duration;
+    if (!(change.squaredNorm() > 0)) return Vec3::Zero();
+    const double curved = curved_share((a.velocity + b.velocity) * duration - 2 * d, change);
+    return change * (curved / (duration * duration));
+}
+
 /// The rotation vector of `turn`, rad: the shorter way round, or as many whole turns more as come next to `expected`.
 Vec3 steady_turn(const Quat& turn, const Vec3& expected) {
     constexpr double kWhole = 2 * std::numbers::pi;
@@ -88,18 +95,39 @@ public:
         out_.time = a_.time + way_.share * way_.duration;
         break_edges();
         find_pieces();
-        for (size_t begin = 0; begin < order_.size();) {
-            size_t end = begin + 1;
-            while (end < order_.size() && piece_[order_[end]] == piece_[order_[begin]]) ++end;
-            move_piece({order_.data() + begin, end - begin});
-            begin = end;
-        }
+        for_each_piece([&](std::span<const uint32_t> particles) { move_piece(particles); });
         for (size_t i = 0; i < out_.rigid_bodies.size(); ++i) move_rigid_body(i);
         blend_material();
         return std::move(out_);
     }
 
+    std::vector<PieceMotion> motions(const FrameState& shown) {
+        find_pieces();
+        std::vector<PieceMotion> of_particle(a_.n_particles());
+        for_each_piece([&](std::span<const uint32_t> particles) {
+            if (rests(particles)) return;
+            const Placement a = placement(a_, particles), b = placement(b_, particles);
+            const Placement now = placement(shown, particles);
+            const PieceMotion motion = {.centre = now.position,
+                                        .velocity = now.velocity,
+                                        .acceleration = acceleration_of(a, b, way_.duration),
+                                        .spin = motion_of(a, b, turn(particles), way_).spin};
+            for (const uint32_t i : particles) of_particle[i] = motion;
+        });
+        return of_particle;
+    }
+
 private:
+    template <class Visit>
+    void for_each_piece(Visit&& visit) const {
+        for (size_t begin = 0; begin < order_.size();) {
+            size_t end = begin + 1;
+            while (end < order_.size() && piece_[order_[end]] == piece_[order_[begin]]) ++end;
+            visit(std::span<const uint32_t>(order_.data() + begin, end - begin));
+            begin = end;
+        }
+    }
+
     void break_edges() {
         out_.broken.clear();
         for (const BrokenEdge& broken : b_.broken) {
@@ -211,6 +239,11 @@ private:
 
 FrameState state_between(const SimulationMesh& rest, const FrameState& a, const FrameState& b, double share) {
     return Between(rest, a, b, share).run();
+}
+
+std::vector<PieceMotion> piece_motions(const SimulationMesh& rest, const FrameState& a, const FrameState& b,
+                                       const FrameState& shown) {
+    return Between(rest, a, b, 0).motions(shown);
 }
 
 }  // namespace sunder

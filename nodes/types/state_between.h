@@ -1,6 +1,9 @@
 // A state between two kept ones: what is shown where time is scaled. Output only: nothing is simulated from it.
 #pragma once
 
+#include <vector>
+
+#include "fracture_tools/skin/visual_mesh.h"
 #include "solver/data/frame_state.h"
 #include "solver/data/simulation_mesh.h"
 
@@ -14,5 +17,10 @@ namespace sunder {
 /// of simulated time. Plastic strain, strain and stiffness are blended, edges break at their own time, and all else is
 /// as in `a`. A piece that is the same in both keeps its bits.
 FrameState state_between(const SimulationMesh& rest, const FrameState& a, const FrameState& b, double share);
+
+/// Of each particle, how the piece that it belongs to turns and accelerates on the way from `a` to `b`, about where
+/// `shown`, `a` or a state between the two, has its centre. What rests does neither. (n_particles)
+std::vector<PieceMotion> piece_motions(const SimulationMesh& rest, const FrameState& a, const FrameState& b,
+                                       const FrameState& shown);
 
 }  // namespace sunder

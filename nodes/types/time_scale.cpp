@@ -17,6 +17,16 @@ ParameterDescription time_scale_parameter() {
         .animatable = true};
 }
 
+ParameterDescription accelerations_parameter() {
+    return {.name = "accelerations",
+            .label = "Accelerations",
+            .type = ParameterType::boolean,
+            .default_value = false,
+            .sentence =
+                "Meshes tell accelerations beside velocities, for curved motion blur. The frame after the one "
+                "that is asked for is simulated for them"};
+}
+
 SceneTime scene_time(int start, double passed, double scale) {
     constexpr double kOnGrid = 1e-6;  // frames
     const double nearest = std::round(passed);

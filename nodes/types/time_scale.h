@@ -9,6 +9,9 @@ namespace sunder {
 /// "time_scale" of a solver. Its keys are in frames of the output.
 ParameterDescription time_scale_parameter();
 
+/// "accelerations" of a solver: whether meshes tell them.
+ParameterDescription accelerations_parameter();
+
 /// Simulated time after `passed` simulated frames, the integral of the scale from the start on. What is within a
 /// millionth of a frame of a grid point is on it, for sums of keys are rounded.
 SceneTime scene_time(int start, double passed, double scale);

@@ -102,8 +102,8 @@ def _layers(rows, domains):
 
 
 class MeshFrame:
-    """positions (v, 3) f32, vertex_fragment (v,), velocities (v, 3) f32 or None, rest (v, 3) f32, in the mesh that was cut,
-    or None; triangles (t, 3), corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None, material and fragment (t,), hidden (t,)
+    """positions (v, 3) f32, vertex_fragment (v,), velocities and accelerations (v, 3) f32 or None, rest (v, 3) f32, in the mesh
+    that was cut, or None; triangles (t, 3), corner_normals (3t, 3) f32, uvs (3t, 2) f32 or None, material and fragment (t,), hidden (t,)
     bool; interface (t,), rim (3t,) f32 and colors (3t, 4) f32 or None; whole numbers are int32. mesh_layers: what else the
     artist's mesh has, [Layer]. Of a part `whole_rest` is rest of all."""
 
@@ -144,8 +144,8 @@ def read_mesh_frame(path, choose=None, needs_normals=True):
             vertex, face, corners = _part(vertex, face, corners, choose(face["material"]))
         mesh.positions = np.stack([vertex["x"], vertex["y"], vertex["z"]], 1).astype(np.float32)
         mesh.vertex_fragment = np.ascontiguousarray(vertex["fragment"], np.int32)
-        has_velocities = "vx" in vertex.dtype.names
-        mesh.velocities = np.stack([vertex["v" + n] for n in "xyz"], 1) if has_velocities else None
+        mesh.velocities, mesh.accelerations = (
+            np.stack([vertex[p + n] for n in "xyz"], 1) if p + "x" in vertex.dtype.names else None for p in "va")
         mesh.rest = _rest(vertex)
         mesh.triangles = np.ascontiguousarray(corners, np.int32)
         mesh.corner_normals = _list(face, "corner_normals", np.float32).reshape(-1, 3) if needs_normals else None

@@ -116,9 +116,9 @@ sunder_status on_taken(sunder_graph* graph, Work&& work) noexcept {
 }
 
 // What calls and jobs both do, with a graph that they took.
-Status evaluate(sunder_graph& graph, const char* output, int32_t frame, const Progress& progress,
+Status evaluate(sunder_graph& graph, const char* output, double frame, const Progress& progress,
                 sunder_value** out_value);
-Status evaluate_all(sunder_graph& graph, std::span<const char* const> outputs, int32_t frame, const Progress& progress,
+Status evaluate_all(sunder_graph& graph, std::span<const char* const> outputs, double frame, const Progress& progress,
                     sunder_value** out_values);
 Status bake(sunder_graph& graph, const sunder_bake_settings& settings, const Progress& progress,
             sunder_bake_report* out_report);

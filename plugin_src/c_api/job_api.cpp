@@ -89,6 +89,11 @@ sunder_status sunder_graph_start_evaluate(sunder_graph* graph, const char* outpu
 
 sunder_status sunder_graph_start_evaluate_all(sunder_graph* graph, const char* const* outputs, uint32_t n_outputs,
                                               int32_t frame, sunder_job** out_job) {
+    return sunder_graph_start_evaluate_all_at(graph, outputs, n_outputs, frame, out_job);
+}
+
+sunder_status sunder_graph_start_evaluate_all_at(sunder_graph* graph, const char* const* outputs, uint32_t n_outputs,
+                                                 double frame, sunder_job** out_job) {
     if (out_job) *out_job = nullptr;
     if (!graph || !out_job || (n_outputs > 0 && !outputs)) return refuse_null(graph);
     if (std::find(outputs, outputs + n_outputs, nullptr) != outputs + n_outputs) return refuse_null(graph);

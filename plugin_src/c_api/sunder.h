@@ -146,6 +146,10 @@ SUNDER_API sunder_status sunder_graph_evaluate(sunder_graph* graph, const char* 
 SUNDER_API sunder_status sunder_graph_evaluate_all(sunder_graph* graph, const char* const* outputs, uint32_t n_outputs,
                                                    int32_t frame, const sunder_progress* progress,
                                                    sunder_value** out_values);
+/* The same at any frame, also between two: 12.5, which is blended of what is simulated. */
+SUNDER_API sunder_status sunder_graph_evaluate_all_at(sunder_graph* graph, const char* const* outputs,
+                                                      uint32_t n_outputs, double frame, const sunder_progress* progress,
+                                                      sunder_value** out_values);
 /* A state frame that a bake wrote. Errors are told by the graph. */
 SUNDER_API sunder_status sunder_graph_read_state(sunder_graph* graph, const char* path, sunder_value** out_value);
 /* Makes a solver continue from a state (of "solver.state", or read from a file) at a frame. */
@@ -231,6 +235,9 @@ SUNDER_API sunder_status sunder_graph_start_evaluate(sunder_graph* graph, const 
 /* As sunder_graph_evaluate_all; later calls for these values find them done. */
 SUNDER_API sunder_status sunder_graph_start_evaluate_all(sunder_graph* graph, const char* const* outputs,
                                                          uint32_t n_outputs, int32_t frame, sunder_job** out_job);
+/* As sunder_graph_evaluate_all_at. */
+SUNDER_API sunder_status sunder_graph_start_evaluate_all_at(sunder_graph* graph, const char* const* outputs,
+                                                            uint32_t n_outputs, double frame, sunder_job** out_job);
 /* As sunder_graph_bake. */
 SUNDER_API sunder_status sunder_graph_start_bake(sunder_graph* graph, const sunder_bake_settings* settings,
                                                  sunder_job** out_job);

@@ -31,7 +31,7 @@ sunder_status long_call(sunder_graph* graph, bool arguments_there, const sunder_
 
 }  // namespace
 
-Status sunder::c_api::evaluate(sunder_graph& graph, const char* output, int32_t frame, const Progress& progress,
+Status sunder::c_api::evaluate(sunder_graph& graph, const char* output, double frame, const Progress& progress,
                                sunder_value** out_value) {
     const auto reference = parse_reference(output);
     if (!reference) return reference.error();
@@ -41,7 +41,7 @@ Status sunder::c_api::evaluate(sunder_graph& graph, const char* output, int32_t 
     return {};
 }
 
-Status sunder::c_api::evaluate_all(sunder_graph& graph, std::span<const char* const> outputs, int32_t frame,
+Status sunder::c_api::evaluate_all(sunder_graph& graph, std::span<const char* const> outputs, double frame,
                                    const Progress& progress, sunder_value** out_values) {
     std::vector<Status> named;  // of each output
     std::vector<SocketReference> references;
@@ -89,6 +89,11 @@ sunder_status sunder_graph_evaluate(sunder_graph* graph, const char* output, int
 
 sunder_status sunder_graph_evaluate_all(sunder_graph* graph, const char* const* outputs, uint32_t n_outputs,
                                         int32_t frame, const sunder_progress* progress, sunder_value** out_values) {
+    return sunder_graph_evaluate_all_at(graph, outputs, n_outputs, frame, progress, out_values);
+}
+
+sunder_status sunder_graph_evaluate_all_at(sunder_graph* graph, const char* const* outputs, uint32_t n_outputs,
+                                           double frame, const sunder_progress* progress, sunder_value** out_values) {
     if (out_values) std::fill_n(out_values, n_outputs, nullptr);
     const bool all_there =
         n_outputs == 0 ||

@@ -49,7 +49,7 @@ Across across(const GroupStretch& group, const Vec3& r, double d0) {
 
 void add_fading(const SimulationMesh& rest, std::span<const Material> materials, FrameState& io_state) {
     const auto has_one = [](const Material& m) { return m.fracture_energy < kNever; };
-    if (!io_state.edge_damage.empty() || std::ranges::none_of(materials, has_one)) return;
+    if (!io_state.edge_damage.empty() || rest.n_edges() == 0 || std::ranges::none_of(materials, has_one)) return;
     io_state.edge_damage.assign(rest.n_edges(), 0.0), io_state.edge_hold.assign(rest.n_edges(), 1.0);
     io_state.stiffness_factor.assign(rest.n_particles(), 1.0);
 }

@@ -16,7 +16,8 @@
 
 namespace sunder {
 
-/// Gives a state that was made without them what fades, sound, where a body has a fracture energy.
+/// Gives a state that was made without them what fades, sound, where a body has a fracture energy and anything has an
+/// edge.
 void add_fading(const SimulationMesh& rest, std::span<const Material> materials, FrameState& io_state);
 
 /// How the two groups of an edge are stretched, as far as a fragment's own axes tell: S - I of their optimal stretch,

@@ -1,5 +1,6 @@
 """Frame rates, first frames and slow motion of Blender's scenes, as bakes have them."""
 import bpy
+import numpy as np
 
 from addon_case import AddonCase, addon, main, versions
 
@@ -107,6 +108,44 @@ class TimeTest(AddonCase):
         tree.animation_data_clear()
         nodes["solver"].time_scale = 1
         self.assertEqual(self.compiled(tree)["nodes"]["collider"]["position"]["keys"][-1][0], 6)
+
+    def test_sub_frames_are_baked_and_shown_between_frames(self):
+        tree, nodes = self.tree()
+        result, = self.results(tree)
+        nodes["deformer"].topology, nodes["solver"].accelerations = "constant", True
+        self.bake(tree)
+        whole = self.played(result, range(1, 7))
+        tree.subframes = 2
+        self.assertTrue(self.status(tree).is_stale)
+        self.bake(tree, start="RESTART")
+        self.assertEqual([self.status(tree).state, self.status(tree).is_stale], ["complete", False])
+        self.assertEqual(self.played(result, range(1, 7)), whole)
+        manifest, folder = self.manifest(tree), self.cached(tree)
+        self.assertEqual(manifest.numbers, list(range(1, 7)))
+        reader, node = addon("base.bake_reader"), result.sunder.node
+        for frame in (2, 3, 5):
+            self.scene.frame_set(frame, subframe=0.5)
+            baked = reader.read_mesh_frame(folder / manifest.frames[frame + 0.5][f"{node}:bake"])
+            np.testing.assert_array_equal([v.co for v in result.data.vertices], baked.positions)
+            # What lies between two that are baked is drawn along a parabola.
+            self.scene.frame_set(frame, subframe=0.625)
+            t = np.float32(0.125 * self.scene.render.fps_base / self.scene.render.fps)
+            drawn = baked.positions + t * baked.velocities + t * t / 2 * baked.accelerations
+            np.testing.assert_allclose([v.co for v in result.data.vertices], drawn, atol=1e-6)
+            values = [a.vector for a in result.data.attributes["acceleration"].data]
+            np.testing.assert_array_equal(values, baked.accelerations)
+
+    def test_a_mesh_whose_faces_change_stays_that_of_the_whole_frame(self):
+        tree, _ = self.tree()
+        result, = self.results(tree)
+        tree.subframes = 2
+        self.bake(tree)
+        for frame in (3, 4, 5):
+            self.scene.frame_set(frame)
+            faces = len(result.data.polygons)
+            for subframe in (0.2, 0.4):
+                self.scene.frame_set(frame, subframe=subframe)
+                self.assertEqual(len(result.data.polygons), faces)
 
     def played(self, result, frames):
         found = []

@@ -123,8 +123,9 @@ private:
         std::vector<const char*> outputs;
         for (size_t i = 2; i < words_->size(); ++i) outputs.push_back(text(i));
         std::vector<sunder_value*> values(outputs.size());
-        of_graph(sunder_graph_evaluate_all(graph_, outputs.data(), static_cast<uint32_t>(outputs.size()),
-                                           small_frame(1), nullptr, values.data()));
+        const double quarters = std::clamp(number(1), -4, 12);
+        of_graph(sunder_graph_evaluate_all_at(graph_, outputs.data(), static_cast<uint32_t>(outputs.size()),
+                                              quarters / 4, nullptr, values.data()));
         for (sunder_value* value : values) sunder_value_free(value);
     }
     void look_at_value() {

@@ -153,6 +153,18 @@ static void several(sunder_graph* graph) {
 
     CHECK(sunder_graph_evaluate_all(graph, outputs, 1, 3, NULL, made) == SUNDER_OK && made[0] != NULL);
     sunder_value_free(made[0]);
+    /* Half a frame later it has fallen further; a whole frame is what the integer call gives. */
+    CHECK(sunder_graph_evaluate(graph, "sim.state", 3, NULL, &alone) == SUNDER_OK);
+    CHECK(sunder_graph_evaluate_all_at(graph, outputs, 1, 3.5, NULL, made) == SUNDER_OK && made[0] != NULL);
+    CHECK(sunder_value_array(made[0], "position", &a) == SUNDER_OK && a.shape[0] == 16);
+    CHECK(sunder_value_array(alone, "position", &b) == SUNDER_OK);
+    CHECK(((const double*)a.data)[2] < ((const double*)b.data)[2]);
+    sunder_value_free(made[0]);
+    CHECK(sunder_graph_evaluate_all_at(graph, outputs, 1, 3, NULL, made) == SUNDER_OK);
+    CHECK(sunder_value_array(made[0], "position", &a) == SUNDER_OK && a.data == b.data);
+    sunder_value_free(made[0]), sunder_value_free(alone);
+    CHECK(sunder_graph_evaluate_all_at(graph, outputs, 1, NAN, NULL, made) == SUNDER_BAD_INPUT && made[0] == NULL);
+    CHECK(sunder_graph_evaluate_all_at(graph, outputs, 1, 2.5, NULL, NULL) == SUNDER_BAD_USAGE);
     CHECK(sunder_graph_evaluate_all(graph, NULL, 0, 3, NULL, NULL) == SUNDER_OK);
     CHECK(sunder_graph_evaluate_all(graph, holed, 2, 3, NULL, made) == SUNDER_BAD_USAGE && made[0] == NULL);
     CHECK(sunder_graph_evaluate_all(graph, outputs, 1, 3, NULL, NULL) == SUNDER_BAD_USAGE);
@@ -222,6 +234,9 @@ static void jobs(sunder_graph* graph, const char* folder) {
     CHECK(sunder_graph_start_evaluate_all(graph, outputs, 2, 2, &job) == SUNDER_OK);
     CHECK(sunder_job_finish(job, NULL) == SUNDER_OK);
     sunder_job_free(job);
+    CHECK(sunder_graph_start_evaluate_all_at(graph, outputs, 2, 2.5, &job) == SUNDER_OK);
+    CHECK(sunder_job_finish(job, NULL) == SUNDER_OK);
+    sunder_job_free(job);
     CHECK(sunder_graph_start_evaluate_all(graph, outputs, 3, 2, &job) == SUNDER_BAD_USAGE && job == NULL);
     CHECK(sunder_graph_start_evaluate_all(graph, outputs, 2, 2, NULL) == SUNDER_BAD_USAGE);
     CHECK(sunder_graph_start_bake(graph, &settings, &job) == SUNDER_OK);
@@ -284,6 +299,7 @@ static int refused(sunder_graph* graph, const char* folder, const char* sentence
     REFUSED(sunder_graph_set_cut_folder(graph, "x"));
     REFUSED(sunder_graph_evaluate(graph, "sim.state", 2, NULL, &value));
     REFUSED(sunder_graph_evaluate_all(graph, outputs, 1, 2, NULL, &value));
+    REFUSED(sunder_graph_evaluate_all_at(graph, outputs, 1, 2.5, NULL, &value));
     REFUSED(sunder_graph_read_state(graph, "x.ply", &value));
     REFUSED(sunder_graph_bake(graph, &bake, NULL, NULL));
     REFUSED(sunder_graph_verify_bake(graph, folder, NULL, &json));
@@ -291,6 +307,7 @@ static int refused(sunder_graph* graph, const char* folder, const char* sentence
     REFUSED(sunder_graph_export_bake(graph, &export, NULL, &json));
     REFUSED(sunder_graph_start_evaluate(graph, "sim.state", 2, &job));
     REFUSED(sunder_graph_start_evaluate_all(graph, outputs, 1, 2, &job));
+    REFUSED(sunder_graph_start_evaluate_all_at(graph, outputs, 1, 2.5, &job));
     REFUSED(sunder_graph_start_bake(graph, &bake, &job));
     CHECK(value == NULL && job == NULL);
     return n;
@@ -326,7 +343,7 @@ static void one_thing_at_a_time(const char* folder) {
 
     CHECK(sunder_graph_start_evaluate(graph, "sim.state", 100000, &job) == SUNDER_OK);
     for (int i = 0; i < 20; ++i) {
-        CHECK(refused(graph, folder, job_runs) == 29);
+        CHECK(refused(graph, folder, job_runs) == 31);
         sunder_job_wait(job, 0.005);
     }
     CHECK(sunder_graph_seed_state(graph, "sim", 2, early) == SUNDER_BAD_USAGE);
@@ -343,7 +360,7 @@ static void one_thing_at_a_time(const char* folder) {
 
     struct meddler m = {graph, folder, 0, 0};
     const sunder_progress progress = {sizeof progress, on_progress_meddle, &m};
-    CHECK(sunder_graph_evaluate(graph, "sim.state", 3, &progress, &value) == SUNDER_OK && m.refused == 29);
+    CHECK(sunder_graph_evaluate(graph, "sim.state", 3, &progress, &value) == SUNDER_OK && m.refused == 31);
     CHECK(error_of(graph).status == SUNDER_OK);
     sunder_value_free(value);
     m.is_to_free = 1;

@@ -128,3 +128,13 @@ def test_a_bounce_keeps_what_the_error_budget_asks_for(ball):
     fine = kept_by_a_bounce(ball, substeps=1000, iterations=1)
     assert abs(kept_by_a_bounce(ball, error_budget=0.02) - fine) < 0.05 * fine
     assert kept_by_a_bounce(ball, error_budget=0.1) > 0.85 * fine
+
+
+def test_a_body_in_one_piece_falls_whole():
+    """It has a fracture energy and no edge that could fade."""
+    graph = sunder.Graph.from_dict({"sunder": 2, "frame_rate": 24, "frame_range": [0, 6], "nodes": {
+        "cut": {"type": "lattice", "size": [0.2, 0.2, 0.2], "cells": [1, 1, 1]},
+        "clay": {"type": "body", "fragments": "@cut.fragments", "toughness": 0.01},
+        "sim": {"type": "solver", "bodies": ["@clay.body"], "substeps": 8}}})
+    state = graph.evaluate("sim.state", 6)
+    assert state.position[0, 2] == pytest.approx(-9.81 / 2 * 0.25**2, rel=1e-6) and len(state.edge_damage) == 0

@@ -938,6 +938,7 @@ class AddsNodes:
         self_collision: bool = ...,
         sleeping: bool = ...,
         time_scale: Union[_Number, _Animation] = ...,
+        accelerations: bool = ...,
     ) -> Node:
         """Moves all bodies together, dents and tears them. Frames that were simulated are kept, and a frame is reached
         from the last one before it that still holds.
@@ -984,6 +985,8 @@ class AddsNodes:
         time_scale: How fast time runs: 0.1 shows a frame in ten, 0 stands still. Its keys are in frames of the output,
             those of all else in simulated frames. Changes nothing of what happens: frames between simulated ones are
             blended.
+        accelerations: Meshes tell accelerations beside velocities, for curved motion blur. The frame after the one that
+            is asked for is simulated for them.
         """
 
     @overload
@@ -1015,6 +1018,7 @@ class AddsNodes:
         path: _Path = ...,
         export: Literal["none", "usda", "glb", "pc2"] = ...,
         compression: Literal["none", "zstd"] = ...,
+        subframes: _Integer = ...,
     ) -> Node:
         """Writes a visual mesh to a file each frame when the graph is baked.
 
@@ -1025,6 +1029,8 @@ class AddsNodes:
             (constant topology); pc2: point cache (constant topology).
         compression: zstd: files are compressed and their names end in .zst; everything of Sunder reads them as they
             are, other programs once `zstd -d` has unpacked them.
+        subframes: Steps from one frame to the next, each of which is written: 4 has frames 12, 12.25, 12.5, 12.75, 13.
+            What lies between is blended, and its file stands behind the frame's: 0012_250.
         """
 
     @overload
@@ -1036,6 +1042,7 @@ class AddsNodes:
         state: _Wire = ...,
         path: _Path = ...,
         compression: Literal["none", "zstd"] = ...,
+        subframes: _Integer = ...,
     ) -> Node:
         """Writes the simulation's whole state to a file each frame when the graph is baked; a bake resumes from it.
 
@@ -1043,4 +1050,6 @@ class AddsNodes:
         path: PLY file below the output folder, #### being the frame.
         compression: zstd: files are compressed and their names end in .zst; everything of Sunder reads them as they
             are, other programs once `zstd -d` has unpacked them.
+        subframes: Steps from one frame to the next, each of which is written: 4 has frames 12, 12.25, 12.5, 12.75, 13.
+            What lies between is blended, and its file stands behind the frame's: 0012_250.
         """

@@ -27,6 +27,7 @@ from .library import (
     decode,
     dump,
     encode,
+    frame_number,
     frame_pair,
     integer,
     lib,
@@ -283,11 +284,15 @@ class Graph(AddsNodes):
 
     def evaluate(self, output: str, frame: Optional[SupportsInt] = None, progress: Optional[ProgressCallback] = None) -> Value:
         """The value of "node.socket" at a frame (the first of the range unless given): State, Mesh, Fragments or Value.
+        Between two frames, as at 12.5, it is blended of what is simulated.
 
         `progress(fraction, text)` is called now and then and returns False to cancel (Error with code "cancelled").
         """
+        at = self._frame(frame)
+        if isinstance(at, float):
+            return self.evaluate_all([output], at, progress)[0]
         out = ctypes.c_void_p()
-        self._long_call("graph_evaluate", progress, encode(output), self._frame(frame), Progress, ctypes.byref(out))
+        self._long_call("graph_evaluate", progress, encode(output), at, Progress, ctypes.byref(out))
         return wrap(out)
 
     def evaluate_all(self, outputs: Iterable[str], frame: Optional[SupportsInt] = None,
@@ -299,19 +304,20 @@ class Graph(AddsNodes):
         names, n, at = self._wanted(outputs, frame)
         out = (ctypes.c_void_p * n)()
         try:
-            self._long_call("graph_evaluate_all", progress, names, n, at, Progress, out)
+            self._long_call("graph_evaluate_all_at", progress, names, n, at, Progress, out)
         finally:
             values = [wrap(ctypes.c_void_p(pointer)) for pointer in out if pointer]  # freed with what wraps them
         return values
 
-    def _wanted(self, outputs: Iterable[str], frame: Optional[SupportsInt]) -> tuple[ctypes.Array[ctypes.c_char_p], int, int]:
+    def _wanted(self, outputs: Iterable[str], frame: Optional[SupportsInt]) -> tuple[ctypes.Array[ctypes.c_char_p], int, float]:
         if isinstance(outputs, str) or not isinstance(outputs, Iterable):
             raise Error("bad_usage", f"{outputs!r} is no list of outputs")
         names = [encode(output) for output in outputs]
         return (ctypes.c_char_p * len(names))(*names), len(names), self._frame(frame)
 
-    def _frame(self, frame: Optional[SupportsInt]) -> int:
-        return self.frame_range[0] if frame is None else integer("frame", frame, FRAMES)
+    def _frame(self, frame: Optional[SupportsInt]) -> Union[int, float]:
+        """An int of a whole frame, a float between two."""
+        return self.frame_range[0] if frame is None else frame_number(frame)
 
     def seed_state(self, node: str, frame: SupportsInt, state: State) -> None:
         """Makes a solver continue from a State at a frame."""
@@ -332,11 +338,14 @@ class Graph(AddsNodes):
 
     def start_evaluate(self, output: str, frame: Optional[SupportsInt] = None) -> Job:
         """A Job that evaluates on a thread of the library's own; `evaluate` then finds it done."""
-        return Job(self, "graph_start_evaluate", encode(output), self._frame(frame))
+        at = self._frame(frame)
+        if isinstance(at, float):
+            return self.start_evaluate_all([output], at)
+        return Job(self, "graph_start_evaluate", encode(output), at)
 
     def start_evaluate_all(self, outputs: Iterable[str], frame: Optional[SupportsInt] = None) -> Job:
         """A Job that evaluates on a thread of the library's own; `evaluate_all` and `evaluate` then find it done."""
-        return Job(self, "graph_start_evaluate_all", *self._wanted(outputs, frame))
+        return Job(self, "graph_start_evaluate_all_at", *self._wanted(outputs, frame))
 
     def start_bake(self, folder: Path, frames: Optional[Sequence[int]] = None, resume: bool = False,
                    restart: bool = False) -> Job:

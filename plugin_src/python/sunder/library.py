@@ -145,12 +145,12 @@ _FUNCTIONS = {  # name: (result, arguments)
     "graph_set_cut_folder": (c_int32, [c_void_p, c_char_p]),
     "graph_cancel": (None, [c_void_p]),
     "graph_evaluate": (c_int32, [c_void_p, c_char_p, c_int32, _PROGRESS, _HANDLE]),
-    "graph_evaluate_all": (c_int32, [c_void_p, _TEXT, c_uint32, c_int32, _PROGRESS, _HANDLE]),
+    "graph_evaluate_all_at": (c_int32, [c_void_p, _TEXT, c_uint32, c_double, _PROGRESS, _HANDLE]),
     "graph_read_state": (c_int32, [c_void_p, c_char_p, _HANDLE]),
     "graph_seed_state": (c_int32, [c_void_p, c_char_p, c_int32, c_void_p]),
     "graph_bake": (c_int32, [c_void_p, POINTER(BakeSettings), _PROGRESS, POINTER(BakeReport)]),
     "graph_start_evaluate": (c_int32, [c_void_p, c_char_p, c_int32, _HANDLE]),
-    "graph_start_evaluate_all": (c_int32, [c_void_p, _TEXT, c_uint32, c_int32, _HANDLE]),
+    "graph_start_evaluate_all_at": (c_int32, [c_void_p, _TEXT, c_uint32, c_double, _HANDLE]),
     "graph_start_bake": (c_int32, [c_void_p, POINTER(BakeSettings), _HANDLE]),
     "job_look": (None, [c_void_p, POINTER(JobState)]),
     "job_cancel": (None, [c_void_p]),
@@ -342,6 +342,16 @@ def integer(name: str, value: Any, permitted: Optional[tuple[int, int]] = None) 
     if permitted and not permitted[0] <= whole <= permitted[1]:
         raise _refusal("bad_input", name, f"{whole} is out of range", f"permitted: {permitted[0]} to {permitted[1]}")
     return whole
+
+
+def frame_number(value: Any) -> Union[int, float]:
+    """A frame, or what lies between two: an int of a whole one."""
+    at = number("frame", value)
+    if at == at // 1:
+        return integer("frame", value, FRAMES)
+    if not FRAMES[0] <= at <= FRAMES[1]:
+        raise _refusal("bad_input", "frame", f"{at} is out of range", f"permitted: {FRAMES[0]} to {FRAMES[1]}")
+    return at
 
 
 def frame_pair(name: str, first_last: Any) -> FrameRange:

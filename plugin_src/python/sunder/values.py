@@ -133,7 +133,7 @@ class State(Value):
     volume: Array
     mass: Array
     particle_transform: Array
-    frame: int
+    frame: float  # an int of a whole one
     simulated_frame: float
     time_scale: float
     time: float
@@ -152,9 +152,9 @@ class State(Value):
 class Mesh(Value):
     """positions (v, 3), triangles (t, 3), normals (3t, 3) and uvs (3t, 2) by corner, face_material (t,).
 
-    A visual mesh also has face_fragment (t,), vertex_fragment (v,) and velocities (v, 3) in m/s; with constant topology
-    face_hidden (t,), 1 until the interface breaks (otherwise it is empty). And it has what moves it: rest_positions (v, 3)
-    and the particles that each vertex follows, those of vertex i being influence_particle[o[i]:o[i + 1]] with weights
+    A visual mesh also has face_fragment (t,), vertex_fragment (v,), velocities (v, 3) in m/s and, where the solver is asked
+    for them, accelerations (v, 3) in m/s2; with constant topology face_hidden (t,), 1 until the interface breaks (otherwise
+    it is empty). And it has what moves it: rest_positions (v, 3) and the particles that each vertex follows, those of vertex i being influence_particle[o[i]:o[i + 1]] with weights
     influence_weight[o[i]:o[i + 1]], o = influence_offset (v + 1,). All of this stays the same until an edge breaks.
     A vertex at rest position x is  sum w_i (T_i x - R_i t_i x) + Q sum w_i t_i x  with a State's particle_transform T,
     particle_turned t, which is zero of what is more than one fragment thick, and particle_turn R; Q is the rotation of the

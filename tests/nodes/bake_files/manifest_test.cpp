@@ -52,6 +52,31 @@ TEST(Manifest, exports_come_back_and_may_be_absent) {
     EXPECT_TRUE(has(fault_of(json), "leaves the folder"));
 }
 
+TEST(Manifest, what_lies_between_frames_comes_back_in_its_order) {
+    Manifest with = example();
+    with.frames[1].before = {{1 + 1.0 / 3, {{"out", "state/s.0001_333.ply", {5, 0x14}}}},
+                             {1 + 2.0 / 3, {{"out", "state/s.0001_667.ply", {5, 0x15}}}}};
+    const auto m = parse_manifest(text_of(with), "manifest.json");
+    ASSERT_TRUE(m) << m.error().text();
+    EXPECT_EQ(*m, with);
+    EXPECT_TRUE(listed_paths(*m).contains("state/s.0001_667.ply"));
+    EXPECT_EQ(to_json(example()).dump().find("subframes"), std::string::npos);
+    std::vector<double> frames;
+    m->frames[1].for_each_file([&](double frame, const ManifestFile&) { frames.push_back(frame); });
+    EXPECT_EQ(frames, (std::vector<double>{1 + 1.0 / 3, 1 + 2.0 / 3, 2}));
+    for (const double wrong : {1.0, 0.5, 2.0, 1.9}) {
+        Json json = to_json(with);
+        json["frames"][1]["subframes"][0]["frame"] = wrong;
+        EXPECT_TRUE(has(fault_of(json), "subframes")) << wrong;
+    }
+    Json json = to_json(with);
+    json["frames"][1]["subframes"] = 3;
+    EXPECT_TRUE(has(fault_of(json), "subframes"));
+    json = to_json(with);
+    json["frames"][1]["subframes"][1]["files"][0]["path"] = "../s.ply";
+    EXPECT_TRUE(has(fault_of(json), "leaves the folder"));
+}
+
 TEST(Manifest, every_truncation_is_noticed) {
     const std::string whole = text_of(example());
     for (size_t n = 0; n < whole.size(); ++n) {

@@ -76,6 +76,7 @@ TEST(MeshFrameFile, ply_tells_velocities_hidden_faces_and_materials) {
 TEST(MeshFrameFile, ply_reads_back_to_the_same_mesh) {
     VisualMesh full = example();
     full.velocities = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}};
+    full.accelerations = {{-1, -2, -3}, {-4, -5, -6}, {-7, -8, -9}, {-10, -11, -12}};
     full.triangle_hidden = {0, 1};
     VisualMesh plain = example();
     plain.corner_uvs = {};
@@ -84,6 +85,7 @@ TEST(MeshFrameFile, ply_reads_back_to_the_same_mesh) {
         ASSERT_TRUE(frame) << frame.error().text();
         EXPECT_EQ(frame->mesh.positions, m.positions);
         EXPECT_EQ(frame->mesh.velocities, m.velocities);
+        EXPECT_EQ(frame->mesh.accelerations, m.accelerations);
         EXPECT_EQ(frame->mesh.triangles, m.triangles);
         EXPECT_EQ(frame->mesh.corner_normals, m.corner_normals);
         EXPECT_EQ(frame->mesh.corner_uvs, m.corner_uvs);

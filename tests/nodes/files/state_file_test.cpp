@@ -146,6 +146,20 @@ TEST(StateFile, scaled_time_comes_back_and_plain_time_takes_no_room) {
     EXPECT_EQ(decode_state(bytes_of(e), "a")->at, SceneTime{24});
 }
 
+TEST(StateFile, what_lies_between_two_frames_comes_back) {
+    const Example e = example();
+    for (const auto& [frame, at] : {std::pair(12.25, SceneTime{12.25}), {-3 + 1.0 / 3, SceneTime{-2.5, 0.5}}}) {
+        const std::string bytes(encode_state(frame, e.state, e.rest, at).view());
+        const auto file = decode_state(bytes, "a");
+        ASSERT_TRUE(file) << file.error().text();
+        EXPECT_EQ(file->frame, frame);
+        EXPECT_EQ(file->at, at);
+        EXPECT_EQ(file->state, e.state);
+        EXPECT_EQ(std::string(encode_state(file->frame, file->state, e.rest, file->at).view()), bytes);
+        EXPECT_NE(fault_of(bytes.substr(0, bytes.size() - 1)), "");
+    }
+}
+
 TEST(StateFile, what_is_damaged_comes_back_bent_or_not) {
     for (const bool is_bent : {false, true}) {
         Example e = example();

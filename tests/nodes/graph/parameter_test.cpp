@@ -143,5 +143,17 @@ TEST(Parameter, integrals_of_keys_are_exact) {
     EXPECT_EQ(value("value", steps).integral(2.5, 3), 2);
 }
 
+TEST(Parameter, slopes_of_keys_are_those_from_there_on) {
+    const Json ramp = {{"keys", {{2, 4}, {4, 0}, {8, 1}}}};
+    const ParameterValue linear = value("value", ramp);
+    for (const auto& [frame, slope] :
+         {std::pair(0.0, 0.0), {2, -2}, {3.5, -2}, {4, 0.25}, {7.9, 0.25}, {8, 0}, {99, 0}})
+        EXPECT_EQ(linear.slope(frame), slope) << frame;
+    Json steps = ramp;
+    steps["interpolation"] = "step";
+    EXPECT_EQ(value("value", steps).slope(3), 0);
+    EXPECT_EQ(value("value", 0.25).slope(3), 0);
+}
+
 }  // namespace
 }  // namespace sunder

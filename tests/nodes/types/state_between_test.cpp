@@ -98,6 +98,42 @@ TEST(StateBetween, an_edge_breaks_at_its_time_and_its_sides_part) {
     EXPECT_DOUBLE_EQ(after.position[1].x() - a.position[1].x(), 0.2);
 }
 
+TEST(StateBetween, a_piece_in_flight_accelerates_by_gravity_and_by_its_turn) {
+    const SimulationMesh rest = row(4);
+    const Vec3 gravity(0, 0, -9.81), velocity(2, 0, 4), spin(3, -40, 20);
+    const auto at = [&](double t) {
+        FrameState s =
+            placed(rest, t * velocity + 0.5 * t * t * gravity, rotation_of(t * spin), velocity + t * gravity, spin);
+        s.time = t;
+        return s;
+    };
+    const FrameState a = at(0), b = at(kFrame);
+    for (const double share : {0.0, 0.3}) {
+        const double t = share * kFrame, dt = 1e-5;
+        const FrameState shown = share > 0 ? state_between(rest, a, b, share) : a;
+        const std::vector<PieceMotion> pieces = piece_motions(rest, a, b, shown);
+        for (size_t i = 0; i < rest.n_particles(); ++i) {
+            EXPECT_LT((pieces[i].acceleration - gravity).norm(), 1e-9);
+            EXPECT_LT((pieces[i].velocity_at(shown.position[i]) - at(t).velocity[i]).norm(), 1e-9);
+            const Vec3 curved = (at(t + dt).position[i] - 2 * at(t).position[i] + at(t - dt).position[i]) / (dt * dt);
+            EXPECT_LT((pieces[i].acceleration_at(shown.position[i]) - curved).norm(), 1e-4 * curved.norm());
+        }
+    }
+}
+
+TEST(StateBetween, what_rests_or_is_hit_does_not_accelerate) {
+    const SimulationMesh rest = row(2);
+    FrameState a = placed(rest, Vec3::Zero(), Quat::Identity(), Vec3(0, 0, -1), Vec3(5, 0, 0)), b = a;
+    b.time = kFrame;
+    for (const PieceMotion& piece : piece_motions(rest, a, b, a)) {  // it stays where it is, whatever its velocities
+        EXPECT_EQ(piece.acceleration_at(Vec3(1, 2, 3)), Vec3::Zero());
+        EXPECT_EQ(piece.velocity_at(Vec3(1, 2, 3)), Vec3::Zero());
+    }
+    FrameState hit = placed(rest, Vec3(0, 0, -0.9 * kFrame), Quat::Identity(), Vec3(0, 0, 8), Vec3(5, 0, 0));
+    hit.time = kFrame;
+    for (const PieceMotion& piece : piece_motions(rest, a, hit, a)) EXPECT_EQ(piece.acceleration, Vec3::Zero());
+}
+
 TEST(StateBetween, rigid_bodies_move_alike_and_plastic_strain_keeps_its_volume) {
     const SimulationMesh rest = row(1);
     FrameState a = placed(rest, Vec3::Zero(), Quat::Identity(), Vec3::Zero(), Vec3::Zero()), b = a;

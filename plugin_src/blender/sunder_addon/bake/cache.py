@@ -25,15 +25,16 @@ _read_before = {}  # file: (stamp, content)
 
 
 class Manifest:
-    """frames: {frame: {node: path}}, in ascending order; graph: as run; interval: first and last frame wanted;
+    """frames: {frame: {node: path}}, of what lies between two frames as well; numbers: of whole frames, ascending; graph: as run; interval: first and last frame wanted;
     log: equal where what broke is, None in bakes of an earlier Sunder, which keep none."""
 
     def __init__(self, content):
-        self.frames = {f["frame"]: {file["node"]: file["path"] for file in f["files"]} for f in content["frames"]}
-        self.numbers = list(self.frames)
-        self.hashes = {f["frame"]: {file["node"]: file["hash"] for file in f["files"]} for f in content["frames"]}
+        parts = [part for f in content["frames"] for part in (*f.get("subframes", ()), f)]
+        self.frames = {f["frame"]: {file["node"]: file["path"] for file in f["files"]} for f in parts}
+        self.numbers = [f["frame"] for f in content["frames"]]
+        self.hashes = {f["frame"]: {file["node"]: file["hash"] for file in f["files"]} for f in parts}
         self.graph, self.interval, self.version = content["graph"], content["frame_range"], content["version"]
-        self.files = [file["path"] for f in content["frames"] for file in f["files"]]
+        self.files = [path for paths in self.frames.values() for path in paths.values()]
         log = content.get("log", {})
         self.log = "-".join(file["hash"] for file in log["breaks"] + log["loads"]) if log else None
         own = content["resume"] + content.get("exports", []) + log.get("breaks", []) + log.get("loads", [])
@@ -44,6 +45,10 @@ class Manifest:
         if not self.numbers:
             return None
         return self.numbers[max(0, bisect.bisect_right(self.numbers, frame) - 1)]
+
+    def nearest(self, at):
+        """Of what is baked, whole frames and between them, what lies next to a time in frames."""
+        return min(self.frames, key=lambda frame: abs(frame - at))
 
 
 def home(library=None):

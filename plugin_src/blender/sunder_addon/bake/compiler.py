@@ -152,7 +152,7 @@ class _Compiler:
         return self.result
 
     def _frames_beyond(self, first, last):
-        """Frames behind the last that are simulated, too, where time runs faster than the frames."""
+        """Frames behind the last that are simulated, too, where time runs faster than the frames or accelerations look ahead."""
         end = last
         for fields in self.nodes.values():
             if fields["type"] == "solver":
@@ -160,6 +160,8 @@ class _Compiler:
                 scales = [scale for _, scale in keyed[0]] if keyed else [fields.get("time_scale", 1)] * (last - first + 1)
                 passed = sum((a + b) / 2 for a, b in zip(scales, scales[1:]))
                 end = max(end, math.ceil(first + passed - 1e-6))
+                if fields.get("accelerations"):
+                    end = max(end, math.floor(first + passed + 1e-6) + 1)
         return range(last + 1, end + 1)
 
     def _look_back(self, order, first):
@@ -415,6 +417,8 @@ class _Compiler:
         bake_type, socket, pattern = _PATH_OF[node.sunder_type]
         name = f"{node.graph_name}:bake"
         self.nodes[name] = {"type": bake_type, socket: f"@{node.graph_name}.{socket}", "path": pattern.format(node.graph_name)}
+        if self.tree.subframes > 1:
+            self.nodes[name]["subframes"] = self.tree.subframes
 
 
 def compile_tree(tree, scene, at_first=False):

@@ -109,7 +109,8 @@ def _objects(node):
 
 def _settings(tree, scene):
     """What a bake depends on that changes without an event of Blender's."""
-    return scene.render.fps / scene.render.fps_base, tree.frames(scene)[0]
+    plain = scene.render.fps / scene.render.fps_base, tree.frames(scene)[0]
+    return plain if tree.subframes == 1 else (*plain, tree.subframes)
 
 
 def _compute(tree, scene):

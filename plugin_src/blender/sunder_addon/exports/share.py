@@ -144,7 +144,7 @@ def _check_room(folder, tree, is_cache):
     """Refuses what the disk has no room for: Blender's Alembic exporter ends Blender where that is full."""
     bake = cache.folder(tree)
     known = cache.manifest(bake)
-    meshes = [os.path.join(bake, path) for path in known.files if path.startswith("mesh/")]
+    meshes = [os.path.join(bake, path) for n in known.numbers for path in known.frames[n].values() if path.startswith("mesh/")]
     needed = _SHARE_OF_BAKE[is_cache] * sum(os.path.getsize(path) for path in meshes if os.path.isfile(path))
     free = shutil.disk_usage(folder).free
     if needed > free:

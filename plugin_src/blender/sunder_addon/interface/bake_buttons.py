@@ -67,6 +67,7 @@ def draw_tree(layout, tree, scene):
         row = layout.row(align=True)
         row.prop(tree, "frame_start")
         row.prop(tree, "frame_end")
+    layout.prop(tree, "subframes")
     layout.prop(tree, "threads")
     layout.operator("sunder.add_results", text="Add Result Objects", icon="ADD").tree = tree.name_full
     if not scene.render.use_lock_interface:

@@ -101,13 +101,14 @@ def show(thing, frame, is_playing=False, after=0.0):
         home = bpy.path.basename(tree.library.filepath) if tree.library else ""
         runtime.node_notes[key] = f"no bake lies beside {home}: copy its {cache.FOLDER} there" if home else "nothing baked yet"
         return False
+    at, after = _moment(manifest, name, shown, after if shown == frame else 0.0)
     try:
         if thing.mode != "OBJECT":
             raise bake_reader.BakeError(f"object '{thing.name}' is in {thing.mode.lower().replace('_', ' ')} mode")
         if name in manifest.graph["nodes"] and manifest.graph["nodes"][name]["type"] == "rigid_body":
-            _show_rigid_body(thing, folder, manifest, shown, after if shown == frame else 0.0)
+            _show_rigid_body(thing, folder, manifest, at, after)
         else:
-            is_draft = _show_mesh(thing, folder, manifest, shown, is_playing, after if shown == frame else 0.0)
+            is_draft = _show_mesh(thing, folder, manifest, at, is_playing, after)
     except bake_reader.BakeError as error:
         runtime.node_notes[key] = f"frame {shown} cannot be shown: {error}"
         return False
@@ -120,6 +121,20 @@ def show(thing, frame, is_playing=False, after=0.0):
         note += f" of {manifest.interval[1]}"
     runtime.node_notes[key] = note + (f"; frame {frame} shows {shown}" if shown != frame else "")
     return is_draft
+
+
+def _moment(manifest, name, frame, after):
+    """What is baked next to `after` seconds from a frame, and how long after it that is. A mesh whose faces change stays that of
+    the whole frame: renderers blur nothing whose vertices are others from one end of the shutter to the other."""
+    if not after or len(manifest.frames) == len(manifest.numbers):
+        return frame, after
+    if manifest.graph["nodes"].get(name, {}).get("topology") == "compact":
+        return frame, after
+    rate = manifest.graph["frame_rate"]
+    rate = rate[0] / rate[1] if isinstance(rate, list) else rate
+    at = frame + after * rate
+    nearest = manifest.nearest(at)
+    return nearest, (at - nearest) / rate if abs(at - nearest) > 1e-6 else 0.0
 
 
 def fault(thing):
@@ -169,6 +184,8 @@ def _show_mesh(thing, folder, manifest, shown, is_playing, after):
     attributes = _attributes(folder, manifest, shown, node, frame)
     if after:
         frame.positions = frame.positions + np.float32(after) * attributes["velocity"][1]
+        if frame.accelerations is not None:
+            frame.positions += np.float32(after * after / 2) * frame.accelerations
     result_mesh.set_property(mesh, SHOWN, "")  # until all is written
     rest = cache.note(folder).get("rest_coordinates", {}).get(node, {})
     order = cache.note(folder).get("mesh_layers", {}).get(node, {})

@@ -159,7 +159,8 @@ def state_attributes(rows, body, frame, toughness=None, factor=1.0):
     rows: `particle` of a state frame; body: number of the mesh's body in it; toughness: its own at that frame, None for
     never; factor: on it, of each particle. Strain is the largest principal elastic logarithmic strain, toughness left what is missing to the toughness, as a
     share of it; plastic strain sqrt(2/3) |ln U| of the plastic deformation, U its stretch; velocity in m/s is
-    the frame file's; where that has none, of the particle's rigid motion at the vertex.
+    the frame file's; where that has none, of the particle's rigid motion at the vertex. Acceleration in m/s2 is there where the
+    file has it.
     """
     own = rows[rows["body"] == body]
     particle = np.empty(int(own["fragment"].max(initial=0)) + 1, np.int64)
@@ -176,8 +177,10 @@ def state_attributes(rows, body, frame, toughness=None, factor=1.0):
     strain = own["strain"][follows]
     share = 0 if toughness is None else own["strain"] / (toughness * np.broadcast_to(factor, len(own)))
     left = np.broadcast_to(1 - np.clip(share, 0, 1), len(own))[follows]
+    accelerations = {} if frame.accelerations is None else {"acceleration": ("FLOAT_VECTOR", frame.accelerations)}
     return {
         "velocity": ("FLOAT_VECTOR", at_vertex),
+        **accelerations,
         "strain": ("FLOAT", strain.astype(np.float32)),
         "toughness_left": ("FLOAT", left.astype(np.float32)),
         "plastic_strain": ("FLOAT", plastic_strain[follows].astype(np.float32)),

@@ -25,7 +25,7 @@ _WRITTEN = {
 }
 # What results have of their own (docs/blender.md).
 OF_RESULTS = {"fragment", "interior", "hidden", "interface", "rim", "strain", "toughness_left", "plastic_strain",
-              "rest_position", "velocity"}
+              "rest_position", "velocity", "acceleration"}
 
 
 def _key(layer):

@@ -99,6 +99,11 @@ class SunderTree(bpy.types.NodeTree):
     frame_end: IntProperty(
         name="End", description="Last frame", default=96, min=-1000000, max=1000000, options=set(), update=_changed
     )
+    subframes: IntProperty(
+        name="Sub-Frames", description="Steps from one frame to the next that are baked, for motion blur and between frames; 1: "
+        "whole frames alone. Results play them where the deformer's topology is constant", default=1, min=1, max=64, options=set(),
+        update=_changed,
+    )
     threads: IntProperty(
         name="Threads", description="Threads that simulate; 0: all cores. Changes no result", min=0, max=1024,
         options=set(),
