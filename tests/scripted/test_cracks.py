@@ -196,3 +196,61 @@ def test_fracture_energy_counts_beside_plastic_work(notched):
 
     auto = STIFFNESS * METAL["toughness"]**2 * 0.25 / 2
     assert frames_until_parted(4 * auto) > frames_until_parted(auto)
+
+
+def crack_in_a_drawn_strip(tmp_path, strain, **settings):
+    """Times (s) and places (m) at which edges of a notched strip of 2 x 0.1 x 0.5 m break, from frame 12 on: drawn to a share
+    of its toughness by then, and glued until then."""
+    profile = [(-1, -0.25), (1, -0.25), (1, 0.25), (-1, 0.25), (-1, 0.01), (-0.7, 0), (-1, -0.01)]
+    n = len(profile)
+    lines = ["v %g %g %g" % (x, y, z) for y in (-0.05, 0.05) for x, z in profile]
+    faces = [range(1, n + 1), range(2 * n, n, -1)]
+    faces += [((i + 1) % n + 1, i + 1, i + 1 + n, (i + 1) % n + 1 + n) for i in range(n)]
+    path = tmp_path / "strip.obj"
+    path.write_text("\n".join(lines + ["f " + " ".join(map(str, face)) for face in faces]) + "\n")
+    toughness, opening, between_pins = 0.005, 0.025, 0.45
+    sides = {name: {"type": "pin", "body": "@body.body", "region": "box", "box_min": [-3, -1, low], "box_max": [3, 1, high],
+                    "position": {"keys": [[1, [0, 0, 0]], [12, [0, 0, side * strain * toughness * between_pins / 2]]]}}
+             for name, side, low, high in (("below", -1, -1, -0.225), ("above", 1, 0.225, 1))}
+    graph = sunder.Graph.from_dict({"sunder": 2, "frame_rate": 24, "frame_range": [1, 13], "nodes": {
+        "mesh": {"type": "mesh_file", "path": str(path)},
+        "cut": {"type": "prefracture", "mesh": "@mesh.mesh", "pieces": 1500, "clusters": 0},
+        "body": {"type": "body", "fragments": "@cut.fragments", "density": DENSITY, "youngs_modulus": STIFFNESS,
+                 "poisson_ratio": 0.2, "toughness": toughness, "fracture_energy": STIFFNESS * toughness**2 * opening / 2},
+        "glue": {"type": "seam", "body": "@body.body", "mode": "hold", "between": "all", "frame": 13},
+        "solver": {"type": "solver", "gravity": [0, 0, 0], "bodies": ["@glue.body"], "pins": [f"@{name}.pin" for name in sides],
+                   **settings}, **sides}})
+    state = graph.evaluate("solver.state", frame=13)
+    order = np.argsort(state.broken_time, kind="stable")
+    return state.broken_time[order], graph.evaluate("cut.fragments").interface_centroid[state.broken_edge[order]]
+
+
+RAYLEIGH = 0.91 * (STIFFNESS / DENSITY / 2 / 1.2)**0.5  # m/s, c_R of nu 0.2: 0.91 of that of shear waves
+
+
+def speed_of_front(time, place):
+    front = np.maximum.accumulate(place[:, 0])
+    runs = (front > -0.4) & (front < 0.7)
+    return np.polyfit(time[runs], front[runs], 1)[0]
+
+
+def test_a_crack_runs_below_the_speed_of_rayleigh_waves_however_long_the_step(tmp_path):
+    """Stored energy is 12 times what the crack's plane takes."""
+    speeds = []
+    for settings in ({"preset": "final"}, {"substeps": 64, "hit_substeps": 64}, {"substeps": 256}):
+        time, place = crack_in_a_drawn_strip(tmp_path, 0.8, **settings)
+        assert place[:, 0].max() > 0.9 and np.abs(place[:, 2]).mean() < 0.08  # from end to end, in the middle of the strip
+        speeds.append(speed_of_front(time, place))
+    assert 0.5 * RAYLEIGH < min(speeds) and max(speeds) < RAYLEIGH
+    assert max(speeds) < 1.1 * min(speeds)
+
+
+def test_a_crack_that_is_driven_harder_branches(tmp_path):
+    _, slow = crack_in_a_drawn_strip(tmp_path, 0.8)
+    _, fast = crack_in_a_drawn_strip(tmp_path, 0.9)
+    assert np.abs(fast[:, 2]).max() > 1.5 * np.abs(slow[:, 2]).max()
+
+
+def test_what_stores_too_little_does_not_crack(tmp_path):
+    time, _ = crack_in_a_drawn_strip(tmp_path, 0.4)
+    assert len(time) == 0
