@@ -106,6 +106,16 @@ Json to_json(const FragmentReport& f) {
             {"first_broken", f.n_broken ? Json(f.first_broken) : Json()}};
 }
 
+// What cracks took of what their area takes by its fracture energy; null without any.
+Json to_json(const CrackReport& c) {
+    return {{"solver", c.solver},
+            {"energy", c.cracks.taken},
+            {"parted_area", c.cracks.parted_area},
+            {"faded_area", c.cracks.faded_area},
+            {"surface_work", c.cracks.surface_work},
+            {"ratio", number_or_null(c.cracks.taken / c.cracks.surface_work)}};
+}
+
 Result<Aabb> box_of(const Json& json) {
     const auto fault = bad_input("box", "is no box", "give [[x, y, z], [x, y, z]], two opposite corners");
     if (!json.is_array() || json.size() != 2) return fault;
@@ -185,12 +195,14 @@ Result<BreakReport> break_report(const fs::path& bake, const FragmentChoice& cho
     }
     const auto loads = loads_of(bake, *manifest->log);
     if (!loads) return loads.error();
+    for (const FragmentLoads& of : *loads)
+        if (of.cracks) report.cracks.push_back({of.node, *of.cracks});
     if (Status s = choose(choice, *loads, bake.string(), report); !s) return s.error();
     return report;
 }
 
 Json to_json(const BreakReport& report) {
-    Json breaks = Json::array(), pieces = Json::array(), fragments = Json::array(), first;
+    Json breaks = Json::array(), pieces = Json::array(), fragments = Json::array(), cracks = Json::array(), first;
     const LoggedBreak* first_broken = report.first();
     for (const FrameBreaks& frame : report.breaks) {
         for (const LoggedBreak& b : frame.edges) {
@@ -205,9 +217,10 @@ Json to_json(const BreakReport& report) {
                           {"largest", frame.largest}});
     }
     for (const FragmentReport& f : report.fragments) fragments.push_back(to_json(f));
-    return {{"frames", report.frames},     {"complete", report.is_complete},   {"note", report.note},
-            {"broken", report.n_broken()}, {"first", std::move(first)},        {"pieces", std::move(pieces)},
-            {"breaks", std::move(breaks)}, {"fragments", std::move(fragments)}};
+    for (const CrackReport& c : report.cracks) cracks.push_back(to_json(c));
+    return {{"frames", report.frames},     {"complete", report.is_complete},    {"note", report.note},
+            {"broken", report.n_broken()}, {"first", std::move(first)},         {"pieces", std::move(pieces)},
+            {"breaks", std::move(breaks)}, {"fragments", std::move(fragments)}, {"cracks", std::move(cracks)}};
 }
 
 }  // namespace sunder

@@ -35,12 +35,19 @@ struct FragmentReport {
     double first_broken = 0;  // when the first of them broke, s; 0 if none did
 };
 
+/// What cracks of a solver's bodies took, up to the last whole frame.
+struct CrackReport {
+    std::string solver;
+    Cracks cracks;
+};
+
 struct BreakReport {
     std::array<int, 2> frames = {0, 0};  // baked and logged
     bool is_complete = true;             // all frames that are wanted are there
     std::string note;                    // what the log does not tell; "": nothing
     std::vector<FrameBreaks> breaks;     // by frame and solver, of which something broke
     std::vector<FragmentReport> fragments;
+    std::vector<CrackReport> cracks;  // of solvers that have bodies with a fracture energy
 
     size_t n_broken() const;
     /// Of the edge that broke first, the first of equals; none.

@@ -170,6 +170,11 @@ bool decode(const Json& json, FrameBreaks& o_breaks) {
     return true;
 }
 
+bool decode(const Json& json, Cracks& o_cracks) {
+    return take(json, "taken", o_cracks.taken) && take(json, "parted_area", o_cracks.parted_area) &&
+           take(json, "faded_area", o_cracks.faded_area) && take(json, "surface_work", o_cracks.surface_work);
+}
+
 bool decode(const Json& json, FragmentLoads& o_loads) {
     const Json *bodies = nullptr, *rows = nullptr;
     if (!take(json, "node", o_loads.node) || !take(json, "frame", o_loads.frame) ||
@@ -191,7 +196,27 @@ bool decode(const Json& json, FragmentLoads& o_loads) {
         load.frame = static_cast<int>(frame);
         o_loads.of.push_back(load);
     }
-    return true;
+    if (!json.contains("cracks")) return true;  // no body fades, or an earlier Sunder wrote it
+    o_loads.cracks.emplace();
+    return decode(json.at("cracks"), *o_loads.cracks);
+}
+
+void add_cracks(const StateValue& value, std::span<const Material> materials, std::optional<Cracks>& io_cracks) {
+    const SimulationMesh& rest = value.scene->rest;
+    const FrameState& state = *value.state;
+    if (state.edge_damage.empty()) return;
+    const std::vector<PieceId> pieces = connected_pieces(rest, state.edge_intact);
+    Cracks now{.taken = (io_cracks ? io_cracks->taken : 0) + value.report.cracks_J};
+    for (EdgeId e(0); e < rest.n_edges(); ++e) {
+        const Edge& edge = rest.edges[e];
+        const double work = materials[rest.material_of(edge.a)].fracture_energy;
+        if (!(work < kNever)) continue;
+        const bool is_parted = pieces[edge.a] != pieces[edge.b];
+        const double area = edge.area * (is_parted ? 1 : state.edge_damage[e]);
+        (is_parted ? now.parted_area : now.faded_area) += area;
+        now.surface_work += work * area;
+    }
+    io_cracks = now;
 }
 
 }  // namespace
@@ -293,8 +318,10 @@ void add_loads(const StateValue& value, std::span<const std::shared_ptr<const Bo
     std::vector<double> seams;
     for (const auto& body : bodies)
         for (const SeamValue& seam : body->seams) seams.push_back(seam.factor);
-    const std::vector<double> toughness = fragment_toughness(rest, materials_of(bodies), value.state->edge_intact,
-                                                             edge_bonds(scene, seams, *value.state));
+    const std::vector<Material> materials = materials_of(bodies);
+    add_cracks(value, materials, io_loads.cracks);
+    const std::vector<double> toughness =
+        fragment_toughness(rest, materials, value.state->edge_intact, edge_bonds(scene, seams, *value.state));
     for (size_t g = 0; g < toughness.size(); ++g) offer(g, value.state->strain[g], toughness[g]);
     for (const BrokenEdge& b : value.state->broken)
         if (b.toughness > 0)
@@ -307,12 +334,17 @@ std::string encode_loads(const FragmentLoads& loads) {
     for (const FragmentLoad& f : loads.of)
         rows.push_back({f.body, f.fragment, f.position.x(), f.position.y(), f.position.z(), f.strain,
                         number_or_null(f.toughness), f.frame});
-    const Json json = {{"format", kLoadsFormat},
-                       {"node", loads.node},
-                       {"frame", loads.frame},
-                       {"bodies", loads.bodies},
-                       {"columns", {"body", "fragment", "x", "y", "z", "strain", "toughness", "frame"}},
-                       {"fragments", std::move(rows)}};
+    Json json = {{"format", kLoadsFormat},
+                 {"node", loads.node},
+                 {"frame", loads.frame},
+                 {"bodies", loads.bodies},
+                 {"columns", {"body", "fragment", "x", "y", "z", "strain", "toughness", "frame"}},
+                 {"fragments", std::move(rows)}};
+    if (loads.cracks)
+        json["cracks"] = {{"taken", loads.cracks->taken},
+                          {"parted_area", loads.cracks->parted_area},
+                          {"faded_area", loads.cracks->faded_area},
+                          {"surface_work", loads.cracks->surface_work}};
     return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

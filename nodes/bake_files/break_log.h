@@ -1,6 +1,7 @@
 // The log of a bake: what broke in a frame and why; and of every fragment the most that it bore so far.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -63,11 +64,21 @@ struct FragmentLoad {
     bool operator==(const FragmentLoad&) const = default;
 };
 
+/// Of all bodies of a solver that have a fracture energy.
+struct Cracks {
+    double taken = 0;         // elastic energy that edges took as they faded, in all frames up to this one, J
+    double parted_area = 0;   // of interfaces between pieces, m2
+    double faded_area = 0;    // of those within pieces, each by its damage, m2
+    double surface_work = 0;  // fracture energy times those areas, J
+    bool operator==(const Cracks&) const = default;
+};
+
 struct FragmentLoads {
     std::string node;  // the solver
     int frame = 0;     // the last that is counted in
     std::vector<std::string> bodies;
     std::vector<FragmentLoad> of;  // in the order of particles
+    std::optional<Cracks> cracks;  // none: no body has a fracture energy
     bool operator==(const FragmentLoads&) const = default;
 
     /// Whether anything in it can break.

@@ -139,6 +139,16 @@ void print_pieces(const BreakReport& report) {
     }
 }
 
+void print_cracks(const BreakReport& report) {
+    for (const CrackReport& of : report.cracks) {
+        const Cracks& c = of.cracks;
+        std::printf("\ncracks of %s: %.4g m2 between pieces, %.4g m2 faded within them; they took %.4g J",
+                    of.solver.c_str(), c.parted_area, c.faded_area, c.taken);
+        if (c.surface_work > 0) std::printf(", %.2f times their fracture energy", c.taken / c.surface_work);
+        std::printf("\n");
+    }
+}
+
 void print_fragments(const BreakReport& report) {
     std::vector<const FragmentReport*> rows;
     for (const FragmentReport& f : report.fragments) rows.push_back(&f);
@@ -182,6 +192,7 @@ int run_report(const ReportOptions& options) {
         print_breaks(*report);
         print_pieces(*report);
     }
+    print_cracks(*report);
     if (!report->fragments.empty()) print_fragments(*report);
     return kDone;
 }

@@ -20,12 +20,6 @@ constexpr double kMuch = 0.05;       // a rise of damage that others must see be
 constexpr double kMostGiven = 2.5;   // stiffness that a group gets back, over what it had
 constexpr double kStressed = 0.5;    // of the toughness: less stress than that, in all directions, tears nothing
 
-// An edge that is to fade to this damage.
-struct Fade {
-    EdgeId edge;
-    double damage, tension, toughness;
-};
-
 class FadeSearch {
 public:
     FadeSearch(const Pass& pass, const LiveModel& model, const Movables& movables, std::span<const GroupGoal> goals,
@@ -243,34 +237,43 @@ double breaking_strain(const StepContext& context, const FrameState& state, cons
     return strain * std::sqrt(1 + opening_length(own, without_bonds) / math::cbrt(rest.volume[g]));
 }
 
-Broken break_edges(const Pass& pass, double leading, const Movables& movables, std::span<const GroupGoal> goals,
+Breaks find_breaks(const Pass& pass, double leading, const Movables& movables, std::span<const GroupGoal> goals,
+                   const LiveModel& model, const Breaking& breaking) {
+    const StepContext& context = pass.context;
+    const SimulationMesh& rest = context.scene.rest;
+    Breaks found;
+    found.cuts = edges_to_cut({rest, model.live, model.shapes, movables.moving, pass.state.edge_bond}, breaking.strains,
+                              leading, pass.state.time + pass.time.h, context.workers);
+    found.fading = FadeSearch(pass, model, movables, goals, breaking).run();
+    // What a group is crushed by does not fade as well.
+    const auto is_cut = [&](const Fade& fade) {
+        return std::ranges::binary_search(found.cuts, fade.edge, {}, &BrokenEdge::edge);
+    };
+    std::erase_if(found.fading, is_cut);
+    for (const BrokenEdge& cut : found.cuts) found.weakened.push_back(rest.edges[cut.edge].a);
+    for (const Fade& fade : found.fading)
+        if (fade.damage == 1 || fade.damage - pass.state.edge_damage[fade.edge] > kMuch)
+            found.weakened.push_back(rest.edges[fade.edge].a);
+    std::ranges::sort(found.weakened);
+    return found;
+}
+
+Broken break_edges(const Pass& pass, Breaks breaks, const Movables& movables, std::span<const GroupGoal> goals,
                    std::span<const ActiveContact> contacts, LiveModel& model, Breaking& breaking, FrameState& state) {
     const StepContext& context = pass.context;
     const SimulationMesh& rest = context.scene.rest;
-    const double time = state.time + pass.time.h;
-    std::vector<BrokenEdge> cuts = edges_to_cut({rest, model.live, model.shapes, movables.moving, state.edge_bond},
-                                                breaking.strains, leading, time, context.workers);
-    std::vector<Fade> fading = FadeSearch(pass, model, movables, goals, breaking).run();
-    // What a group is crushed by does not fade as well.
-    const auto is_cut = [&](const Fade& fade) {
-        return std::ranges::binary_search(cuts, fade.edge, {}, &BrokenEdge::edge);
-    };
-    std::erase_if(fading, is_cut);
-    const Books books(pass, fading, movables, goals, model);
-    Broken broken;
-    for (const Fade& fade : fading) {
-        if (fade.damage - state.edge_damage[fade.edge] > kMuch) broken.weakened.push_back(rest.edges[fade.edge].a);
+    const Books books(pass, breaks.fading, movables, goals, model);
+    for (const Fade& fade : breaks.fading) {
         weaken(rest, fade, model, breaking, state);
-        if (fade.damage == 1) cuts.push_back({fade.edge, time, fade.tension, fade.toughness, {}});
+        if (fade.damage == 1)
+            breaks.cuts.push_back({fade.edge, state.time + pass.time.h, fade.tension, fade.toughness, {}});
     }
-    for (const BrokenEdge& c : cuts) broken.weakened.push_back(rest.edges[c.edge].a);
-    std::ranges::sort(broken.weakened);
-    std::ranges::sort(cuts, {}, &BrokenEdge::edge);
-    broken.n_cuts = cuts.size();
-    name_pushers(rest, model.live, contacts, cuts);
-    cut(rest, cuts, model, breaking, state);
+    std::ranges::sort(breaks.cuts, {}, &BrokenEdge::edge);
+    name_pushers(rest, model.live, contacts, breaks.cuts);
+    cut(rest, breaks.cuts, model, breaking, state);
     make_shapes_anew(context, model, breaking, state);
-    if (fading.empty()) return broken;
+    Broken broken{.n_cuts = breaks.cuts.size()};
+    if (breaks.fading.empty()) return broken;
     model.take_up_bending(rest, state, context.workers);
     broken.dissipated = books.close(context, model, state);
     return broken;

@@ -30,17 +30,29 @@ bool follows_strain(const StepContext& context, const FrameState& state, Particl
 double breaking_strain(const StepContext& context, const FrameState& state, const LiveTopology& live,
                        ParticleIndex group);
 
-struct Broken {
-    size_t n_cuts = 0;                 // the last of FrameState::broken
-    std::vector<ParticleId> weakened;  // an end of each edge that was cut or faded much; ascending
-    double dissipated = 0;             // of the elastic energy, what edges that fade took, J
-
-    /// Whether what was released is to be seen before anything else breaks.
-    bool runs_on() const { return !weakened.empty(); }
+/// An edge that is to fade to this damage.
+struct Fade {
+    EdgeId edge;
+    double damage = 0, tension = 0, toughness = 0;
 };
 
-/// Cuts edges of groups that are overloaded, to a share `leading` of the worst of their piece; lets edges fade; and
-/// makes rest shapes anew where material flowed or edges broke or faded.
+/// What is to break.
+struct Breaks {
+    std::vector<BrokenEdge> cuts;  // of groups that are overloaded
+    std::vector<Fade> fading;
+    std::vector<ParticleId> weakened;  // an end of each edge that is to be cut or to fade much; ascending
+};
+
+struct Broken {
+    size_t n_cuts = 0;      // the last of FrameState::broken
+    double dissipated = 0;  // of the elastic energy, what edges that fade took, J
+};
+
+/// Edges of groups that are overloaded, to a share `leading` of the worst of their piece; and edges that fade.
+Breaks find_breaks(const Pass& pass, double leading, const Movables& movables, std::span<const GroupGoal> goals,
+                   const LiveModel& model, const Breaking& breaking);
+
+/// Cuts edges, lets edges fade, and makes rest shapes anew where material flowed or edges broke or faded.
 ///
 /// What fades takes weight out of its two groups, whose stiffness would then be that of what they held: as k_g is that
 /// of the whole ring, what stands beside a crack would lose half of its stiffness along the crack, too, and the shot
@@ -48,7 +60,7 @@ struct Broken {
 /// began, and no more than its ring lost; where its energy would rise (shapes of other rings are not monotone) it loses
 /// some. So no change of an edge adds energy. An edge that fades does not profit of it.
 /// `contacts`: of the step, with their impulses; what is cut is told what pushed it (pushers.h).
-Broken break_edges(const Pass& pass, double leading, const Movables& movables, std::span<const GroupGoal> goals,
+Broken break_edges(const Pass& pass, Breaks breaks, const Movables& movables, std::span<const GroupGoal> goals,
                    std::span<const ActiveContact> contacts, LiveModel& io_model, Breaking& io_breaking,
                    FrameState& io_state);
 

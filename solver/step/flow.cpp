@@ -258,4 +258,16 @@ Found flow_and_measure(const Pass& pass, double seconds, const LiveModel& model,
     return Flow(pass, seconds, model, movables, breaking, goals, state).run();
 }
 
+void BeforeFlow::keep(const FrameState& s) {
+    plastic_deformation_ = s.plastic_deformation, plastic_curvature_ = s.plastic_curvature;
+    layer_strain_ = s.layer_strain, edge_offset_ = s.edge_offset;
+    yield_ = s.yield, strain_ = s.strain;
+}
+
+void BeforeFlow::give_back(FrameState& s) const {
+    s.plastic_deformation = plastic_deformation_, s.plastic_curvature = plastic_curvature_;
+    s.layer_strain = layer_strain_, s.edge_offset = edge_offset_;
+    s.yield = yield_, s.strain = strain_;
+}
+
 }  // namespace sunder

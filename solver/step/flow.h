@@ -22,4 +22,17 @@ struct Found {
 Found flow_and_measure(const Pass& pass, double seconds, const LiveModel& model, const Movables& movables,
                        Breaking& io_breaking, std::vector<GroupGoal>& io_goals, FrameState& io_state);
 
+/// What flow changes of a state, as it was.
+class BeforeFlow {
+public:
+    void keep(const FrameState& state);
+    void give_back(FrameState& o_state) const;
+
+private:
+    std::vector<Mat3> plastic_deformation_, plastic_curvature_;
+    std::vector<LayerStrain> layer_strain_;
+    std::vector<double> yield_, strain_;
+    std::vector<EdgeOffsets> edge_offset_;
+};
+
 }  // namespace sunder

@@ -45,11 +45,13 @@ public:
           pieces_(pieces) {}
 
     Hit run();
+    Hit run_cracks(std::span<const ParticleId> weakened);
 
 private:
     double inverse_mass(MovableId i) const { return i < movables_.size() ? movables_.inverse_mass[i] : 0.0; }
     double wave_speed_of(ParticleIndex particle) const;
     int parts_for(ParticleIndex particle, double speed) const;
+    double parts_of_waves(ParticleIndex particle) const;
     int parts_for_breaking(ParticleIndex particle, double speed) const;
     int parts_for_budget(ParticleIndex particle, double speed) const;
     int capped(double parts) const;
@@ -80,10 +82,15 @@ int HitSearch::capped(double parts) const {
     return static_cast<int>(std::min(std::ceil(parts), double(context_.settings.hit_substeps)));
 }
 
+// In which waves go from particle to particle.
+double HitSearch::parts_of_waves(ParticleIndex j) const {
+    const double in_part = fades(context_, state_, j) ? kWaveWhereEdgesFade : kWaveInPart;
+    return waves_in_step(h_ * h_ * model_.live.count(j) * model_.stiffness[j].k) / in_part;
+}
+
 int HitSearch::parts_for_breaking(ParticleIndex j, double speed) const {
     if (!(speed > breaking_strain(context_, state_, model_.live, j) * wave_speed_of(j))) return 1;
-    const double in_part = fades(context_, state_, j) ? kWaveWhereEdgesFade : kWaveInPart;
-    return capped(waves_in_step(h_ * h_ * model_.live.count(j) * model_.stiffness[j].k) / in_part);
+    return capped(parts_of_waves(j));
 }
 
 int HitSearch::parts_for_budget(ParticleIndex j, double speed) const {
@@ -173,6 +180,22 @@ Hit HitSearch::run() {
     return hit;
 }
 
+Hit HitSearch::run_cracks(std::span<const ParticleId> weakened) {
+    Hit hit;
+    std::vector<int> parts(pieces_.whole.size(), 0);
+    for (const ParticleId j : weakened) {
+        const double wanted = fades(context_, state_, j) ? parts_of_waves(j) : 1;
+        if (wanted > context_.settings.hit_substeps) continue;
+        int& most = parts[pieces_.of[j]];
+        most = std::max(most, capped(wanted));
+    }
+    hit.parts = std::max(1, std::ranges::max(parts));
+    if (hit.parts == 1) return hit;
+    take_in_parts(parts, hit);
+    join_what_is_near(parts, hit);
+    return hit;
+}
+
 // Of `io_parts`, by piece: what hangs together with what takes more than one takes them, too. Marks these things.
 void HitSearch::take_in_parts(std::vector<int>& io_parts, Hit& io_hit) const {
     const ContactIslands& islands = problem_.islands;
@@ -224,10 +247,18 @@ void HitSearch::join_what_is_near(std::vector<int>& io_parts, Hit& io_hit) const
 
 }  // namespace
 
+bool divides_hits(const SolverSettings& settings) {
+    return settings.hit_substeps > 1 && settings.method == Method::projective;
+}
+
+Hit find_cracks(const Pass& pass, const LiveModel& model, const ContactProblem& problem, const Movables& movables,
+                const Pieces& pieces, std::span<const ParticleId> weakened) {
+    return HitSearch(pass, model, problem, movables, pieces).run_cracks(weakened);
+}
+
 Hit find_hits(const Pass& pass, const LiveModel& model, const ContactProblem& problem, const Movables& movables,
               const Pieces& pieces) {
-    const StepContext& context = pass.context;
-    if (context.settings.hit_substeps == 1 || context.settings.method != Method::projective) return {};
+    if (!divides_hits(pass.context.settings)) return {};
     return HitSearch(pass, model, problem, movables, pieces).run();
 }
 

@@ -1,6 +1,7 @@
 #include "solver/step/step.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "solver/data/invariant.h"
 #include "solver/pieces/piece_motion.h"
@@ -34,10 +35,11 @@ private:
     bool lets_go(const StepPair& begun);
     std::vector<Woken> find();
     void match();
-    Broken flow_and_break(double leading);
+    std::vector<ParticleId> flow_and_break(double leading);
     void run_cracks();
     bool break_in_hit();
     Status close_books(bool may_break);
+    void begin_anew(const StepPair& begun);
 
     const StepContext& context_;
     const StepTime& time_;
@@ -45,13 +47,16 @@ private:
     FrameState& state_;
     StepReport& report_;
     bool has_flowed_ = false;  // as material does once a step
+    bool may_divide_ = false;  // where an edge breaks, so far
+    Hit crack_;                // parts that what breaks asks for
 };
 
 Result<StepOutcome> Stepper::run() {
     m_.slice.open(context_.n_movables());
     bool may_break = false;  // what contacts push, when the books are closed
     const bool may_let_go = contacts_let_go(context_, state_);
-    const StepPair pair = may_let_go ? m_.pair : StepPair();
+    may_divide_ = divides_hits(context_.settings) && !state_.edge_damage.empty();
+    const StepPair pair = may_let_go || may_divide_ ? m_.pair : StepPair();
     for (int n = 1;; ++n) {
         StepOutcome begun = begin_pass(n == 1);
         if (!begun.is_taken()) return begun;
@@ -64,9 +69,15 @@ Result<StepOutcome> Stepper::run() {
         tumble_pieces(context_, time_.h, m_.model, m_.slice.kept, m_.pieces, m_.matching.goals, m_.movables);
         run_cracks();
         may_break = m_.problem.pushes_anything();
-        if (!may_break || n == context_.settings.crack_passes) break;
-        may_break = break_in_hit();
-        if (!may_break) break;
+        if (may_break && n < context_.settings.crack_passes)
+            may_break = break_in_hit();
+        else
+            break;
+        if (crack_.parts > 1 || !may_break) break;
+    }
+    if (crack_.parts > 1) {
+        begin_anew(pair);
+        return StepOutcome{{}, std::move(crack_)};
     }
     if (Status ok = close_books(may_break); !ok) return ok.error();
     report_.n_components = m_.model.live.n_pieces();
@@ -76,10 +87,15 @@ Result<StepOutcome> Stepper::run() {
 // What contacts let go of what is kept, as where they push it; all of the step is then taken again.
 bool Stepper::lets_go(const StepPair& begun) {
     if (!let_go_of_pushed(context_, time_.h, m_.model.live, m_.problem.contacts, m_.movables, state_)) return false;
+    begin_anew(begun);
+    return true;
+}
+
+// As nothing of the step is in the state yet.
+void Stepper::begin_anew(const StepPair& begun) {
     m_.pair = begun;
     for_all(context_, context_.n_particles(),
             [&](size_t g) { m_.matching.goals[g].rotation = state_.group_rotation[g]; });
-    return true;
 }
 
 // Where things are, what holds them, where inertia takes them, and what they touch. Of the first pass: unless it is
@@ -121,21 +137,34 @@ void Stepper::match() {
     correct(pass(), m_.pair.smooth, m_.model, m_.problem, m_.matching, m_.movables, m_.pieces, report_);
 }
 
-Broken Stepper::flow_and_break(double leading) {
+// An end of each edge that was cut or faded much: where there is one, what was released is to be seen before anything
+// else breaks.
+std::vector<ParticleId> Stepper::flow_and_break(double leading) {
     Stopwatch watch(report_.fracture_s);
+    if (may_divide_) m_.before_flow.keep(state_);
     const Found found = flow_and_measure(pass(), has_flowed_ ? 0 : time_.h, m_.model, m_.movables, m_.breaking,
                                          m_.matching.goals, state_);
     has_flowed_ = true;
     if (!found.changed && !found.overloaded && m_.breaking.stretch.empty()) return {};
-    Broken broken = break_edges(pass(), leading, m_.movables, m_.matching.goals, m_.problem.contacts, m_.model,
-                                m_.breaking, state_);
+    Breaks breaks = find_breaks(pass(), leading, m_.movables, m_.matching.goals, m_.model, m_.breaking);
+    std::vector<ParticleId> weakened = std::move(breaks.weakened);
+    if (!weakened.empty() && std::exchange(may_divide_, false)) {
+        crack_ = find_cracks(pass(), m_.model, m_.problem, m_.movables, m_.pieces, weakened);
+        if (crack_.parts > 1) {
+            m_.before_flow.give_back(state_);
+            std::ranges::fill(m_.breaking.flowed, 0);
+            return {};
+        }
+    }
+    const Broken broken = break_edges(pass(), std::move(breaks), m_.movables, m_.matching.goals, m_.problem.contacts,
+                                      m_.model, m_.breaking, state_);
     report_.edges_broken += broken.n_cuts;
     report_.cracks_J += broken.dissipated;
-    if (broken.n_cuts == 0) return broken;
+    if (broken.n_cuts == 0) return weakened;
     mark_held_pieces(context_, m_.model.live, m_.movables, m_.pieces);
     leave_pieces_alone(pass(), m_.model.live, m_.pieces, m_.matching);
     m_.detection.edges_broke();
-    return broken;
+    return weakened;
 }
 
 // Cuts and starts the correction over until nothing breaks: a crack runs as far as the load that it releases lets it,
@@ -143,7 +172,7 @@ Broken Stepper::flow_and_break(double leading) {
 // `break_in_hit`), and what parts along a crack may push, too.
 void Stepper::run_cracks() {
     for (int n = 0; n < kCracksInStep && !m_.problem.pushes_anything(); ++n) {
-        if (!flow_and_break(kLeading).runs_on()) return;
+        if (flow_and_break(kLeading).empty()) return;
         take_up_contacts(context_, time_.h, m_.model.live, m_.pair.smooth, m_.slice, m_.movables, m_.problem,
                          m_.pieces);
         take_up_smooth_momentum(context_, time_, m_.model, m_.movables, m_.pair, m_.pieces);
@@ -162,9 +191,9 @@ void Stepper::run_cracks() {
 // keep a push that carried a whole body. What breaks in the last pass is cut when the momentum books are closed, and
 // let go in the next step.
 bool Stepper::break_in_hit() {
-    const Broken broken = flow_and_break(0);
-    if (!broken.runs_on()) return false;
-    keep_what_is_whole(context_, broken.weakened, m_.problem.islands, m_.pieces, m_.slice);
+    const std::vector<ParticleId> weakened = flow_and_break(0);
+    if (weakened.empty()) return false;
+    keep_what_is_whole(context_, weakened, m_.problem.islands, m_.pieces, m_.slice);
     return m_.slice.is_again = true;
 }
 

@@ -7,6 +7,7 @@
 #include "solver/contacts/find/scene_contacts.h"
 #include "solver/step/breaking.h"
 #include "solver/step/find.h"
+#include "solver/step/flow.h"
 #include "solver/step/hits.h"
 #include "solver/step/matching.h"
 #include "solver/step/second_order.h"
@@ -27,6 +28,7 @@ struct StepMemory {
     Pieces pieces;
     ContactProblem problem;
     Breaking breaking;
+    BeforeFlow before_flow;
     Slice slice;
 
     /// Brings it in line with a state that was set from outside.

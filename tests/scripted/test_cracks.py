@@ -138,3 +138,129 @@ def test_a_body_in_one_piece_falls_whole():
         "sim": {"type": "solver", "bodies": ["@clay.body"], "substeps": 8}}})
     state = graph.evaluate("sim.state", 6)
     assert state.position[0, 2] == pytest.approx(-9.81 / 2 * 0.25**2, rel=1e-6) and len(state.edge_damage) == 0
+
+
+@pytest.fixture(scope="module")
+def notched(tmp_path_factory):
+    """A bar of 1 x 0.2 x 0.2 m along x with a notch across, 0.05 m deep at x = 0."""
+    path = tmp_path_factory.mktemp("notched") / "bar.obj"
+    profile = [(-0.5, -0.1), (0.5, -0.1), (0.5, 0.1), (0.02, 0.1), (0, 0.05), (-0.02, 0.1), (-0.5, 0.1)]
+    n = len(profile)
+    lines = ["v %g %g %g" % (x, y, z) for y in (-0.1, 0.1) for x, z in profile]
+    faces = [range(1, n + 1), range(2 * n, n, -1)]
+    faces += [((i + 1) % n + 1, i + 1, i + 1 + n, (i + 1) % n + 1 + n) for i in range(n)]
+    path.write_text("\n".join(lines + ["f " + " ".join(map(str, face)) for face in faces]) + "\n")
+    return path
+
+
+def drawn_apart(path, speed, pieces=600, frames=9, **material):
+    """The cut, and states of the bar whose ends are drawn apart, each at half of that speed."""
+    ends = {name: {"type": "pin", "body": "@body.body", "region": "box", "box_min": [low, -1, -1], "box_max": [high, 1, 1],
+                   "position": {"keys": [[1, [0, 0, 0]], [frames, [side * speed / 2 * (frames - 1) / 24, 0, 0]]]}}
+            for name, side, low, high in (("left", -1, -1, -0.42), ("right", 1, 0.42, 1))}
+    graph = sunder.Graph.from_dict({"sunder": 2, "frame_rate": 24, "frame_range": [1, frames], "nodes": {
+        "mesh": {"type": "mesh_file", "path": str(path)},
+        "cut": {"type": "prefracture", "mesh": "@mesh.mesh", "pieces": pieces, "clusters": 0},
+        "body": {"type": "body", "fragments": "@cut.fragments", "density": DENSITY, "youngs_modulus": STIFFNESS,
+                 "poisson_ratio": 0.3, **material},
+        "solver": {"type": "solver", "gravity": [0, 0, 0], "bodies": ["@body.body"], "pins": [f"@{name}.pin" for name in ends]},
+        **ends}})
+    return graph.evaluate("cut.fragments"), [graph.evaluate("solver.state", frame=f) for f in range(1, frames + 1)]
+
+
+def width_beside_the_notch(states):
+    near = np.abs(states[0].position[:, 0]) < 0.08
+    return np.array([np.ptp(state.position[near, 1]) for state in states]) / np.ptp(states[0].position[near, 1])
+
+
+METAL = {"yield": 0.01, "toughness": 0.035}
+
+
+@pytest.mark.parametrize("pieces", [600, 1000])
+def test_a_notched_bar_of_metal_necks_and_tears_into_two_from_its_notch(notched, pieces):
+    cut, states = drawn_apart(notched, 0.4, pieces, **METAL)
+    parted = next(i for i, state in enumerate(states) if state.piece.max() > 0)
+    halves = np.sort(np.bincount(states[-1].piece))
+    assert len(halves) == 2 and halves[0] > 0.4 * pieces
+    assert width_beside_the_notch(states)[parted - 1:parted + 1].min() < 0.985  # elastic alone: 1 - 0.3 x 0.01
+    order = np.concatenate([state.broken_edge[np.argsort(state.broken_time)] for state in states])
+    places = cut.interface_centroid[order]
+    assert np.abs(places[:, 0]).max() < 0.15
+    tenth = len(order) // 10
+    assert places[:tenth, 2].mean() > places[-tenth:, 2].mean() + 0.03  # from the notch down
+    assert np.median(places[:tenth, 2]) > 0
+
+
+def test_the_same_bar_without_yield_parts_there_as_well_and_does_not_neck(notched):
+    cut, states = drawn_apart(notched, 0.1, toughness=0.01)
+    halves = np.sort(np.bincount(states[-1].piece))
+    assert len(halves) == 2 and halves[0] > 0.4 * len(states[-1].piece)
+    assert width_beside_the_notch(states).min() > 0.995
+
+
+def test_fracture_energy_counts_beside_plastic_work(notched):
+    """Four times as much of it takes a longer way to part the same metal."""
+    def frames_until_parted(fracture_energy):
+        _, states = drawn_apart(notched, 0.4, frames=21, fracture_energy=fracture_energy, **METAL)
+        return next((i for i, state in enumerate(states) if state.piece.max() > 0), len(states))
+
+    auto = STIFFNESS * METAL["toughness"]**2 * 0.25 / 2
+    assert frames_until_parted(4 * auto) > frames_until_parted(auto)
+
+
+def crack_in_a_drawn_strip(tmp_path, strain, **settings):
+    """Times (s) and places (m) at which edges of a notched strip of 2 x 0.1 x 0.5 m break, from frame 12 on: drawn to a share
+    of its toughness by then, and glued until then."""
+    profile = [(-1, -0.25), (1, -0.25), (1, 0.25), (-1, 0.25), (-1, 0.01), (-0.7, 0), (-1, -0.01)]
+    n = len(profile)
+    lines = ["v %g %g %g" % (x, y, z) for y in (-0.05, 0.05) for x, z in profile]
+    faces = [range(1, n + 1), range(2 * n, n, -1)]
+    faces += [((i + 1) % n + 1, i + 1, i + 1 + n, (i + 1) % n + 1 + n) for i in range(n)]
+    path = tmp_path / "strip.obj"
+    path.write_text("\n".join(lines + ["f " + " ".join(map(str, face)) for face in faces]) + "\n")
+    toughness, opening, between_pins = 0.005, 0.025, 0.45
+    sides = {name: {"type": "pin", "body": "@body.body", "region": "box", "box_min": [-3, -1, low], "box_max": [3, 1, high],
+                    "position": {"keys": [[1, [0, 0, 0]], [12, [0, 0, side * strain * toughness * between_pins / 2]]]}}
+             for name, side, low, high in (("below", -1, -1, -0.225), ("above", 1, 0.225, 1))}
+    graph = sunder.Graph.from_dict({"sunder": 2, "frame_rate": 24, "frame_range": [1, 13], "nodes": {
+        "mesh": {"type": "mesh_file", "path": str(path)},
+        "cut": {"type": "prefracture", "mesh": "@mesh.mesh", "pieces": 1500, "clusters": 0},
+        "body": {"type": "body", "fragments": "@cut.fragments", "density": DENSITY, "youngs_modulus": STIFFNESS,
+                 "poisson_ratio": 0.2, "toughness": toughness, "fracture_energy": STIFFNESS * toughness**2 * opening / 2},
+        "glue": {"type": "seam", "body": "@body.body", "mode": "hold", "between": "all", "frame": 13},
+        "solver": {"type": "solver", "gravity": [0, 0, 0], "bodies": ["@glue.body"], "pins": [f"@{name}.pin" for name in sides],
+                   **settings}, **sides}})
+    state = graph.evaluate("solver.state", frame=13)
+    order = np.argsort(state.broken_time, kind="stable")
+    return state.broken_time[order], graph.evaluate("cut.fragments").interface_centroid[state.broken_edge[order]]
+
+
+RAYLEIGH = 0.91 * (STIFFNESS / DENSITY / 2 / 1.2)**0.5  # m/s, c_R of nu 0.2: 0.91 of that of shear waves
+
+
+def speed_of_front(time, place):
+    front = np.maximum.accumulate(place[:, 0])
+    runs = (front > -0.4) & (front < 0.7)
+    return np.polyfit(time[runs], front[runs], 1)[0]
+
+
+def test_a_crack_runs_below_the_speed_of_rayleigh_waves_however_long_the_step(tmp_path):
+    """Stored energy is 12 times what the crack's plane takes."""
+    speeds = []
+    for settings in ({"preset": "final"}, {"substeps": 64, "hit_substeps": 64}, {"substeps": 256}):
+        time, place = crack_in_a_drawn_strip(tmp_path, 0.8, **settings)
+        assert place[:, 0].max() > 0.9 and np.abs(place[:, 2]).mean() < 0.08  # from end to end, in the middle of the strip
+        speeds.append(speed_of_front(time, place))
+    assert 0.5 * RAYLEIGH < min(speeds) and max(speeds) < RAYLEIGH
+    assert max(speeds) < 1.1 * min(speeds)
+
+
+def test_a_crack_that_is_driven_harder_branches(tmp_path):
+    _, slow = crack_in_a_drawn_strip(tmp_path, 0.8)
+    _, fast = crack_in_a_drawn_strip(tmp_path, 0.9)
+    assert np.abs(fast[:, 2]).max() > 1.5 * np.abs(slow[:, 2]).max()
+
+
+def test_what_stores_too_little_does_not_crack(tmp_path):
+    time, _ = crack_in_a_drawn_strip(tmp_path, 0.4)
+    assert len(time) == 0

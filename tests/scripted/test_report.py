@@ -135,6 +135,24 @@ def test_what_broke_has_borne_more_than_its_share(hit):
             assert row["first_broken"] == min(b["time"] for b in told["breaks"] if row["fragment"] in b["fragments"])
 
 
+def test_what_cracks_took_and_parted(sunder, tmp_path):
+    """In the strip an interface is 0.1 x 0.1 m."""
+    told = baked(strip(fracture_energy=100), tmp_path / "out")
+    states = [package.read_state(tmp_path / f"out/state/sim.{frame:04d}.ply") for frame in range(1, 25)]
+    last, of = states[-1], told["cracks"][0]
+    parted = last.piece[last.edges[:, 0]] != last.piece[last.edges[:, 1]]
+    assert of["solver"] == "sim" and parted.sum() > 0
+    assert of["parted_area"] == pytest.approx(0.01 * parted.sum(), rel=1e-9)
+    assert of["faded_area"] == pytest.approx(0.01 * last.edge_damage[~parted].sum(), rel=1e-9)
+    assert of["surface_work"] == pytest.approx(100 * (of["parted_area"] + of["faded_area"]), rel=1e-9)
+    assert of["energy"] > 0 and of["ratio"] == of["energy"] / of["surface_work"]
+    assert " m2 between pieces, " in sunder("report", tmp_path / "out").out
+    package.bake(package.Graph.from_dict(strip(fracture_energy=100)), tmp_path / "parts", frames=(1, 6))
+    package.bake(package.Graph.from_dict(strip(fracture_energy=100)), tmp_path / "parts", resume=True)
+    assert package.report(tmp_path / "parts")["cracks"] == told["cracks"]
+    assert baked(strip(), tmp_path / "null")["cracks"] == []
+
+
 @pytest.mark.parametrize("states", [True, False])
 def test_resumed_or_killed_it_tells_the_same(scene, sunder, tmp_path, states):
     graph = block_scene((1, 60)) if states else without_states(block_scene((1, 60)))

@@ -53,6 +53,19 @@ class FragmentLoad(TypedDict):
     first_broken: Optional[float]
 
 
+class Cracks(TypedDict):
+    """What cracks of a solver's bodies took, of those that have a fracture energy. `energy`: elastic energy, J; `parted_area`: of
+    interfaces between pieces, m2; `faded_area`: within pieces, each by its damage; `surface_work`: what those areas take by
+    their fracture energy, J; `ratio`: energy over that, None without any."""
+
+    solver: str
+    energy: float
+    parted_area: float
+    faded_area: float
+    surface_work: float
+    ratio: Optional[float]
+
+
 class Report(TypedDict):
     """What `report` tells of a bake folder."""
 
@@ -64,6 +77,7 @@ class Report(TypedDict):
     pieces: list[Pieces]
     breaks: list[Break]
     fragments: list[FragmentLoad]
+    cracks: list[Cracks]
 
 
 def report(folder: Path, fragments: Union[str, Iterable[SupportsInt], None] = None, body: Optional[str] = None,

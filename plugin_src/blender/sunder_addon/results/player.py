@@ -242,7 +242,7 @@ def _attributes(folder, manifest, shown, node, frame):
     index = [bake_reader.body_of(graph, b) for b in ([bodies] if isinstance(bodies, str) else bodies)].index(name)
     factors = cache.note(folder).get("toughness_factors", {}).get(name)
     factor = _tearing_factors(state, index, factors) if factors else 1.0
-    return result_mesh.state_attributes(state["particle"], index, frame, toughness, factor)
+    return result_mesh.state_attributes(state, index, frame, toughness, factor)
 
 
 def _tearing_factors(state, body, factors):

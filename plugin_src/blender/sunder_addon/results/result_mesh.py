@@ -153,16 +153,27 @@ def write_attribute(mesh, name, kind, domain, values):
     _foreach(attribute.data, fields.get(kind, "value"), values)
 
 
-def state_attributes(rows, body, frame, toughness=None, factor=1.0):
+def fragment_damage(state, body):
+    """Of each particle of a body, 0 to 1: the mean damage of its edges, those that broke being 1. state: elements of a state frame."""
+    mine = state["particle"]["body"] == body
+    edge = state["edge"]
+    fading = state["damage"]["damage"] if len(state.get("damage", ())) else 0.0
+    damage = np.where(edge["intact"] != 0, fading, 1.0)
+    ends = np.concatenate([edge["a"], edge["b"]]).astype(np.int64)
+    edges = np.bincount(ends, minlength=len(mine))
+    return (np.bincount(ends, np.tile(damage, 2), len(mine)) / np.maximum(edges, 1))[mine]
+
+
+def state_attributes(state, body, frame, toughness=None, factor=1.0):
     """{name: (kind, values)} a vertex, from the particle that it follows first.
 
-    rows: `particle` of a state frame; body: number of the mesh's body in it; toughness: its own at that frame, None for
+    state: elements of a state frame; body: number of the mesh's body in it; toughness: its own at that frame, None for
     never; factor: on it, of each particle. Strain is the largest principal elastic logarithmic strain, toughness left what is missing to the toughness, as a
-    share of it; plastic strain sqrt(2/3) |ln U| of the plastic deformation, U its stretch; velocity in m/s is
+    share of it; damage is that of the fragment's edges; plastic strain sqrt(2/3) |ln U| of the plastic deformation, U its stretch; velocity in m/s is
     the frame file's; where that has none, of the particle's rigid motion at the vertex. Acceleration in m/s2 is there where the
     file has it.
     """
-    own = rows[rows["body"] == body]
+    own = state["particle"][state["particle"]["body"] == body]
     particle = np.empty(int(own["fragment"].max(initial=0)) + 1, np.int64)
     particle[own["fragment"]] = np.arange(len(own))
     follows = particle[frame.vertex_fragment]
@@ -183,5 +194,6 @@ def state_attributes(rows, body, frame, toughness=None, factor=1.0):
         **accelerations,
         "strain": ("FLOAT", strain.astype(np.float32)),
         "toughness_left": ("FLOAT", left.astype(np.float32)),
+        "damage": ("FLOAT", fragment_damage(state, body)[follows].astype(np.float32)),
         "plastic_strain": ("FLOAT", plastic_strain[follows].astype(np.float32)),
     }

@@ -24,8 +24,8 @@ _WRITTEN = {
     ("int", 2): ("INT32_2D",), ("bool", 1): ("BOOLEAN",),
 }
 # What results have of their own (docs/blender.md).
-OF_RESULTS = {"fragment", "interior", "hidden", "interface", "rim", "strain", "toughness_left", "plastic_strain",
-              "rest_position", "velocity", "acceleration"}
+OF_RESULTS = {"fragment", "interior", "hidden", "interface", "rim", "strain", "toughness_left", "damage",
+              "plastic_strain", "rest_position", "velocity", "acceleration"}
 
 
 def _key(layer):
