@@ -189,8 +189,8 @@ SUNDER_API sunder_status sunder_graph_bake(sunder_graph* graph, const sunder_bak
 SUNDER_API sunder_status sunder_graph_verify_bake(sunder_graph* graph, const char* folder,
                                                   const sunder_progress* progress, const char** out_json);
 /* What broke in a bake, when and why (docs/report.md tells the fields), complete or not. `fragments` names those whose
- * largest loads are told, too: {"all": true, "body": NAME, "fragments": [1, 2], "box": [[x, y, z], [x, y, z]]}, each of
- * which may be absent; NULL: none. Errors are told by the graph, which is not read. */
+ * largest loads are told, too: {"all": true, "body": NAME, "fragments": [1, 2], "box": [[x, y, z], [x, y, z]], "group":
+ * NAME, "cluster": 3}, each of which may be absent; NULL: none. Errors are told by the graph, which is not read. */
 SUNDER_API sunder_status sunder_graph_report_bake(sunder_graph* graph, const char* folder, const char* fragments,
                                                   const char** out_json);
 typedef struct sunder_export_settings {

@@ -327,6 +327,7 @@ def dump(value: object, node: str = "", parameter: str = "") -> bytes:
 
 FRAMES = (-1_000_000, 1_000_000)  # the library's own limits; ctypes would cut off what does not fit C's integers
 THREADS = (0, 1024)
+CLUSTERS = (-(2**31) + 1, 2**31 - 1)
 BYTES = (0, 2**64 - 1)
 
 
