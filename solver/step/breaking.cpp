@@ -36,7 +36,7 @@ public:
 
 private:
     const SimulationMesh& rest() const { return pass_.context.scene.rest; }
-    double toughness_of(EdgeId edge) const;
+    double sound_toughness_of(EdgeId edge) const;  // without what seams and glue make of it
     StretchedEdge stretched(EdgeId edge) const;
     Fade look_at(EdgeId edge) const;
     bool leads(const Fade& fade, std::span<const double> load) const;
@@ -48,12 +48,11 @@ private:
     const Breaking& breaking_;
 };
 
-double FadeSearch::toughness_of(EdgeId e) const {
+double FadeSearch::sound_toughness_of(EdgeId e) const {
     const Edge& edge = rest().edges[e];
     const double a = material_of(rest(), edge.a, pass_.context.material(edge.a)).toughness,
                  b = material_of(rest(), edge.b, pass_.context.material(edge.b)).toughness;
-    const std::vector<double>& bond = pass_.state.edge_bond;
-    return 0.5 * (a + b) * edge.toughness_factor * (bond.empty() ? 1 : bond[e]);
+    return 0.5 * (a + b) * edge.toughness_factor;
 }
 
 StretchedEdge FadeSearch::stretched(EdgeId e) const {
@@ -64,17 +63,19 @@ StretchedEdge FadeSearch::stretched(EdgeId e) const {
             goals_[edge.a].rotation, goals_[edge.b].rotation};
 }
 
-// What is pressed and sound stays so.
+// What is pressed and sound stays so. What a seam weakens keeps its opening length, so that it absorbs less.
 Fade FadeSearch::look_at(EdgeId e) const {
     const Edge& edge = rest().edges[e];
-    const double had = pass_.state.edge_damage[e], tau = toughness_of(e);
+    const std::vector<double>& bond = pass_.state.edge_bond;
+    const double had = pass_.state.edge_damage[e], sound = sound_toughness_of(e),
+                 tau = sound * (bond.empty() ? 1 : bond[e]);
     const StretchedEdge at = stretched(e);
     const bool bends = model_.bends(edge.a) || model_.bends(edge.b);
     if (!(tau < kNever) || (had == 0 && !bends && at.is_pressed())) return {e, had, 0, tau};
     const Material& material = pass_.context.material(edge.a);
     const double pull =
         tension(at, breaking_.stretch[edge.a], breaking_.stretch[edge.b], material.poisson_ratio, kStressed * tau);
-    const double now = damage(pull, tau, opening_length(material, tau), at.rest.norm());
+    const double now = damage(pull, tau, opening_length(material, sound), at.rest.norm());
     return {e, now == 1 || now > had + kLeastRise ? now : had, pull, tau};
 }
 
@@ -238,7 +239,9 @@ double breaking_strain(const StepContext& context, const FrameState& state, cons
     const double strain = breaking_strain(rest, live, own, g, state.edge_bond);
     if (!fades(context, state, g) || !(strain < kNever)) return strain;
     // What fades bears more before it parts: as the critical load of a body goes, by the root (Griffith).
-    return strain * std::sqrt(1 + opening_length(own, strain) / math::cbrt(rest.volume[g]));
+    const double sound = state.edge_bond.empty() ? strain : breaking_strain(rest, live, own, g);
+    if (!(sound < kNever)) return strain;
+    return strain * std::sqrt(1 + opening_length(own, sound) / math::cbrt(rest.volume[g]));
 }
 
 Broken break_edges(const Pass& pass, double leading, const Movables& movables, std::span<const GroupGoal> goals,
