@@ -146,7 +146,8 @@ class Source:
         made.center, made.surface = self._center, self._surface
         made.limit = self._limit(kept.simulated_frame, limit)
         edges = state.edges[own_edges].astype(np.int64) - mine.start
-        factor = tearing.tearing_factors(self._factors[0], edges, intact, self._factors[1])
+        glued = (state.kept[mine] & tearing.GLUED).astype(bool) if len(state.kept) else None
+        factor = tearing.tearing_factors(self._factors[0], edges, intact, self._factors[1], glued)
         broken_now = np.zeros(len(state.edges), bool)
         broken_now[state.broken_edge] = True
         made.edges = _edges(state.rest_position[mine] - self._center, edges, intact, broken_now[own_edges])
