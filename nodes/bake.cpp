@@ -76,8 +76,7 @@ private:
             const Result<Value> value = graph_.evaluate(at.node, at.socket, frame);
             if (!value) return value.error();
             for (const std::string& warning : warnings_of(*value))
-                report_.notes.push_back(warning.starts_with("node '") ? warning
-                                                                      : "node '" + at.node + "': " + warning);
+                report_.notes.push_back(warning.starts_with("node '") ? warning : "node '" + at.node + "': " + warning);
         }
         return {};
     }

@@ -51,8 +51,7 @@ bool is_in_part(const FragmentChoice& choice, const FragmentLoads& loads, const 
         const auto group = parts.groups.find(choice.group);
         if (group == parts.groups.end() || !std::ranges::binary_search(group->second, f.fragment)) return false;
     }
-    return !choice.cluster ||
-           (f.fragment < parts.clusters.size() ? parts.clusters[f.fragment] : 0) == *choice.cluster;
+    return !choice.cluster || (f.fragment < parts.clusters.size() ? parts.clusters[f.fragment] : 0) == *choice.cluster;
 }
 
 bool is_chosen(const FragmentChoice& choice, const FragmentLoads& loads, const FragmentLoad& f) {

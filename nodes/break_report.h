@@ -25,9 +25,8 @@ struct FragmentChoice {
     bool is_empty() const { return !all && fragments.empty() && !box && group.empty() && !cluster; }
 };
 
-/// {"all": true, "body": NAME, "fragments": [1, 2], "box": [[x, y, z], [x, y, z]], "group": NAME, "cluster": 3}, each of
-/// which may be absent: fragments of which all of these hold.
-/// Errors: what is none of these.
+/// {"all": true, "body": NAME, "fragments": [1, 2], "box": [[x, y, z], [x, y, z]], "group": NAME, "cluster": 3}, each
+/// of which may be absent: fragments of which all of these hold. Errors: what is none of these.
 Result<FragmentChoice> fragment_choice(const std::string& json);
 
 /// A fragment of those asked about.

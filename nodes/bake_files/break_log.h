@@ -76,7 +76,7 @@ struct FragmentLoads {
     int frame = 0;     // the last that is counted in
     std::vector<std::string> bodies;
     std::vector<FragmentParts> parts;  // of `bodies`; empty: unknown, in a log of an earlier Sunder
-    std::vector<FragmentLoad> of;  // in the order of particles
+    std::vector<FragmentLoad> of;      // in the order of particles
     bool operator==(const FragmentLoads&) const = default;
 
     /// Whether anything in it can break.

@@ -180,8 +180,8 @@ typedef struct sunder_bake_report {
     int32_t first_frame, last_frame;   /* wanted */
     int32_t first_new_frame;           /* those before it were there already */
     uint64_t n_frames, n_files, bytes; /* written now */
-    const char* notes;                 /* ["node 'sim': ...", ...], JSON: what solvers and exports warn of; valid until the
-                                        * next call on the graph */
+    const char* notes; /* ["node 'sim': ...", ...], JSON: what solvers and exports warn of; valid until the
+                        * next call on the graph */
 } sunder_bake_report;
 
 /* `progress` and `out_report` may be NULL. A cancelled bake leaves whole frames and can be resumed. */

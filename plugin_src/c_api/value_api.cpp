@@ -75,10 +75,8 @@ Status sunder::c_api::bake(sunder_graph& graph, const sunder_bake_settings& sett
     if (!report) return report.error();
     if (!has_size(out_report)) return {};
     out_told.text = Json(report->notes).dump(-1, ' ', false, Json::error_handler_t::replace);
-    const sunder_bake_report r{out_report->struct_size, report->frames[0],
-                               report->frames[1],       report->first_new_frame,
-                               report->n_frames,        report->n_files,
-                               report->bytes,           out_told.text.c_str()};
+    const sunder_bake_report r{out_report->struct_size, report->frames[0], report->frames[1], report->first_new_frame,
+                               report->n_frames,        report->n_files,   report->bytes,     out_told.text.c_str()};
     std::memcpy(out_report, &r, std::min<size_t>(out_report->struct_size, sizeof r));
     return {};
 }

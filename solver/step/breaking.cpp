@@ -50,8 +50,9 @@ private:
 
 double FadeSearch::sound_toughness_of(EdgeId e) const {
     const Edge& edge = rest().edges[e];
-    const double a = material_of(rest(), edge.a, pass_.context.material(edge.a)).toughness,
-                 b = material_of(rest(), edge.b, pass_.context.material(edge.b)).toughness;
+    const Material &of_a = pass_.context.material(edge.a),
+                   &of_b = rest().material.empty() ? of_a : pass_.context.material(edge.b);
+    const double a = material_of(rest(), edge.a, of_a).toughness, b = material_of(rest(), edge.b, of_b).toughness;
     return 0.5 * (a + b) * edge.toughness_factor;
 }
 

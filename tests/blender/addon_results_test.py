@@ -200,30 +200,6 @@ class Shown(ObjectCase):
         plain = 1 - np.clip(state.strain / tough, 0, 1)
         self.assertGreater(np.abs(left - plain[mesh.vertex_fragment]).max(), 0.01)
 
-    def test_toughness_left_is_whole_of_what_is_glued_and_of_no_more(self):
-        tree, nodes = self.tree(pieces=20)
-        glue = self.node(tree, "activate", mode="glued", region="box", box_min=(-9, -9, 0.6), box_max=(9, 9, 9), until="frame", frame=5)
-        for link in [link for link in tree.links if link.from_node == nodes["body"]]:
-            tree.links.remove(link)
-        self.connect(nodes["body"], "body", glue, "body")
-        for name, socket in (("solver", "bodies"), ("deformer", "body")):
-            self.connect(glue, "body", nodes[name], socket)
-        shown, = self.results(tree)
-        self.bake(tree)
-        graph = addon("base.core").sunder().Graph.load(str(self.cached(tree) / "graph.json"))
-        tough = graph["body"].at("toughness", 1)
-        for frame, has_glue in ((4, True), (6, False)):
-            self.scene.frame_set(frame)
-            state, mesh = (graph.evaluate(n, frame) for n in ("solver.state", "deformer.mesh"))
-            glued = (state.kept & 4) != 0
-            self.assertEqual([glued.any(), glued.all()], [has_glue, False])
-            only = np.array([all(glued[[a, b]].any() for (a, b), holds in zip(state.edges, state.edge_intact) if holds and p in (a, b))
-                             and any(holds and p in (a, b) for (a, b), holds in zip(state.edges, state.edge_intact))
-                             for p in range(len(glued))])  # what hangs on glue alone cannot tear either
-            expected = np.where(only, 1, 1 - np.clip(state.strain / tough, 0, 1))
-            np.testing.assert_allclose(attribute(shown, "toughness_left"), expected[mesh.vertex_fragment], atol=1e-5)
-            self.assertGreater(state.strain[glued].max(initial=0), 0 if has_glue else -1)
-
     def test_break_surfaces_know_their_interface_and_how_near_the_rim_is(self):
         tree, nodes = self.tree()
         nodes["prefracture"].set_parameters(rim_width=0.05)
