@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <set>
+#include <span>
 
 #include "nodes/bake_exports.h"
 #include "nodes/bake_files/bake_folder.h"
@@ -20,10 +21,22 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
+const SocketDescription* find_socket(const std::vector<SocketDescription>& sockets, SocketType type) {
+    const auto found = std::ranges::find(sockets, type, &SocketDescription::type);
+    return found == sockets.end() ? nullptr : &*found;
+}
 const SocketDescription* find_output(const NodeDescription& node, SocketType type) {
-    for (const SocketDescription& s : node.outputs)
-        if (s.type == type) return &s;
-    return nullptr;
+    return find_socket(node.outputs, type);
+}
+const SocketDescription* find_input(const NodeDescription& node, SocketType type) {
+    return find_socket(node.inputs, type);
+}
+
+std::span<const std::string> warnings_of(const Value& value) {
+    if (const auto* state = std::get_if<std::shared_ptr<const StateValue>>(&value)) return (*state)->warnings;
+    if (const auto* collider = std::get_if<std::shared_ptr<const ColliderValue>>(&value)) return (*collider)->warnings;
+    if (const auto* cut = std::get_if<std::shared_ptr<const FragmentSet>>(&value)) return (*cut)->warnings;
+    return {};
 }
 
 // Files that a bake may have left behind its last whole frame when it was killed.
@@ -75,13 +88,13 @@ public:
 private:
     int next_frame() const { return manifest_.frame_range[0] + static_cast<int>(manifest_.frames.size()); }
 
-    // What the solvers' methods leave out.
+    // What meshes wanted of a cut or a collider, and what solvers' methods leave out.
     Status note_warnings(int frame) {
-        for (const SocketReference& solver : solvers_) {
-            const Result<Value> state = graph_.evaluate(solver.node, solver.socket, frame);
-            if (!state) return state.error();
-            for (const std::string& warning : std::get<std::shared_ptr<const StateValue>>(*state)->warnings)
-                report_.notes.push_back("node '" + solver.node + "': " + warning);
+        for (const SocketReference& at : telling_) {
+            const Result<Value> value = graph_.evaluate(at.node, at.socket, frame);
+            if (!value) return value.error();
+            for (const std::string& warning : warnings_of(*value))
+                report_.notes.push_back(warning.starts_with("node '") ? warning : "node '" + at.node + "': " + warning);
         }
         return {};
     }
@@ -109,7 +122,12 @@ private:
                 for (const SocketReference& w : *wires) find_solvers(w.node, seen);
         }
         if (const SocketDescription* state = find_output(description, SocketType::state))
-            solvers_.push_back({node, state->name});
+            solvers_.push_back({node, state->name}), telling_.push_back(solvers_.back());
+        else if (const SocketDescription* collider = find_output(description, SocketType::collider))
+            telling_.push_back({node, collider->name});
+        else if (const SocketDescription* cut = find_output(description, SocketType::fragments);
+                 cut && !find_input(description, SocketType::fragments))  // else those of the cut that it passes on
+            telling_.push_back({node, cut->name});
     }
 
     Status choose_frames() {
@@ -465,6 +483,7 @@ private:
     std::optional<BakeFolder> folder_;                        // once nothing else can be refused
     std::vector<SocketReference> bake_nodes_, solvers_;       // solvers in the order in which bake nodes need them
     std::map<double, std::vector<SocketReference>> between_;  // shares of a frame -> the bake nodes that have them
+    std::vector<SocketReference> telling_;  // outputs whose values have warnings, in the order of wires
     std::vector<WantedExport> exports_;
     std::array<int, 2> frames_ = {0, 0};
     std::map<std::string, std::string> paths_;           // every file of the bake -> its node

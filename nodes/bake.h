@@ -42,7 +42,7 @@ struct BakeReport {
     int first_new_frame = 0;             // frames before it were there already
     size_t n_frames = 0, n_files = 0;    // written now
     uint64_t bytes = 0;
-    std::vector<std::string> notes;  // sentences: what solvers and exports leave out, and why
+    std::vector<std::string> notes;  // sentences: what meshes wanted, what solvers and exports leave out
 };
 
 /// Every file appears whole or not at all, the manifest follows after each frame: whenever a bake ends (cancelled,

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include "nodes/bake_files/manifest.h"
@@ -41,11 +43,41 @@ Result<std::vector<FragmentLoads>> loads_of(const fs::path& bake, const Manifest
     return all;
 }
 
+bool is_in_part(const FragmentChoice& choice, const FragmentLoads& loads, const FragmentLoad& f) {
+    if (choice.group.empty() && !choice.cluster) return true;
+    if (loads.parts.empty()) return false;
+    const FragmentParts& parts = loads.parts[f.body];
+    if (!choice.group.empty()) {
+        const auto group = parts.groups.find(choice.group);
+        if (group == parts.groups.end() || !std::ranges::binary_search(group->second, f.fragment)) return false;
+    }
+    return !choice.cluster || (f.fragment < parts.clusters.size() ? parts.clusters[f.fragment] : 0) == *choice.cluster;
+}
+
 bool is_chosen(const FragmentChoice& choice, const FragmentLoads& loads, const FragmentLoad& f) {
     return (choice.body.empty() || choice.body == loads.bodies[f.body]) &&
            (choice.fragments.empty() || std::ranges::find(choice.fragments, f.fragment) != choice.fragments.end()) &&
            (!choice.box || ((f.position.array() >= choice.box->min.array()).all() &&
-                            (f.position.array() <= choice.box->max.array()).all()));
+                            (f.position.array() <= choice.box->max.array()).all())) &&
+           is_in_part(choice, loads, f);
+}
+
+// What a choice names must be there to be chosen by.
+Status check_parts(const FragmentChoice& choice, const std::vector<FragmentLoads>& all) {
+    if (choice.group.empty() && !choice.cluster) return {};
+    if (std::ranges::all_of(all, [](const FragmentLoads& loads) { return loads.parts.empty(); }))
+        return bad_input(choice.group.empty() ? "cluster" : "group",
+                         "is not told of by this bake: an earlier Sunder baked it", "bake again with --restart");
+    if (choice.group.empty()) return {};
+    std::set<std::string> known;
+    for (const FragmentLoads& loads : all)
+        for (const FragmentParts& parts : loads.parts)
+            for (const auto& [name, unused] : parts.groups) known.insert(name);
+    if (known.contains(choice.group)) return {};
+    std::string names;
+    for (const std::string& name : known) names += (names.empty() ? "permitted: " : ", ") + name;
+    return bad_input("group", "no body has a vertex group '" + choice.group + "'",
+                     names.empty() ? "they have none" : names);
 }
 
 void count_breaks(const std::vector<FrameBreaks>& breaks, std::vector<FragmentReport>& io_fragments) {
@@ -66,12 +98,13 @@ void count_breaks(const std::vector<FrameBreaks>& breaks, std::vector<FragmentRe
 Status choose(const FragmentChoice& choice, const std::vector<FragmentLoads>& all, const std::string& where,
               BreakReport& io_report) {
     if (choice.is_empty()) return {};
+    if (all.empty()) return bad_input(where, "tells of no fragment: nothing in it can break", "give a body toughness");
+    if (Status s = check_parts(choice, all); !s) return s;
     for (const FragmentLoads& loads : all)
         for (const FragmentLoad& f : loads.of)
             if (is_chosen(choice, loads, f)) io_report.fragments.push_back({loads.node, loads.bodies[f.body], f});
-    if (all.empty()) return bad_input(where, "tells of no fragment: nothing in it can break", "give a body toughness");
     if (io_report.fragments.empty())
-        return bad_input("fragments", "none is chosen: there is none of that number, body or box",
+        return bad_input("fragments", "none is chosen: there is none of that number, body, box, group or cluster",
                          "numbers begin at 0; boxes are of where fragments start");
     count_breaks(io_report.breaks, io_report.fragments);
     return {};
@@ -135,7 +168,8 @@ Result<FragmentChoice> fragment_choice(const std::string& text) {
     auto json = parse_json(text, "fragments");
     if (!json) return json.error();
     const auto fault = bad_input("fragments", "are not told as they should be",
-                                 "give {\"fragments\": [NUMBERS], \"body\": NAME, \"box\": CORNERS, \"all\": true}");
+                                 "give {\"fragments\": [NUMBERS], \"body\": NAME, \"box\": CORNERS, \"group\": NAME, "
+                                 "\"cluster\": NUMBER, \"all\": true}");
     if (!json->is_object()) return fault;
     FragmentChoice choice;
     for (const auto& [name, value] : json->items())
@@ -143,6 +177,11 @@ Result<FragmentChoice> fragment_choice(const std::string& text) {
             choice.all = value.get<bool>();
         } else if (name == "body" && value.is_string()) {
             choice.body = value.get<std::string>();
+        } else if (name == "group" && value.is_string() && value != "") {
+            choice.group = value.get<std::string>();
+        } else if (name == "cluster" && value.is_number_integer() &&
+                   std::abs(value.get<double>()) <= std::numeric_limits<int32_t>::max()) {
+            choice.cluster = value.get<int32_t>();
         } else if (name == "box") {
             const auto box = box_of(value);
             if (!box) return box.error();

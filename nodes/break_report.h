@@ -19,12 +19,14 @@ struct FragmentChoice {
     std::string body;                 // "": of every body
     std::vector<uint32_t> fragments;  // or no matter which
     std::optional<Aabb> box;          // in which their centres lie at the start, m
+    std::string group;                // vertex group that they own vertices of; "": no matter which
+    std::optional<int32_t> cluster;   // that they are of
 
-    bool is_empty() const { return !all && fragments.empty() && !box; }
+    bool is_empty() const { return !all && fragments.empty() && !box && group.empty() && !cluster; }
 };
 
-/// {"all": true, "body": NAME, "fragments": [1, 2], "box": [[x, y, z], [x, y, z]]}, each of which may be absent.
-/// Errors: what is none of these.
+/// {"all": true, "body": NAME, "fragments": [1, 2], "box": [[x, y, z], [x, y, z]], "group": NAME, "cluster": 3}, each
+/// of which may be absent: fragments of which all of these hold. Errors: what is none of these.
 Result<FragmentChoice> fragment_choice(const std::string& json);
 
 /// A fragment of those asked about.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 
@@ -175,6 +176,55 @@ bool decode(const Json& json, Cracks& o_cracks) {
            take(json, "faded_area", o_cracks.faded_area) && take(json, "surface_work", o_cracks.surface_work);
 }
 
+// A list of whole numbers that int32_t holds.
+bool take_clusters(const Json& json, std::vector<int32_t>& o_clusters) {
+    const Json* clusters = nullptr;
+    if (!take_list(json, "clusters", clusters)) return false;
+    for (const Json& cluster : *clusters) {
+        if (!cluster.is_number_integer()) return false;
+        const double n = cluster.get<double>();
+        if (!(n >= std::numeric_limits<int32_t>::min() && n <= std::numeric_limits<int32_t>::max())) return false;
+        o_clusters.push_back(static_cast<int32_t>(n));
+    }
+    return true;
+}
+
+bool decode_parts(const Json& json, size_t n_bodies, std::vector<FragmentParts>& o_parts) {
+    if (!json.contains("parts")) return true;
+    const Json* bodies = nullptr;
+    if (!take_list(json, "parts", bodies) || bodies->size() != n_bodies) return false;
+    for (const Json& body : *bodies) {
+        FragmentParts& parts = o_parts.emplace_back();
+        if (!body.is_object() || !take_clusters(body, parts.clusters) || !body.contains("groups")) return false;
+        if (!body.at("groups").is_object()) return false;
+        for (const auto& [name, members] : body.at("groups").items()) {
+            Row row(members);
+            for (size_t i = 0; i < members.size(); ++i) parts.groups[name].push_back(row.whole(kNoLimit));
+            if (!row.is_done()) return false;
+            std::ranges::sort(parts.groups[name]);
+        }
+    }
+    return true;
+}
+
+Json to_json(const FragmentParts& parts) {
+    Json groups = Json::object();
+    for (const auto& [name, members] : parts.groups) groups[name] = members;
+    return {{"clusters", parts.clusters}, {"groups", std::move(groups)}};
+}
+
+FragmentParts parts_of(const FragmentSet& set) {
+    FragmentParts parts;
+    for (const Fragment& fragment : set.fragments) parts.clusters.push_back(fragment.cluster);
+    if (std::ranges::all_of(parts.clusters, [](int32_t cluster) { return cluster == 0; })) parts.clusters.clear();
+    for (const auto& [name, members] : set.vertex_groups) {
+        auto& numbers = parts.groups[name];
+        for (const FragmentId member : members) numbers.push_back(static_cast<uint32_t>(member.index()));
+        std::ranges::sort(numbers);
+    }
+    return parts;
+}
+
 bool decode(const Json& json, FragmentLoads& o_loads) {
     const Json *bodies = nullptr, *rows = nullptr;
     if (!take(json, "node", o_loads.node) || !take(json, "frame", o_loads.frame) ||
@@ -184,6 +234,7 @@ bool decode(const Json& json, FragmentLoads& o_loads) {
         if (!name.is_string()) return false;
         o_loads.bodies.push_back(name.get<std::string>());
     }
+    if (!decode_parts(json, bodies->size(), o_loads.parts)) return false;
     for (const Json& r : *rows) {
         Row row(r);
         FragmentLoad load;
@@ -303,11 +354,13 @@ void add_loads(const StateValue& value, std::span<const std::shared_ptr<const Bo
     const Scene& scene = *value.scene;
     const SimulationMesh& rest = scene.rest;
     if (io_loads.of.size() != rest.n_particles()) {
-        io_loads.of.clear(), io_loads.bodies.clear();
+        io_loads.of.clear(), io_loads.bodies.clear(), io_loads.parts.clear();
         for (const Body& body : scene.bodies) io_loads.bodies.push_back(body.name);
         for (size_t g = 0; g < rest.n_particles(); ++g)
             io_loads.of.push_back({rest.body[g], rest.fragment[g], rest.rest_position[g]});
     }
+    if (io_loads.parts.empty())
+        for (const auto& body : bodies) io_loads.parts.push_back(parts_of(*body->fragments));
     const int frame = static_cast<int>(value.frame);
     io_loads.frame = frame;
     const auto offer = [&](size_t g, double strain, double toughness) {
@@ -330,7 +383,8 @@ void add_loads(const StateValue& value, std::span<const std::shared_ptr<const Bo
 }
 
 std::string encode_loads(const FragmentLoads& loads) {
-    Json rows = Json::array();
+    Json rows = Json::array(), parts = Json::array();
+    for (const FragmentParts& p : loads.parts) parts.push_back(to_json(p));
     for (const FragmentLoad& f : loads.of)
         rows.push_back({f.body, f.fragment, f.position.x(), f.position.y(), f.position.z(), f.strain,
                         number_or_null(f.toughness), f.frame});
@@ -345,6 +399,7 @@ std::string encode_loads(const FragmentLoads& loads) {
                           {"parted_area", loads.cracks->parted_area},
                           {"faded_area", loads.cracks->faded_area},
                           {"surface_work", loads.cracks->surface_work}};
+    if (!loads.parts.empty()) json["parts"] = std::move(parts);
     return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

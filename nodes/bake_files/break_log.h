@@ -1,6 +1,7 @@
 // The log of a bake: what broke in a frame and why; and of every fragment the most that it bore so far.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -73,12 +74,20 @@ struct Cracks {
     bool operator==(const Cracks&) const = default;
 };
 
+/// What fragments of a body are chosen by, beside their numbers.
+struct FragmentParts {
+    std::vector<int32_t> clusters;                        // of each fragment; empty: all are of cluster 0
+    std::map<std::string, std::vector<uint32_t>> groups;  // fragments of each vertex group, ascending
+    bool operator==(const FragmentParts&) const = default;
+};
+
 struct FragmentLoads {
     std::string node;  // the solver
     int frame = 0;     // the last that is counted in
     std::vector<std::string> bodies;
-    std::vector<FragmentLoad> of;  // in the order of particles
-    std::optional<Cracks> cracks;  // none: no body has a fracture energy
+    std::vector<FragmentParts> parts;  // of `bodies`; empty: unknown, in a log of an earlier Sunder
+    std::vector<FragmentLoad> of;      // in the order of particles
+    std::optional<Cracks> cracks;      // none: no body has a fracture energy
     bool operator==(const FragmentLoads&) const = default;
 
     /// Whether anything in it can break.

@@ -67,6 +67,7 @@ struct BodyValue {
     Vec3 angular_velocity = Vec3::Zero();        // rad/s, at the start, about the centre of mass
     bool settles = false;                        // before the start
     Material material;                           // at the frame
+    bool energy_is_automatic = false;            // its fracture energy goes with toughness and stiffness
     std::vector<ActivationValue> activations;    // of `activate` nodes, in their order
     std::vector<SeamValue> seams;                // of `seam` nodes, in their order
     std::shared_ptr<const FollowValue> follows;  // or null

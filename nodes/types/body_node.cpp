@@ -67,6 +67,7 @@ Result<Value> cook_body(CookContext& context) {
     }
     BodyValue body = placed.value;
     body.material = material_of(p, *body.rest);
+    body.energy_is_automatic = p.is_automatic("fracture_energy");
     if (Status ok = body.material.check("node '" + context.node() + "'"); !ok) return ok.error();
     return make_value(std::move(body));
 }

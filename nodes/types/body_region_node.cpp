@@ -9,12 +9,16 @@
 namespace sunder {
 namespace {
 
-RegionValue scaled(const RegionValue& before, const Parameters& p) {
+// An automatic fracture energy keeps its length L = 2 G_c / (E toughness^2); a given one is what it is told to be.
+RegionValue scaled(const RegionValue& before, bool energy_is_automatic, const Parameters& p) {
     RegionValue region = before;
     Material& m = region.material;
-    m.toughness *= p.number("toughness"), m.compressive_toughness *= p.number("toughness");
-    m.youngs_modulus *= p.number("stiffness");
-    m.stiffness = std::min(1.0, m.stiffness * p.number("stiffness"));
+    const double toughness = p.number("toughness"), stiffness = p.number("stiffness");
+    m.toughness *= toughness, m.compressive_toughness *= toughness;
+    m.fracture_energy *= p.number("fracture_energy");
+    if (energy_is_automatic) m.fracture_energy *= toughness * toughness * stiffness;
+    m.youngs_modulus *= stiffness;
+    m.stiffness = std::min(1.0, m.stiffness * stiffness);
     m.yield *= p.number("yield"), region.yield_factor *= p.number("yield");
     return region;
 }
@@ -29,7 +33,8 @@ void divide_regions(const std::vector<uint8_t>& inside, const Parameters& p, Bod
         const auto [part, is_new] = parts.try_emplace(region, static_cast<uint32_t>(io_body.regions.size() + 1));
         if (is_new) {
             const RegionValue whole{io_body.material, 1};
-            io_body.regions.push_back(scaled(region > 0 ? io_body.regions[region - 1] : whole, p));
+            const RegionValue& former = region > 0 ? io_body.regions[region - 1] : whole;
+            io_body.regions.push_back(scaled(former, io_body.energy_is_automatic, p));
         }
         region = part->second;
     }
@@ -78,7 +83,10 @@ NodeType body_region_node() {
         {cluster_parameter(), keyed(factor_parameter("toughness", "Toughness", "Factor on the body's toughnesses")),
          keyed(factor_parameter("yield", "Yield",
                                 "Factor on the body's yield, and on what yields have grown to by hardening")),
-         keyed(factor_parameter("stiffness", "Stiffness", "Factor on the body's Young's modulus"))});
+         keyed(factor_parameter("stiffness", "Stiffness", "Factor on the body's Young's modulus")),
+         keyed(factor_parameter("fracture_energy", "Fracture Energy",
+                                "Factor on the body's fracture energy; an automatic one goes with `toughness` squared "
+                                "and `stiffness`, too"))});
     return {.description = d, .cook = cook_body_region, .check = check_region};
 }
 

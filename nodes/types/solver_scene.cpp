@@ -325,7 +325,7 @@ Result<std::vector<std::string>> missed_blasts(CookContext& context) {
         const bool is_at_start = std::holds_alternative<Blast>(force->local->kind);
         const int frame = waits ? waits->blast_frame.value_or(start) : is_at_start ? start - 1 : start;
         if (frame < start)
-            told.push_back("blast '" + force->local->name + "' never goes off: its frame " + std::to_string(frame) +
+            told.push_back("node '" + force->local->name + "': never goes off: its frame " + std::to_string(frame) +
                            " lies before the first, " + std::to_string(start));
     }
     return told;

@@ -120,7 +120,7 @@ Status evaluate(sunder_graph& graph, const char* output, double frame, const Pro
                 sunder_value** out_value);
 Status evaluate_all(sunder_graph& graph, std::span<const char* const> outputs, double frame, const Progress& progress,
                     sunder_value** out_values);
-Status bake(sunder_graph& graph, const sunder_bake_settings& settings, const Progress& progress,
+Status bake(sunder_graph& graph, const sunder_bake_settings& settings, const Progress& progress, Told& out_told,
             sunder_bake_report* out_report);
 
 }  // namespace sunder::c_api

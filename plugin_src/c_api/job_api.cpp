@@ -117,7 +117,7 @@ sunder_status sunder_graph_start_bake(sunder_graph* graph, const sunder_bake_set
                  [s = *settings, folder = std::string(settings->folder)](sunder_job& job, const Progress& progress) {
                      sunder_bake_settings own = s;
                      own.folder = folder.c_str();
-                     return bake(*job.graph, own, progress, &job.report);
+                     return bake(*job.graph, own, progress, job.told, &job.report);
                  });
 }
 
@@ -145,6 +145,7 @@ sunder_status sunder_job_finish(sunder_job* job, sunder_bake_report* out_report)
     if (job->thread.joinable()) job->thread.join();
     if (job->graph) {
         job->graph->told = std::move(job->told);
+        if (job->report.notes) job->report.notes = job->graph->told.text.c_str();
         release(std::exchange(job->graph, nullptr));
     }
     if (has_size(out_report) && job->status == SUNDER_OK) {

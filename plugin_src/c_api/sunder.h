@@ -184,6 +184,8 @@ typedef struct sunder_bake_report {
     int32_t first_frame, last_frame;   /* wanted */
     int32_t first_new_frame;           /* those before it were there already */
     uint64_t n_frames, n_files, bytes; /* written now */
+    const char* notes; /* ["node 'sim': ...", ...], JSON: what solvers and exports warn of; valid until the
+                        * next call on the graph */
 } sunder_bake_report;
 
 /* `progress` and `out_report` may be NULL. A cancelled bake leaves whole frames and can be resumed. */
@@ -193,8 +195,8 @@ SUNDER_API sunder_status sunder_graph_bake(sunder_graph* graph, const sunder_bak
 SUNDER_API sunder_status sunder_graph_verify_bake(sunder_graph* graph, const char* folder,
                                                   const sunder_progress* progress, const char** out_json);
 /* What broke in a bake, when and why (docs/report.md tells the fields), complete or not. `fragments` names those whose
- * largest loads are told, too: {"all": true, "body": NAME, "fragments": [1, 2], "box": [[x, y, z], [x, y, z]]}, each of
- * which may be absent; NULL: none. Errors are told by the graph, which is not read. */
+ * largest loads are told, too: {"all": true, "body": NAME, "fragments": [1, 2], "box": [[x, y, z], [x, y, z]], "group":
+ * NAME, "cluster": 3}, each of which may be absent; NULL: none. Errors are told by the graph, which is not read. */
 SUNDER_API sunder_status sunder_graph_report_bake(sunder_graph* graph, const char* folder, const char* fragments,
                                                   const char** out_json);
 typedef struct sunder_export_settings {

@@ -64,7 +64,7 @@ Status sunder::c_api::evaluate_all(sunder_graph& graph, std::span<const char* co
 }
 
 Status sunder::c_api::bake(sunder_graph& graph, const sunder_bake_settings& settings, const Progress& progress,
-                           sunder_bake_report* out_report) {
+                           Told& out_told, sunder_bake_report* out_report) {
     if (settings.start < SUNDER_BAKE_FRESH || settings.start > SUNDER_BAKE_RESTART)
         return bad_usage("there is no such way to start a bake");
     BakeSettings s;
@@ -74,8 +74,9 @@ Status sunder::c_api::bake(sunder_graph& graph, const sunder_bake_settings& sett
     const auto report = sunder::bake(graph.graph, s, progress);
     if (!report) return report.error();
     if (!has_size(out_report)) return {};
+    out_told.text = Json(report->notes).dump(-1, ' ', false, Json::error_handler_t::replace);
     const sunder_bake_report r{out_report->struct_size, report->frames[0], report->frames[1], report->first_new_frame,
-                               report->n_frames,        report->n_files,   report->bytes};
+                               report->n_frames,        report->n_files,   report->bytes,     out_told.text.c_str()};
     std::memcpy(out_report, &r, std::min<size_t>(out_report->struct_size, sizeof r));
     return {};
 }
@@ -184,7 +185,7 @@ sunder_status sunder_graph_bake(sunder_graph* graph, const sunder_bake_settings*
                                 const sunder_progress* progress, sunder_bake_report* out_report) {
     const bool there = settings && settings->struct_size >= sizeof *settings && settings->folder;
     return long_call(graph, there, progress,
-                     [&](const sunder::Progress& p) { return bake(*graph, *settings, p, out_report); });
+                     [&](const sunder::Progress& p) { return bake(*graph, *settings, p, graph->told, out_report); });
 }
 
 sunder_status sunder_graph_verify_bake(sunder_graph* graph, const char* folder, const sunder_progress* progress,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <optional>
 #include <tuple>
 
 #include "nodes/break_report.h"
@@ -17,8 +18,9 @@ namespace {
 constexpr size_t kMostRows = 40;  // of a table that a person reads
 
 struct ReportOptions {
-    std::string bake, fragments, body;
+    std::string bake, fragments, body, group;
     std::vector<double> box;
+    std::optional<int32_t> cluster;
     bool as_json = false;
 };
 
@@ -54,6 +56,8 @@ Result<std::vector<uint32_t>> to_numbers(const std::string& text) {
 Result<FragmentChoice> choice_of(const ReportOptions& options) {
     FragmentChoice choice;
     choice.body = options.body;
+    choice.group = options.group;
+    choice.cluster = options.cluster;
     if (options.fragments == "all") {
         choice.all = true;
     } else if (!options.fragments.empty()) {
@@ -212,6 +216,10 @@ void add_report_command(CLI::App& app, Run& out_run) {
     command->add_option("--box", options->box, "of the fragments whose centres lie here at the start, m")
         ->expected(6)
         ->type_name("X Y Z X Y Z");
+    command->add_option("--group", options->group, "of the fragments that own vertices of this vertex group")
+        ->check([](const std::string& name) { return std::string(name.empty() ? "names no vertex group" : ""); })
+        ->type_name("NAME");
+    command->add_option("--cluster", options->cluster, "of the fragments of this cluster")->type_name("NUMBER");
     command->callback([options, &out_run] { out_run = [options] { return run_report(*options); }; });
 }
 

@@ -87,8 +87,9 @@ UnevenPlane weaker_plane(const LiveGroups& groups, ParticleIndex g, const Vec3& 
 }
 
 // Least toughness factor of the living edges from the centre of group g; kNever if all are glued, or there are none.
-double weakest_factor(const SimulationMesh& rest, const LiveTopology& live, ParticleIndex g,
-                      std::span<const double> bond) {
+// Out of line: who asks for the breaking strain of an even group saves no registers for it.
+[[gnu::noinline]] double weakest_factor(const SimulationMesh& rest, const LiveTopology& live, ParticleIndex g,
+                                        std::span<const double> bond) {
     double weakest = kNever;
     for (uint32_t s = live.begin(g); s < live.end(g); ++s)
         if (live.member(s) != g) weakest = std::min(weakest, factor_of(rest, live.edge(s), bond));
@@ -101,9 +102,8 @@ double toughness_of(const Material& own, Strained how) {
 
 }  // namespace
 
-bool is_uneven(const SimulationMesh& rest, const LiveTopology& live, std::span<const double> bond, ParticleIndex g) {
-    if (rest.group_uneven[g] != 0) return true;
-    for (uint32_t s = live.begin(g); s < live.end(g) && !bond.empty(); ++s)
+bool has_bond(const LiveTopology& live, std::span<const double> bond, ParticleIndex g) {
+    for (uint32_t s = live.begin(g); s < live.end(g); ++s)
         if (live.member(s) != g && bond[live.edge(s)] != 1) return true;
     return false;
 }

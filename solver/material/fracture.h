@@ -28,7 +28,11 @@ struct LiveGroups {
 };
 
 /// Whether an edge from the centre of group g has a factor on its toughness, of the mesh or in this frame.
-bool is_uneven(const SimulationMesh& rest, const LiveTopology& live, std::span<const double> bond, ParticleIndex g);
+bool has_bond(const LiveTopology& live, std::span<const double> bond, ParticleIndex g);  // in this frame
+inline bool is_uneven(const SimulationMesh& rest, const LiveTopology& live, std::span<const double> bond,
+                      ParticleIndex g) {
+    return rest.group_uneven[g] != 0 || (!bond.empty() && has_bond(live, bond, g));
+}
 
 enum class Strained : uint8_t { pulled, pressed };
 

@@ -30,8 +30,7 @@ public:
 
 private:
     const SimulationMesh& rest() const { return pass_.context.scene.rest; }
-    double toughness_of(EdgeId edge) const;  // without its bond
-    double bond_of(EdgeId edge) const { return pass_.state.edge_bond.empty() ? 1 : pass_.state.edge_bond[edge]; }
+    double sound_toughness_of(EdgeId edge) const;  // without what seams and glue make of it
     StretchedEdge stretched(EdgeId edge) const;
     Fade look_at(EdgeId edge) const;
     bool leads(const Fade& fade, std::span<const double> load) const;
@@ -43,10 +42,11 @@ private:
     const Breaking& breaking_;
 };
 
-double FadeSearch::toughness_of(EdgeId e) const {
+double FadeSearch::sound_toughness_of(EdgeId e) const {
     const Edge& edge = rest().edges[e];
-    const double a = material_of(rest(), edge.a, pass_.context.material(edge.a)).toughness,
-                 b = material_of(rest(), edge.b, pass_.context.material(edge.b)).toughness;
+    const Material &of_a = pass_.context.material(edge.a),
+                   &of_b = rest().material.empty() ? of_a : pass_.context.material(edge.b);
+    const double a = material_of(rest(), edge.a, of_a).toughness, b = material_of(rest(), edge.b, of_b).toughness;
     return 0.5 * (a + b) * edge.toughness_factor;
 }
 
@@ -58,18 +58,19 @@ StretchedEdge FadeSearch::stretched(EdgeId e) const {
             goals_[edge.a].rotation, goals_[edge.b].rotation};
 }
 
-// What is pressed and sound stays so. A bond changes what it takes to begin, and not how far an edge opens: its energy
-// goes by the bond's square.
+// What is pressed and sound stays so. What a seam weakens keeps its opening length, so that it absorbs less.
 Fade FadeSearch::look_at(EdgeId e) const {
     const Edge& edge = rest().edges[e];
-    const double had = pass_.state.edge_damage[e], own = toughness_of(e), tau = own * bond_of(e);
+    const std::vector<double>& bond = pass_.state.edge_bond;
+    const double had = pass_.state.edge_damage[e], sound = sound_toughness_of(e),
+                 tau = sound * (bond.empty() ? 1 : bond[e]);
     const StretchedEdge at = stretched(e);
     const bool bends = model_.bends(edge.a) || model_.bends(edge.b);
     if (!(tau < kNever) || (had == 0 && !bends && at.is_pressed())) return {e, had, 0, tau};
     const Material& material = pass_.context.material(edge.a);
     const double pull =
         tension(at, breaking_.stretch[edge.a], breaking_.stretch[edge.b], material.poisson_ratio, kStressed * tau);
-    const double now = damage(pull, tau, opening_length(material, own), at.rest.norm());
+    const double now = damage(pull, tau, opening_length(material, sound), at.rest.norm());
     return {e, now == 1 || now > had + kLeastRise ? now : had, pull, tau};
 }
 
@@ -233,8 +234,9 @@ double breaking_strain(const StepContext& context, const FrameState& state, cons
     const double strain = breaking_strain(rest, live, own, g, state.edge_bond);
     if (!fades(context, state, g) || !(strain < kNever)) return strain;
     // What fades bears more before it parts: as the critical load of a body goes, by the root (Griffith).
-    const double without_bonds = breaking_strain(rest, live, own, g, std::span<const double>());
-    return strain * std::sqrt(1 + opening_length(own, without_bonds) / math::cbrt(rest.volume[g]));
+    const double sound = state.edge_bond.empty() ? strain : breaking_strain(rest, live, own, g);
+    if (!(sound < kNever)) return strain;
+    return strain * std::sqrt(1 + opening_length(own, sound) / math::cbrt(rest.volume[g]));
 }
 
 Breaks find_breaks(const Pass& pass, double leading, const Movables& movables, std::span<const GroupGoal> goals,

@@ -61,6 +61,72 @@ class Follow(RiggedCase):
         bpy.context.view_layer.update()
         self.assertIs(self.status(tree).is_stale, True)
 
+    def plate(self):
+        """A flat box of 60 vertices, 1.2 m long."""
+        bpy.ops.mesh.primitive_cube_add(size=1, location=(0, 0, 1))
+        thing = bpy.context.object
+        thing.scale = (1.2, 0.4, 0.1)
+        bpy.ops.object.transform_apply(location=False, scale=True, rotation=False)
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.subdivide(number_cuts=3)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        return thing
+
+    def expect_followed(self, thing, moves=0.05):
+        """The baked mesh is where Blender has the object, which moves by so much (m), and is let go on."""
+        before, after = self.shown(thing, 1), self.shown(thing, LAST)
+        self.assertGreater(np.linalg.norm(after - before, axis=1).max(), moves)
+        bent = after - after.mean(0) - (before - before.mean(0))
+        self.assertGreater(np.linalg.norm(bent, axis=1).max(), 0.3 * moves)  # it is no plain shift
+        tree, _, _ = self.following(thing, motion="vertices")
+        graph = self.graph(tree)
+        for frame in (1, 2, LAST):
+            self.assertLess(self.farthest(graph, thing, frame), 2e-6, frame)
+        self.assertFalse(graph.evaluate("solver.state", frame=LAST + 1).kept.any())
+
+    def test_shape_keys_are_followed(self):
+        thing = self.plate()
+        thing.shape_key_add(name="Basis")
+        key = thing.shape_key_add(name="Bent")
+        for point in key.data:
+            point.co.z += 0.5 * point.co.x ** 2
+        for frame, value in ((1, 0), (6, 1)):
+            key.value = value
+            key.keyframe_insert("value", frame=frame)
+        self.expect_followed(thing)
+
+    def test_a_cloth_with_its_cache_is_followed(self):
+        thing = self.plate()
+        held = thing.vertex_groups.new(name="held")
+        held.add([v.index for v in thing.data.vertices if v.co.x < -0.5], 1, "REPLACE")
+        cloth = thing.modifiers.new("cloth", "CLOTH")
+        cloth.settings.vertex_group_mass = "held"
+        cloth.settings.tension_stiffness = cloth.settings.shear_stiffness = 50
+        cloth.settings.use_internal_springs = True
+        cloth.point_cache.frame_start, cloth.point_cache.frame_end = 1, 6
+        self.scene.frame_start, self.scene.frame_end = 1, 6
+        with bpy.context.temp_override(scene=self.scene, active_object=thing, object=thing, point_cache=cloth.point_cache):
+            bpy.ops.ptcache.bake(bake=True)
+        self.assertTrue(cloth.point_cache.is_baked)
+        self.expect_followed(thing, moves=0.02)
+
+    def test_a_mesh_from_alembic_is_followed(self):
+        if not bpy.app.build_options.alembic:
+            return  # Debian 12 builds Blender without it
+        thing, rig = self.arm()
+        bpy.ops.object.select_all(action="DESELECT")
+        thing.select_set(True)
+        path = str(self.folder / "arm.abc")
+        bpy.ops.wm.alembic_export(filepath=path, start=1, end=8, selected=True, flatten=True, evaluation_mode="VIEWPORT")
+        wanted = {frame: self.shown(thing, frame) for frame in (1, LAST)}
+        for each in (thing, rig):
+            bpy.data.objects.remove(each)
+        bpy.ops.wm.alembic_import(filepath=path, as_background_job=False)
+        read, = (thing for thing in self.scene.objects if any(m.type == "MESH_SEQUENCE_CACHE" for m in thing.modifiers))
+        for frame, positions in wanted.items():
+            np.testing.assert_allclose(self.shown(read, frame), positions, atol=1e-5)
+        self.expect_followed(read)
+
     def test_another_number_of_vertices_is_refused_on_the_node_with_the_frame(self):
         thing = self.cube()
         levels = thing.modifiers.new("more", "SUBSURF")

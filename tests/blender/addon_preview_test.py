@@ -153,6 +153,54 @@ class SkinningOfSheets(PreviewCase):
         self.assertLess(np.abs(turns @ turns[0]).min(), 0.999)  # it bent, or this guards little
 
 
+class SkinningOfWhatFollows(PreviewCase):
+    """A bar that its shape key bends within its fragments, half of which an activate node lets go at frame 4."""
+
+    def thing(self):
+        bar = self.cube(location=(30, -20, 0.5))
+        bar.scale = (2, 0.4, 0.4)
+        bpy.ops.object.transform_apply(location=False)
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.subdivide(number_cuts=7)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        bar.shape_key_add(name="Basis")
+        bent = bar.shape_key_add(name="Bent")
+        for point in bent.data:
+            point.co.z += 0.4 * point.co.x ** 2
+        for frame, value in ((1, 0), (6, 1)):
+            bent.value = value
+            bent.keyframe_insert("value", frame=frame)
+        return bar
+
+    def tree(self, thing=None, **options):
+        tree, nodes = super().tree(thing, **options)
+        follow = self.node(tree, "follow", motion="vertices")
+        wait = self.node(tree, "activate", region="box", box_min=(30, -30, -9), box_max=(40, 0, 9), until="frame", frame=4)
+        for link in [link for link in tree.links if link.from_node == nodes["body"]]:
+            tree.links.remove(link)
+        self.connect(nodes["body"], "body", follow, "body")
+        self.connect(follow, "body", wait, "body")
+        for name, socket in (("solver", "bodies"), ("deformer", "body")):
+            self.connect(wait, "body", nodes[name], socket)
+        return tree, nodes
+
+    def test_it_is_drawn_as_the_artist_has_it_and_as_it_goes_on(self):
+        source, shader, data = self.source(), addon("preview.preview_shader"), addon("preview.preview_source")
+        frames = {n: self.frame(source, n) for n in (1, 3, 2, 6)}
+        kept = addon("base.core").sunder().read_state(str(self.cached(self.shot) / "state/solver.0006.ply")).kept
+        self.assertEqual(set(kept), {0, 1})  # the one half was let go
+
+        def work():
+            listing = shader.listing_shader()
+            return {n: shader.listed_positions(listing, shader.Skin(f.surface), len(f.surface.rest),
+                                               shader.texture(f.particles, "RGBA32F")) for n, f in frames.items()}
+
+        for n, found in self.on_card(work).items():
+            np.testing.assert_allclose(found + frames[n].center, self.baked(n).positions, rtol=0, atol=1e-5)
+        plain = data.skinned(source._surface, frames[6].particles) + frames[6].center
+        self.assertGreater(np.abs(plain - self.baked(6).positions).max(), 1e-3)  # what the skin alone would leave out
+
+
 class Colors(PreviewCase):
     def test_strain_and_toughness_left_are_shares_of_the_toughness(self):
         data = addon("preview.preview_source")

@@ -38,7 +38,7 @@ def look(g: sunder.Graph) -> float:
 
 def fails() -> str:
     try:
-        sunder.bake("shot.json", "bake", frames=[1, 24], threads=2)
+        told: list[str] = sunder.bake("shot.json", "bake", frames=[1, 24], threads=2)["warnings"]
     except sunder.Error as error:
         return error.code + error.parameter
     return sunder.__version__ + 1  # type: ignore[operator, no-any-return]

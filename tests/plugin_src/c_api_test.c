@@ -194,6 +194,7 @@ static void files(sunder_graph* graph, const char* folder) {
     CHECK(sunder_graph_verify_bake(graph, folder, NULL, &json) == SUNDER_OK && strstr(json, "\"faults\":[]") != NULL);
     CHECK(sunder_graph_report_bake(graph, folder, NULL, &json) == SUNDER_OK && strstr(json, "\"breaks\":[") != NULL);
     CHECK(sunder_graph_report_bake(graph, folder, "[1]", &json) == SUNDER_BAD_INPUT);
+    CHECK(sunder_graph_report_bake(graph, folder, "{\"group\": \"none\"}", &json) == SUNDER_BAD_INPUT);
     CHECK(sunder_graph_report_bake(graph, NULL, NULL, &json) == SUNDER_BAD_USAGE);
 
     char path[1000];

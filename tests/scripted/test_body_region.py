@@ -80,6 +80,59 @@ def test_factors_of_one_change_no_bit():
         assert getattr(plain, name).tobytes() == getattr(same, name).tobytes(), name
 
 
+def same_bits(one, other):
+    return all(getattr(one, name).tobytes() == getattr(other, name).tobytes()
+               for name in ("position", "velocity", "edge_intact", "edge_damage", "broken_time"))
+
+
+def test_of_an_automatic_fracture_energy_the_length_stays():
+    """A region of all is the body with these numbers; halves and doubles round nothing."""
+    auto = {"fracture_energy": "auto", "damping_time": 0.002}
+    half, soft = (states(pulled({"region": "all", **factors}, toughness=0.06, **auto), 12)[0]
+                  for factors in ({"toughness": 0.5}, {"stiffness": 0.5}))
+    body = states(pulled(toughness=0.03, **auto), 12)[0]
+    softer = states(pulled(toughness=0.06, **{**auto, "youngs_modulus": 5e5}), 12)[0]
+    assert half.edge_damage.max() > 0.1 and same_bits(half, body) and same_bits(soft, softer)
+
+
+def test_a_given_fracture_energy_has_a_factor_of_its_own():
+    given = {"toughness": 0.03, "fracture_energy": 40}
+    less, weaker = (states(pulled({"region": "all", **factors}, **given), 12)[0]
+                    for factors in ({"fracture_energy": 0.25}, {"toughness": 0.5}))
+    assert less.edge_damage.max() > 0.1 and same_bits(less, states(pulled(toughness=0.03, fracture_energy=10), 12)[0])
+    assert same_bits(weaker, states(pulled(toughness=0.015, fracture_energy=40), 12)[0])
+    never, = states(pulled({"region": "all", "fracture_energy": 0.01}, toughness=0.03), 12)
+    assert len(never.edge_damage) == 0 and not never.edge_intact.all()  # null stays null
+
+
+def test_what_rots_takes_less_energy_from_its_key_on():
+    """L is 2 m at first, twenty edges: they fade from a strain of 0.02 on, and would be parted at 0.42."""
+    keys = {"keys": [[1, 1], [12, 1], [13, 0.01]]}
+    before, after = states(pulled({**UPPER, "fracture_energy": keys}, toughness=0.02, fracture_energy=400), 12, 13)
+    assert before.edge_intact.all() and before.edge_damage.max() > 0.1
+    broken = after.edges[after.edge_intact == 0]
+    assert len(broken) > 0 and (after.rest_position[broken][..., 2].max(axis=1) > 0.6).all()
+
+
+def test_a_seam_that_weakens_parts_before_its_end():
+    """A strip drawn by 0.05 m and held so, its edges of 0.1 m with L 2 m. All of that drawn out of one edge is a strain of 0.5, at
+    which it parts where its toughness has fallen to 0.5 / (1 + L / d0) = 0.024 of 0.1: at frame 25 or 26 of 10 to 30. It begins to
+    fade at 0.045 of 0.1: at frame 21."""
+    graph = pulled(toughness=0.1, fracture_energy=1e4)
+    graph["nodes"]["head"]["position"] = {"keys": [[1, [0, 0, 0]], [6, [0, 0, 0.05]]]}
+    graph["nodes"]["seam"] = {"type": "seam", "body": "@body.body", "between": "curve", "points": [[0, 0, 0.6]], "distance": 0.01,
+                              "frame": 10, "frames": 20}
+    graph["nodes"]["sim"]["bodies"] = ["@seam.body"]
+    graph = package.Graph.from_dict(graph)
+    seam, = np.flatnonzero(graph.evaluate("sim.state", frame=10).rest_position[:, 2] < 0.6)[-1:]
+    parted = next(frame for frame in range(10, 40) if not graph.evaluate("sim.state", frame=frame).edge_intact.all())
+    damage = [graph.evaluate("sim.state", frame=frame).edge_damage for frame in (19, 23)]
+    assert not damage[0].any() and np.flatnonzero(damage[1]).tolist() == [seam]
+    assert 24 <= parted <= 27
+    broken = graph.evaluate("sim.state", frame=parted)
+    assert broken.edges[broken.edge_intact == 0].tolist() == [[seam, seam + 1]]
+
+
 def test_keys_cut_nothing_anew():
     graph = package.Graph.from_dict(pulled({**UPPER, "toughness": 1}))
     graph.evaluate("sim.state", frame=2)

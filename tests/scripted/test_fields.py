@@ -41,7 +41,7 @@ def test_a_blast_throws_free_spheres_as_its_falloff_says():
 def test_a_blast_before_the_first_frame_is_told():
     for frame, is_missed in ((-3, True), (0, True), (1, False), (40, False)):
         graph = spheres([(1, 0, 0)], bomb={"type": "blast", "frame": frame}, wind={"type": "force", "wind": [0, 1, 0]})
-        told = [f"blast 'bomb' never goes off: its frame {frame} lies before the first, 1"] if is_missed else []
+        told = [f"node 'bomb': never goes off: its frame {frame} lies before the first, 1"] if is_missed else []
         assert graph.evaluate("sim.state", frame=1).warnings == graph.evaluate("sim.state", frame=3).warnings == told
         graph.frame_range = (-3, 20)
         assert graph.evaluate("sim.state", frame=1).warnings == []

@@ -233,7 +233,7 @@ OTHER = {
     ("activate", "delay"): 2, ("activate", "growth"): 30, ("activate", "falloff"): 0.8, ("seam", "group"): "Others",
     ("seam", "other_group"): "Others",
     ("body_region", "center"): [0.4, 0.4, 0.4], ("body_region", "box_max"): [0.2, 0.2, 0.2], ("body_region", "box_min"): [0, 0, 0],
-    ("body_region", "cluster"): 1, ("body_region", "group"): "Others",
+    ("body_region", "fracture_energy"): 0.01, ("body_region", "cluster"): 1, ("body_region", "group"): "Others",
     ("seam", "points"): [[0, 0, 0], [0, 0, 1]], ("seam", "distance"): 0.6, ("seam", "frames"): 90,
     ("seam", "center"): [0.4, 0.4, 0.4], ("seam", "box_max"): [0.2, 0.2, 0.2], ("seam", "box_min"): [0, 0, 0],
     ("seam", "spared"): [[-0.4, -0.5, 0.5]], ("seam", "direction"): [1, 0, 0], ("seam", "toughness"): 0.01, ("seam", "frame"): 3,

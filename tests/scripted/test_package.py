@@ -1,5 +1,6 @@
 """The Python package: graphs edited and evaluated, arrays, errors, progress, cancelling, lifetimes."""
 import gc
+import json
 import subprocess
 import sys
 import threading
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 import sunder
-from conftest import block_scene, contents
+from conftest import CUBE_FACES, PROGRAM, block_scene, contents, obj_text
 
 
 @pytest.fixture
@@ -432,6 +433,33 @@ def test_bake_from_python(tmp_path, graph):
     assert contents(tmp_path / "a") == contents(tmp_path / "b")
     check = sunder.verify(tmp_path / "a")  # with the log of what broke
     assert check["files"] == 12 and check["bytes"] > report["bytes"] and check["faults"] == check["missing_frames"] == []
+
+
+def test_a_bake_warns_as_the_program_does(tmp_path):
+    """What was mended, what waits for two, what never goes off: by their nodes' names, from a job, too."""
+    (tmp_path / "turned.obj").write_text(obj_text(faces=[CUBE_FACES[0][::-1], *CUBE_FACES[1:]]))
+    scene = {"sunder": 2, "frame_rate": 24, "frame_range": [1, 3], "nodes": {
+        "file": {"type": "mesh_file", "path": str(tmp_path / "turned.obj")},
+        "cut": {"type": "prefracture", "mesh": "@file.mesh", "pieces": 8},
+        "near": {"type": "fragment_region", "fragments": "@cut.fragments"},
+        "clay": {"type": "body", "fragments": "@near.fragments"},
+        "wait": {"type": "activate", "body": "@clay.body", "until": "frame", "frame": 9},
+        "hold": {"type": "pin", "body": "@wait.body", "release_frame": 2, "region": "box", "box_min": [-2, -2, -2],
+                 "box_max": [2, 2, 2]},
+        "bomb": {"type": "blast", "frame": 0},
+        "sim": {"type": "solver", "bodies": ["@wait.body"], "pins": ["@hold.pin"], "forces": ["@bomb.force"]},
+        "cache": {"type": "bake_state", "state": "@sim.state"}}}
+    graph = sunder.Graph.from_dict(scene)
+    told = graph.bake(tmp_path / "a")["warnings"]
+    assert [sentence.partition(":")[0] for sentence in told] == ["node 'cut'", "node 'sim'", "node 'bomb'"]
+    assert "activate 'wait' holds" in told[1] and "'hold'" in told[1] and "never goes off" in told[2]
+    job = graph.start_bake(tmp_path / "b")
+    assert job.result()["warnings"] == told
+    assert graph.bake(tmp_path / "b", resume=True)["warnings"] == []  # nothing was new
+    (tmp_path / "scene.json").write_text(json.dumps(scene))
+    run = subprocess.run([PROGRAM, "bake", tmp_path / "scene.json", "-o", tmp_path / "c"], capture_output=True, text=True)
+    assert [line.removeprefix("note: ") for line in run.stdout.splitlines() if line.startswith("note: ")] == told
+    assert sunder.Graph.from_dict(block_scene((1, 2))).bake(tmp_path / "d")["warnings"] == []
 
 
 def test_a_saved_state_is_gone_on_from(tmp_path, graph):

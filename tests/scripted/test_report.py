@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import sunder as package
-from conftest import PROGRAM, block_scene, contents
+from conftest import PROGRAM, block_scene, contents, obj_text
 
 OLD = Path(__file__).resolve().parents[1] / "data/version_0_1_0"
 
@@ -124,6 +124,64 @@ def test_why_it_did_not_break(tmp_path):
             package.report(tmp_path / "out", **choice)
 
 
+@pytest.fixture(scope="module")
+def grouped(tmp_path_factory):
+    """A cube of 16 fragments in clusters, with vertex groups, drawn apart."""
+    folder = tmp_path_factory.mktemp("grouped")
+    (folder / "cube.obj").write_text(obj_text())
+    graph = {"sunder": 2, "frame_rate": 24, "frame_range": [1, 3], "nodes": {
+        "file": {"type": "mesh_file", "path": str(folder / "cube.obj"), "groups": {"Low": [0, 1, 2, 3], "Corner": [6]}},
+        "cut": {"type": "prefracture", "mesh": "@file.mesh", "pieces": 16, "clusters": 3},
+        "cube": {"type": "body", "fragments": "@cut.fragments", "toughness": 0.05},
+        "sim": {"type": "solver", "bodies": ["@cube.body"]},
+        "cache": {"type": "bake_state", "state": "@sim.state"}}}
+    package.bake(package.Graph.from_dict(graph), folder / "out")
+    return folder / "out", package.Graph.from_dict(graph).evaluate("cut.fragments")
+
+
+def test_vertex_groups_and_clusters_choose_fragments(grouped, sunder):
+    bake, cut = grouped
+    chosen = lambda **choice: [row["fragment"] for row in package.report(bake, **choice)["fragments"]]
+    assert len(set(cut.cluster)) == 3
+    for cluster in range(3):
+        of = list(np.flatnonzero(cut.cluster == cluster))
+        assert chosen(cluster=cluster) == of
+        lines = sunder("report", bake, "--cluster", cluster).out.splitlines()
+        assert sum(line.startswith("cube ") for line in lines) == len(of)
+    low, corner = chosen(group="Low"), chosen(group="Corner")
+    assert len(corner) == 1 and 1 < len(low) < 16  # four corners of the bottom are owned by at most four
+    rows = package.report(bake, group="Low")["fragments"]
+    assert {row["fragment"] for row in rows} <= set(np.flatnonzero(cut.rest_position[:, 2] < 0.5))
+    assert np.all(cut.rest_position[corner[0]] > 0.5)
+    lines = sunder("report", bake, "--group", "Corner").out.splitlines()
+    assert [int(line.split()[1]) for line in lines if line.startswith("cube ")] == corner
+    both = chosen(group="Low", cluster=int(cut.cluster[low[0]]))
+    assert both == [f for f in low if cut.cluster[f] == cut.cluster[low[0]]]
+
+
+def test_groups_and_clusters_that_are_not_there_are_refused(grouped, sunder, tmp_path):
+    bake, _ = grouped
+    with pytest.raises(package.Error, match="no body has a vertex group 'Lw'") as caught:
+        package.report(bake, group="Lw")
+    assert "permitted: Corner, Low" in str(caught.value)
+    with pytest.raises(package.Error, match="none is chosen"):
+        package.report(bake, cluster=7)
+    with pytest.raises(package.Error, match="cluster"):
+        package.report(bake, cluster=2**40)
+    assert sunder("report", bake, "--group", "").status == sunder("report", bake, "--cluster", "x").status == 2
+    old = Path(shutil.copytree(bake, tmp_path / "old"))
+    file = json.loads((old / "manifest.json").read_text())["log"]["loads"][0]["path"]
+    stamped(old, file, changed((old / file).read_text(), lambda content: content.pop("parts")))
+    for choice in ({"group": "Low"}, {"cluster": 0}):
+        with pytest.raises(package.Error, match="an earlier Sunder baked it"):
+            package.report(old, **choice)
+    for wrong in ([], [{}], [{"clusters": [0.5], "groups": {}}], [{"clusters": [2**33], "groups": {}}],
+                  [{"clusters": [], "groups": {"Low": [-2]}}], [{"clusters": [], "groups": {"Low": 3}}]):
+        stamped(old, file, changed((bake / file).read_text(), lambda content: content.update(parts=wrong)))
+        with pytest.raises(package.Error, match="is not a whole log of loads"):
+            package.report(old, group="Low")
+
+
 def test_what_broke_has_borne_more_than_its_share(hit):
     folder, told = hit
     rows = package.report(folder, fragments="all")["fragments"]
@@ -233,7 +291,7 @@ def logs(bake):
 def changed(text, change):
     content = json.loads(text)
     change(content)
-    return json.dumps(content).encode()
+    return json.dumps(content, separators=(",", ":")).encode()  # as the library writes it: it is known by its first bytes
 
 
 def test_it_reads_what_is_listed_as_it_was(hit, tmp_path):

@@ -331,6 +331,7 @@ class AddsNodes:
         cluster: _Integer = ...,
         toughness: Union[_Number, _Animation] = ...,
         stiffness: Union[_Number, _Animation] = ...,
+        fracture_energy: Union[_Number, _Animation] = ...,
     ) -> Node:
         """Makes a part of a body tougher, weaker, softer or stiffer, for all of the shot or with time; nothing is cut
         anew. Several can follow one another: their factors multiply.
@@ -347,6 +348,8 @@ class AddsNodes:
         toughness: Factor on the body's toughnesses.
         yield: Factor on the body's yield, and on what yields have grown to by hardening.
         stiffness: Factor on the body's Young's modulus.
+        fracture_energy: Factor on the body's fracture energy; an automatic one goes with `toughness` squared and
+            `stiffness`, too.
 
         yield, a word of Python, is set in the node: node["yield"] = ...
         """

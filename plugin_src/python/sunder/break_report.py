@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any, Optional, SupportsInt, TypedDict, Union
 
 from .graph import Graph
-from .library import FRAMES, Path, decode, dump, encode, integer
+from .library import CLUSTERS, FRAMES, Path, decode, dump, encode, integer
 
 
 class Break(TypedDict):
@@ -81,12 +81,14 @@ class Report(TypedDict):
 
 
 def report(folder: Path, fragments: Union[str, Iterable[SupportsInt], None] = None, body: Optional[str] = None,
-           box: Optional[Sequence[Sequence[float]]] = None) -> Report:
+           box: Optional[Sequence[Sequence[float]]] = None, group: Optional[str] = None,
+           cluster: Optional[SupportsInt] = None) -> Report:
     """What broke in a bake, complete or not: when, where, at which strain, and what pushed.
 
     "breaks" has a row for each edge, in order; "first" is the first of them, None where nothing broke. For the fragments that
-    are asked about (by number, or "all"; of one body; whose centres lie in a box at the start, given by two corners)
-    "fragments" tells the largest strain, the toughness then, their share and the frame, of those too that did not break.
+    are asked about (by number, or "all"; of one body; whose centres lie in a box at the start, given by two corners; that
+    own vertices of a vertex group; of a cluster; where several are given, of which all hold) "fragments" tells the largest
+    strain, the toughness then, their share and the frame, of those too that did not break.
     """
     choice: dict[str, Any] = {}
     if fragments == "all":
@@ -97,6 +99,10 @@ def report(folder: Path, fragments: Union[str, Iterable[SupportsInt], None] = No
         choice["body"] = body
     if box is not None:
         choice["box"] = [[float(x) for x in corner] for corner in box]
+    if group is not None:
+        choice["group"] = group
+    if cluster is not None:
+        choice["cluster"] = integer("cluster", cluster, CLUSTERS)
     graph, text = Graph(), ctypes.c_char_p()
     graph._call("graph_report_bake", encode(folder), dump(choice, "report", "fragments"), ctypes.byref(text))
     told: Report = json.loads(decode(text.value))

@@ -23,13 +23,16 @@ ProgressCallback = Callable[[float, str], object]  # (fraction from 0 to 1, what
 
 
 class Bake(TypedDict):
-    """What was baked: the frames of the bake, the first that was not there before, and what was written."""
+    """What was baked: the frames of the bake, the first that was not there before, and what was written. `warnings` are sentences
+    that name their nodes: what was done to meshes, what a solver leaves out, what never happens. Empty where nothing was new.
+    """
 
     frames: FrameRange
     first_new_frame: int
     n_frames: int
     n_files: int
     bytes: int
+    warnings: list[str]
 
 
 ProgressFunction = ctypes.CFUNCTYPE(c_int32, c_void_p, c_double, c_char_p)
@@ -89,11 +92,13 @@ class BakeReport(_Sized):
         ("n_frames", c_uint64),
         ("n_files", c_uint64),
         ("bytes", c_uint64),
+        ("notes", c_char_p),
     ]
 
     def as_dict(self) -> Bake:
+        warnings = json.loads(decode(self.notes)) if self.notes else []
         return {"frames": (self.first_frame, self.last_frame), "first_new_frame": self.first_new_frame,
-                "n_frames": self.n_frames, "n_files": self.n_files, "bytes": self.bytes}
+                "n_frames": self.n_frames, "n_files": self.n_files, "bytes": self.bytes, "warnings": warnings}
 
 
 class JobState(_Sized):
@@ -327,6 +332,7 @@ def dump(value: object, node: str = "", parameter: str = "") -> bytes:
 
 FRAMES = (-1_000_000, 1_000_000)  # the library's own limits; ctypes would cut off what does not fit C's integers
 THREADS = (0, 1024)
+CLUSTERS = (-(2**31) + 1, 2**31 - 1)
 BYTES = (0, 2**64 - 1)
 
 

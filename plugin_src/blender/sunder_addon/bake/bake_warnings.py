@@ -2,25 +2,29 @@
 
 A bake notes it in blender.json beside itself, by names in the graph.
 """
+import re
+
 from . import cache
 
+_NAMED = re.compile(r"node '(?P<node>[^']*)': ")  # what begins so is of that node, whoever tells it
 _OUTPUTS = {"prefracture": "fragments", "collider": "collider", "solver": "state"}  # values that have warnings
 
 
 def collect(graph, frame):
     """A generator of the library's jobs; returns {graph name: [sentence, ...]} at the first frame, of nodes that are warned of."""
     found = {}
-    for name, fields in graph.to_dict()["nodes"].items():
+    nodes = graph.to_dict()["nodes"]
+    for name, fields in nodes.items():
         output = _OUTPUTS.get(fields["type"])
         if output is None:
             continue
         job = graph.start_evaluate(f"{name}.{output}", frame)
         yield job
         job.result()
-        warnings = graph.evaluate(f"{name}.{output}", frame).warnings
-        sentences = [sentence.removeprefix(f"node '{name}': ") for sentence in warnings]  # they stand on their nodes
-        if sentences:
-            found[name] = sentences
+        for warning in graph.evaluate(f"{name}.{output}", frame).warnings:
+            other = _NAMED.match(warning)  # they stand on their nodes
+            at = other["node"] if other and other["node"] in nodes else name
+            found.setdefault(at, []).append(warning[other.end():] if other else warning)
     return found
 
 

@@ -39,20 +39,34 @@ class Frame:
 
 def skinned(geometry, particles):
     """Positions (v, 3) as the graphics card computes them, in double precision."""
+    maps = _skin_maps(geometry, particles)
+    return np.einsum("vij,vj->vi", maps[:, :, :3], geometry.rest.astype(np.float64)) + maps[:, :, 3]
+
+
+def _beside(geometry, particles, positions):
+    """A Geometry that is skinned to `positions` (v, 3): what fragments leave of a source that bends within them is in its rest."""
+    maps = _skin_maps(geometry, particles)
+    rest, turned = geometry.rest.astype(np.float64), np.abs(np.linalg.det(maps[:, :, :3])) > 1e-9  # else flat: as they are skinned
+    rest[turned] = np.linalg.solve(maps[turned, :, :3], (positions - maps[:, :, 3])[turned][:, :, None])[:, :, 0]
+    return Geometry(rest, geometry.follows, geometry.influences, geometry.outer, geometry.inner)
+
+
+def _skin_maps(geometry, particles):
+    """What takes each vertex from its rest to where it is drawn, (v, 3, 4)."""
     first, count = geometry.follows[:, 0], geometry.follows[:, 1]
     vertex = np.repeat(np.arange(len(first)), count)
     row = np.repeat(first - np.concatenate([[0], np.cumsum(count)[:-1]]), count) + np.arange(count.sum())
     particle, weight = geometry.influences[row, 0].astype(int), geometry.influences[row, 1].astype(np.float64)
-    at, maps = geometry.rest[vertex].astype(np.float64), particles[particle].astype(np.float64)
+    maps = particles[particle].astype(np.float64)
 
     def blended(of_influence):
         return np.stack([np.bincount(vertex, column * weight, len(first)) for column in of_influence.T], 1)
 
-    carried, arm = (blended(np.einsum("kij,kj->ki", maps[:, r:r + 3, :3], at) + maps[:, r:r + 3, 3]) for r in (0, 4))
+    carried, arm = (blended(maps[:, r:r + 3].reshape(-1, 12)).reshape(-1, 3, 4) for r in (0, 4))
     heaviest = particle[np.lexsort((np.arange(len(weight)), -weight, vertex))[np.cumsum(count) - count]]
     own, near = maps[:, 7], particles[heaviest, 7].astype(np.float64)
     turn = blended(own * np.where((own * near[vertex]).sum(1) < 0, -1.0, 1.0)[:, None])
-    return carried + np.einsum("vij,vj->vi", _rotations(turn / np.linalg.norm(turn, axis=1, keepdims=True)), arm)
+    return carried + _rotations(turn / np.linalg.norm(turn, axis=1, keepdims=True)) @ arm
 
 
 def _rotations(quaternions):
@@ -90,6 +104,7 @@ class Source:
         bodies = graph["nodes"][self._solver]["bodies"]
         self._wire = next(wire[1:] for wire in ([bodies] if isinstance(bodies, str) else bodies)
                           if bake_reader.body_of(graph["nodes"], wire) == self._body)
+        self._follows = _follows_a_mesh(graph["nodes"], fields["body"])
         self._first = graph["frame_range"][0]
         self._fragments = graph["nodes"][self._body]["fragments"][1:]
         self._intact = self._surface = self._center = self._factors = None
@@ -126,14 +141,17 @@ class Source:
             of_fragment = self._graph.evaluate(self._fragments, self._first).toughness_factor
             of_edge = self._graph.evaluate(f"{self._body}.body", self._first).edge_toughness_factor
             self._factors = of_fragment[state.fragment[mine]], of_edge
-        if self._surface is None or not np.array_equal(intact, self._intact):
-            self._bind(self._graph.evaluate(f"{self._node}.mesh", number))
+        is_new = self._surface is None or not np.array_equal(intact, self._intact)
+        mesh = self._graph.evaluate(f"{self._node}.mesh", number) if is_new or self._follows else None
+        if is_new:
+            self._bind(mesh)
             self._intact = intact
         made = Frame()
         made.center, made.surface = self._center, self._surface
         made.limit = self._limit(kept.simulated_frame, limit)
         edges = state.edges[own_edges].astype(np.int64) - mine.start
-        factor = tearing.tearing_factors(self._factors[0], edges, intact, self._factors[1] * self._made_of_edges(number))
+        glued = (state.kept[mine] & tearing.GLUED).astype(bool) if len(state.kept) else None
+        factor = tearing.tearing_factors(self._factors[0], edges, intact, self._factors[1] * self._made_of_edges(number), glued)
         broken_now = np.zeros(len(state.edges), bool)
         broken_now[state.broken_edge] = True
         if edges_as == "BREAKS":
@@ -148,6 +166,8 @@ class Source:
                 of_edges = strength(toughness / own if own else np.ones(len(toughness)))
         colors = _colors(mode, state.piece[mine], state.strain[mine], made.limit, factor)
         made.particles = _texels(*_about(state, mine, self._center), colors, of_edges)
+        if self._follows:
+            made.surface = _beside(self._surface, made.particles, mesh.positions - self._center)
         made.ellipsoids = _texels(_ellipsoids(state, mine, self._center), *_unturned(len(colors)), colors, of_edges)
         return made
 
@@ -172,6 +192,16 @@ class Source:
         if wanted > 0:
             return wanted
         return self._graph[self._body].at("toughness", number)
+
+
+def _follows_a_mesh(nodes, wire):
+    """Whether a body, as it comes along a wire, follows each vertex of a mesh: then no skin alone has its vertices."""
+    name = wire[1:].rsplit(".", 1)[0]
+    while nodes[name]["type"] != "body":
+        if nodes[name]["type"] == "follow" and nodes[name].get("motion") == "vertices":
+            return True
+        name = nodes[name]["body"][1:].rsplit(".", 1)[0]
+    return False
 
 
 def _about(state, mine, center):

@@ -1,0 +1,53 @@
+"""What an activate node glues is shown as what does not tear, in the attribute and in the preview's colours."""
+import numpy as np
+
+from addon_case import AddonCase, addon, attribute, main
+
+GLUED_TO = 4  # the last frame at which it is glued
+
+
+class Glued(AddonCase):
+    def setUp(self):
+        super().setUp()
+        self.shot, nodes = self.tree(pieces=20)
+        glue = self.node(self.shot, "activate", mode="glued", region="box", box_min=(-9, -9, 0.6), box_max=(9, 9, 9),
+                         until="frame", frame=GLUED_TO + 1)
+        for link in [link for link in self.shot.links if link.from_node == nodes["body"]]:
+            self.shot.links.remove(link)
+        self.connect(nodes["body"], "body", glue, "body")
+        for name, socket in (("solver", "bodies"), ("deformer", "body")):
+            self.connect(glue, "body", nodes[name], socket)
+        self.shown, = self.results(self.shot)
+        self.bake(self.shot)
+        self.graph = addon("base.core").sunder().Graph.load(str(self.cached(self.shot) / "graph.json"))
+
+    def left(self, frame, has_glue):
+        """What is missing to the toughness, of each particle: worked out one after the other, from the library's state."""
+        state, tough = self.graph.evaluate("solver.state", frame), self.graph["body"].at("toughness", frame)
+        glued = (state.kept & 4) != 0
+        self.assertEqual([glued.any(), glued.all()], [has_glue, False])
+        self.assertGreater(state.strain.max(), 0)
+        left = 1 - np.clip(state.strain / tough, 0, 1)
+        for p in range(len(glued)):
+            others = [a + b - p for (a, b), holds in zip(state.edges, state.edge_intact) if holds and p in (a, b)]
+            if others and (glued[p] or glued[others].all()):
+                left[p] = 1
+        return left
+
+    def test_the_attribute_is_whole_of_what_is_glued_and_of_no_more(self):
+        for frame, has_glue in ((GLUED_TO, True), (6, False)):
+            self.scene.frame_set(frame)
+            follows = self.graph.evaluate("deformer.mesh", frame).vertex_fragment
+            np.testing.assert_allclose(attribute(self.shown, "toughness_left"), self.left(frame, has_glue)[follows], atol=1e-5)
+
+    def test_so_are_the_colours_of_the_preview(self):
+        data, folder = addon("preview.preview_source"), self.cached(self.shot)
+        source = data.Source(str(folder), self.manifest(self.shot).graph, "deformer")
+        source.start(), source.wait()
+        for frame, has_glue in ((GLUED_TO, True), (6, False)):
+            drawn = source.frame(str(folder / f"state/solver.{frame:04d}.ply"), frame, "TOUGHNESS")
+            wanted = data.traffic_light(self.left(frame, has_glue))
+            np.testing.assert_allclose(drawn.particles[:len(wanted), 3, :3], wanted, atol=1e-5)
+
+
+main()
