@@ -39,23 +39,6 @@ std::span<const std::string> warnings_of(const Value& value) {
     return {};
 }
 
-// Files that a bake may have left behind its last whole frame when it was killed.
-std::vector<ManifestFile> begun_files(const Manifest& manifest) {
-    std::vector<ManifestFile> files;
-    if (manifest.frames.empty()) return files;
-    for (const auto& [name, node] : manifest.graph["nodes"].items()) {
-        const auto steps = node.find("subframes"), path = node.find("path"), compression = node.find("compression");
-        if (steps == node.end() || !steps->is_number_integer() || path == node.end() || !path->is_string() ||
-            compression == node.end() || !compression->is_string() || !check_output_pattern(path->get<std::string>()))
-            continue;
-        const std::string pattern = path->get<std::string>() + compressed_suffix(compression->get<std::string>());
-        const int n = std::min(steps->get<int>(), kMostSubFrames);
-        for (int step = 1; step < n; ++step)
-            files.push_back({name, output_path(pattern, sub_frame(manifest.frames.back().frame, step, n)), {}});
-    }
-    return files;
-}
-
 // One bake at work.
 class Baker {
 public:

@@ -5,6 +5,8 @@
 
 #include "nodes/bake_files/bake_folder.h"
 #include "nodes/files/frame_number.h"
+#include "nodes/files/output_pattern.h"
+#include "nodes/graph/common_parameters.h"
 #include "nodes/graph/graph.h"
 #include "nodes/graph/strict_json.h"
 
@@ -342,6 +344,22 @@ bool verify_exports(const Manifest& manifest, const fs::path& folder, BakeCheck&
         else
             verify_file(f, folder, " (export)", io_check);
     return io_check.faults.size() == n_faults;
+}
+
+std::vector<ManifestFile> begun_files(const Manifest& manifest) {
+    std::vector<ManifestFile> files;
+    if (manifest.frames.empty()) return files;
+    for (const auto& [name, node] : manifest.graph["nodes"].items()) {
+        const auto steps = node.find("subframes"), path = node.find("path"), compression = node.find("compression");
+        if (steps == node.end() || !steps->is_number_integer() || path == node.end() || !path->is_string() ||
+            compression == node.end() || !compression->is_string() || !check_output_pattern(path->get<std::string>()))
+            continue;
+        const std::string pattern = path->get<std::string>() + compressed_suffix(compression->get<std::string>());
+        const int n = std::min(steps->get<int>(), kMostSubFrames);
+        for (int step = 1; step < n; ++step)
+            files.push_back({name, output_path(pattern, sub_frame(manifest.frames.back().frame, step, n)), {}});
+    }
+    return files;
 }
 
 }  // namespace sunder

@@ -113,4 +113,7 @@ Result<BakeCheck> verify_files(const Manifest& manifest, const std::filesystem::
 /// Whether every export is there as listed. Adds what is wrong to `io_check`.
 bool verify_exports(const Manifest& manifest, const std::filesystem::path& folder, BakeCheck& io_check);
 
+/// Files that a bake may have left behind its last whole frame when it was killed.
+std::vector<ManifestFile> begun_files(const Manifest& manifest);
+
 }  // namespace sunder

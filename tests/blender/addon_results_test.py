@@ -229,27 +229,6 @@ class Shown(ObjectCase):
         kind, strain = write.state_attributes(state, 0, frame)["plastic_strain"]
         np.testing.assert_allclose(strain, np.sqrt(2 / 3) * np.sqrt(2) * np.log(2), rtol=1e-6)
 
-    def test_damage_is_the_share_of_its_edges_that_a_fragment_has_lost(self):
-        tree, _ = self.tree()
-        thing, = self.results(tree)
-        self.bake(tree)
-        self.scene.frame_set(1)
-        self.assertEqual(attribute(thing, "damage").max(), 0)
-        self.scene.frame_set(6)
-        damage = attribute(thing, "damage")
-        self.assertTrue(0 <= damage.min() and 0 < damage.max() <= 1)
-        reader, write = addon("base.bake_reader"), addon("results.result_mesh")
-        state = reader.read_ply(str(self.cached(tree) / "state/solver.0001.ply"))
-        edge = state["edge"] = state["edge"].copy()
-        edge["intact"][0] = 0
-        state["damage"] = np.zeros(len(edge), [("damage", "f8"), ("hold", "f8")])
-        state["damage"]["damage"][1] = 0.5
-        wanted = np.zeros((len(state["particle"]), 2))
-        for a, b, lost in zip(edge["a"], edge["b"], [1, 0.5] + [0] * (len(edge) - 2)):
-            for end in (a, b):
-                wanted[end] += lost, 1
-        np.testing.assert_allclose(write.fragment_damage(state, 0), wanted[:, 0] / wanted[:, 1])
-
     def test_outer_materials_stay_and_breaks_have_their_own(self):
         thing = self.cube()
         for name in ("Paint", "Primer", "Unused"):

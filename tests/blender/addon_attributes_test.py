@@ -1,4 +1,4 @@
-"""What an activate node glues is shown as what does not tear, in the attribute and in the preview's colours."""
+"""Attributes of results: what an activate node glues does not tear, in the preview's colours, too; what fragments have lost."""
 import numpy as np
 
 from addon_case import AddonCase, addon, attribute, main
@@ -48,6 +48,29 @@ class Glued(AddonCase):
             drawn = source.frame(str(folder / f"state/solver.{frame:04d}.ply"), frame, "TOUGHNESS")
             wanted = data.traffic_light(self.left(frame, has_glue))
             np.testing.assert_allclose(drawn.particles[:len(wanted), 3, :3], wanted, atol=1e-5)
+
+
+class Damage(AddonCase):
+    def test_damage_is_the_share_of_its_edges_that_a_fragment_has_lost(self):
+        tree, _ = self.tree()
+        thing, = self.results(tree)
+        self.bake(tree)
+        self.scene.frame_set(1)
+        self.assertEqual(attribute(thing, "damage").max(), 0)
+        self.scene.frame_set(6)
+        damage = attribute(thing, "damage")
+        self.assertTrue(0 <= damage.min() and 0 < damage.max() <= 1)
+        reader, write = addon("base.bake_reader"), addon("results.result_mesh")
+        state = reader.read_ply(str(self.cached(tree) / "state/solver.0001.ply"))
+        edge = state["edge"] = state["edge"].copy()
+        edge["intact"][0] = 0
+        state["damage"] = np.zeros(len(edge), [("damage", "f8"), ("hold", "f8")])
+        state["damage"]["damage"][1] = 0.5
+        wanted = np.zeros((len(state["particle"]), 2))
+        for a, b, lost in zip(edge["a"], edge["b"], [1, 0.5] + [0] * (len(edge) - 2)):
+            for end in (a, b):
+                wanted[end] += lost, 1
+        np.testing.assert_allclose(write.fragment_damage(state, 0), wanted[:, 0] / wanted[:, 1])
 
 
 main()
