@@ -354,10 +354,10 @@ def integer(name: str, value: Any, permitted: Optional[tuple[int, int]] = None) 
 def frame_number(value: Any) -> Union[int, float]:
     """A frame, or what lies between two: an int of a whole one."""
     at = number("frame", value)
-    if at == at // 1 or not math.isfinite(at):
+    if at == at // 1:
         return integer("frame", value, FRAMES)
     if not FRAMES[0] <= at <= FRAMES[1]:
-        raise _refusal("bad_input", "frame", f"{at} is out of range", f"permitted: {FRAMES[0]} to {FRAMES[1]}")
+        raise _refusal("bad_input" if math.isfinite(at) else "bad_usage", "frame", f"{at} is out of range", f"permitted: {FRAMES[0]} to {FRAMES[1]}")
     return at
 
 
