@@ -26,12 +26,13 @@ class Guide(AddonCase):
     def test_operators_and_attributes_are_there(self):
         for name in re.findall(r"`sunder\.(\w+)\(", GUIDE):
             self.assertTrue(hasattr(bpy.types, "SUNDER_OT_" + name), name)
-        tree, _ = self.tree()
+        tree, nodes = self.tree()
+        nodes["solver"].set_parameters(accelerations=True)
         result, = self.results(tree)
         self.bake(tree)
         self.scene.frame_set(2)
         listed = re.findall(r"^\| `(\w+)` \| (faces|points) \|", GUIDE, re.MULTILINE)
-        self.assertEqual(len(listed), 8)
+        self.assertEqual(len(listed), 10)
         for name, domain in listed:
             self.assertEqual(result.data.attributes[name].domain, {"faces": "FACE", "points": "POINT"}[domain])
 

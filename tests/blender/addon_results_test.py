@@ -55,7 +55,7 @@ class Shown(ObjectCase):
             self.scene.frame_set(2)  # in the air: nothing broke
             at_rest, written[:] = list(written), []
             self.scene.frame_set(6)
-        self.assertEqual(at_rest, ["write_positions"] + 4 * ["write_attribute"])
+        self.assertEqual(at_rest, ["write_positions"] + 5 * ["write_attribute"])
         self.assertEqual(written[:2], ["replace_triangles", "write_positions"])
         self.assertIn("write_uvs", written)
         thing.sunder.uv_map = "Other"  # what else faces are written from counts, too
