@@ -304,8 +304,7 @@ private:
             auto file = read_state_file(path);
             if (!file) return file.error();
             if (file->frame != frame)
-                return bad_input(path,
-                                 "is frame " + std::to_string(file->frame) + " instead of " + std::to_string(frame),
+                return bad_input(path, "is frame " + frame_text(file->frame) + " instead of " + frame_text(frame),
                                  "bake anew with --restart");
             const int grid = file->at.grid();
             if (Status s = graph_.seed_state(solver.node, grid, file->state, progress_.part(0, 0)); !s) return s;

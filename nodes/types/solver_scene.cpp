@@ -296,7 +296,7 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
     for (size_t i = 0; i < pins_end->size(); ++i) {
         const PinValue &from = *(*pins_begin)[i], &to = *(*pins_end)[i];
         input.pins.push_back({from.pose, to.pose, to.active, to.pivot, {from.grip, to.grip, to.release_time}});
-        if (!to.vertices) continue;
+        if (!to.vertices || !to.active) continue;
         const auto begin = to.vertices->at_frame(frame - 1), end = to.vertices->at_frame(frame);
         if (!begin) return in_source(to.name, begin.error());
         if (!end) return in_source(to.name, end.error());

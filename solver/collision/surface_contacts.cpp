@@ -9,7 +9,7 @@
 namespace sunder {
 namespace {
 
-constexpr int kMostAdvances = 64;  // grazing ways advance slowly; past it what is near as it stands is kept: safe
+constexpr int kMostAdvances = 64;  // grazing ways advance slowly; past it all that the rest of the way may meet counts
 constexpr int kMostSlides = 8;
 constexpr double kHeld = 0.2;  // of a way, the part that is left where others hold it from all sides
 
@@ -61,9 +61,9 @@ public:
         out_.clear();
         const Aabb box = box_of_way(mover_.center, shift_, mover_.farthest + reach_, mesh_.begin);
         const auto fastest = fastest_in(field_, mesh_.end_share, box);
-        if (!fastest) return;
-        double moment = 0;
-        const Manifold touch = first_touch(shift_.norm() + *fastest, moment);
+        if (!fastest && sample(field_, mesh_.begin.inverse_apply(mover_.center)).distance >= 0) return;
+        double moment = 0;  // deep inside no triangle is near
+        const Manifold touch = first_touch(shift_.norm() + fastest.value_or(0), moment);
         if (touch.count == 0) return;
         const Vec3 offset = moment * shift_;
         Vec3 along = Vec3::Zero();  // way of the surface at the deepest point
@@ -79,10 +79,11 @@ public:
 private:
     // Nothing if it passes; else what it touches, and when.
     Manifold first_touch(double speed, double& o_moment) {
-        const double seen = std::max(reach_, 0.5 * mover_.nearest);  // how far ahead points are looked for
+        const double ahead = std::max(2 * reach_, 0.5 * mover_.nearest);  // how far points are looked for
         for (int k = 0;; ++k) {
             const Vec3 offset = o_moment * shift_;
             double gap = least_gap(offset, o_moment);
+            const double seen = k < kMostAdvances ? ahead : std::max(ahead, (1 - o_moment) * speed + reach_);
             if (gap <= reach_ || k == kMostAdvances) {
                 const Manifold touch = mover_.at(offset, field_, mesh_.begin, seen);
                 gap = std::min(touch.least_gap(), seen);

@@ -290,7 +290,12 @@ FramePlan plan_frame(const StepContext& context, const FrameState& state, StepMe
     if (plan.substeps > 1) plan.substeps += plan.substeps % 2;  // pairs are of second order
     const bool turns = largest_turn(start, end) > kLargestTurn * plan.substeps;
     plan.iterations = touches || turns ? 2 : 1;
-    if (plan.substeps == 1) plan.iterations = kTrialIterations, plan.done = std::move(after);
+    if (plan.substeps == 1) {
+        plan.iterations = kTrialIterations;
+        // The trial takes no parts, in which cracks run.
+        const bool is_whole = after.edge_damage.empty() || after.broken.size() == state.broken.size();
+        if (is_whole) plan.done = std::move(after);
+    }
     plan.report.substeps = plan.substeps, plan.report.iterations = plan.iterations;
     return plan;
 }

@@ -40,8 +40,11 @@ Result<bool> LocalHit::advance(const StepContext& whole, std::span<const uint8_t
                                StepReport& io_report) {
     FrameState state = io_state;
     SUNDER_ASSERT(parts > 1 && hit.size() == state.n_particles() + state.rigid_bodies.size());
-    const size_t broken_before = io_report.edges_broken;
-    const auto met = [&] { return io_report.edges_broken = broken_before, Result<bool>(false); };
+    const StepReport before = io_report;
+    const auto met = [&] {  // what was measured of the time stays
+        io_report.edges_broken = before.edges_broken, io_report.cracks_J = before.cracks_J;
+        return Result<bool>(false);
+    };
     const auto let_move = [&](bool what_is_hit) {
         state.asleep.resize(hit.size(), 0);
         for (size_t i = 0; i < hit.size(); ++i)

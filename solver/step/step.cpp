@@ -79,6 +79,7 @@ Result<StepOutcome> Stepper::run() {
         begin_anew(pair);
         return StepOutcome{{}, std::move(crack_)};
     }
+    may_divide_ = false;  // what breaks as the books are closed breaks in this step
     if (Status ok = close_books(may_break); !ok) return ok.error();
     report_.n_components = m_.model.live.n_pieces();
     return StepOutcome();
@@ -91,7 +92,7 @@ bool Stepper::lets_go(const StepPair& begun) {
     return true;
 }
 
-// As nothing of the step is in the state yet.
+// As nothing of the step is in the state yet, but what contacts let go.
 void Stepper::begin_anew(const StepPair& begun) {
     m_.pair = begun;
     for_all(context_, context_.n_particles(),

@@ -47,7 +47,7 @@ private:
 /// scene had.
 constexpr double kLongestStep = 0.042;
 
-/// Why a step was not taken, and the state is as before.
+/// Why a step was not taken, and the state is as before, but for what contacts let go.
 struct StepOutcome {
     std::vector<Woken> woken;  // where it is not empty: wake these, and take the step again
     Hit hit;                   // where its parts are above 1: take the step in so many

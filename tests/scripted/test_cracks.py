@@ -153,8 +153,8 @@ def notched(tmp_path_factory):
     return path
 
 
-def drawn_apart(path, speed, pieces=600, frames=9, **material):
-    """The cut, and states of the bar whose ends are drawn apart, each at half of that speed."""
+def drawn_apart(path, speed, pieces=600, frames=9, settings=None, **material):
+    """The cut, and states of the bar whose ends are drawn apart, each at half of that speed. `settings`: of the solver."""
     ends = {name: {"type": "pin", "body": "@body.body", "region": "box", "box_min": [low, -1, -1], "box_max": [high, 1, 1],
                    "position": {"keys": [[1, [0, 0, 0]], [frames, [side * speed / 2 * (frames - 1) / 24, 0, 0]]]}}
             for name, side, low, high in (("left", -1, -1, -0.42), ("right", 1, 0.42, 1))}
@@ -163,8 +163,10 @@ def drawn_apart(path, speed, pieces=600, frames=9, **material):
         "cut": {"type": "prefracture", "mesh": "@mesh.mesh", "pieces": pieces, "clusters": 0},
         "body": {"type": "body", "fragments": "@cut.fragments", "density": DENSITY, "youngs_modulus": STIFFNESS,
                  "poisson_ratio": 0.3, **material},
-        "solver": {"type": "solver", "gravity": [0, 0, 0], "bodies": ["@body.body"], "pins": [f"@{name}.pin" for name in ends]},
-        **ends}})
+        "solver": {"type": "solver", "gravity": [0, 0, 0], "bodies": ["@body.body"], "pins": [f"@{name}.pin" for name in ends],
+                   **(settings or {})},
+        "floor": {"type": "collider", "shape": "box", "size": [1, 1, 1], "position": [3, 0, -0.5]},
+        "ball": {"type": "rigid_body", "shape": "sphere", "radius": 0.1, "mass": 1, "position": [3, 0, 0.1]}, **ends}})
     return graph.evaluate("cut.fragments"), [graph.evaluate("solver.state", frame=f) for f in range(1, frames + 1)]
 
 
@@ -196,6 +198,13 @@ def test_the_same_bar_without_yield_parts_there_as_well_and_does_not_neck(notche
     halves = np.sort(np.bincount(states[-1].piece))
     assert len(halves) == 2 and halves[0] > 0.4 * len(states[-1].piece)
     assert width_beside_the_notch(states).min() > 0.995
+
+
+def test_it_parts_as_well_while_something_else_is_pushed_and_a_step_has_one_pass(notched):
+    """A ball rests on a floor, far away."""
+    _, states = drawn_apart(notched, 0.1, toughness=0.01, settings={
+        "crack_passes": 1, "hit_substeps": 128, "sleeping": False, "gravity": [0, 0, -9.81], "colliders": ["@floor.collider"], "rigid_bodies": ["@ball.rigid_body"]})
+    assert len(np.bincount(states[-1].piece)) == 2
 
 
 def test_fracture_energy_counts_beside_plastic_work(notched):
