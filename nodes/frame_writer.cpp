@@ -21,7 +21,7 @@ Result<ByteBuffer> encode(const BakeItem& item) {
     return plain && is_compressed(item.path) ? compress(plain->view()) : std::move(plain);
 }
 
-bool breaks(size_t solver, const FrameToWrite& frame) { return !frame.states[solver]->state->broken.empty(); }
+bool breaks(size_t solver, const FrameToWrite& frame) { return !frame.states[solver]->broken.empty(); }
 
 // Files that are to appear together.
 class FrameFiles {

@@ -301,7 +301,7 @@ FrameBreaks breaks_of(const std::string& solver, const StateValue& value) {
     for (const auto& [unused, n] : sizes) out.largest.push_back(n);
     std::ranges::sort(out.largest, std::greater());
     out.largest.resize(std::min(out.largest.size(), kLargest));
-    for (const BrokenEdge& b : value.state->broken) out.edges.push_back(logged(value, b));
+    for (const BrokenEdge& b : value.broken) out.edges.push_back(logged(value, b));
     return out;
 }
 
@@ -376,7 +376,7 @@ void add_loads(const StateValue& value, std::span<const std::shared_ptr<const Bo
     const std::vector<double> toughness =
         fragment_toughness(rest, materials, value.state->edge_intact, edge_bonds(scene, seams, *value.state));
     for (size_t g = 0; g < toughness.size(); ++g) offer(g, value.state->strain[g], toughness[g]);
-    for (const BrokenEdge& b : value.state->broken)
+    for (const BrokenEdge& b : value.broken)
         if (b.toughness > 0)
             for (const ParticleId g : {rest.edges[b.edge].a, rest.edges[b.edge].b})
                 offer(g, std::abs(b.strain), b.toughness);

@@ -123,6 +123,7 @@ struct StateValue {
     // 1/s
     std::shared_ptr<const std::vector<PieceMotion>> pieces = {};
     double scale_rate = 0;
+    std::vector<BrokenEdge> broken = {};  // of a solver: since the frame before, in all simulated frames that end here
     std::shared_ptr<const FrameState> kept = {};  // of a solver: its latest grid point up to here; most often `state`
 };
 

@@ -1,5 +1,7 @@
 // solver: moves all bodies together; any frame may be asked for.
 #include <array>
+#include <iterator>
+#include <limits>
 #include <map>
 
 #include "nodes/files/frame_number.h"
@@ -38,7 +40,12 @@ struct SolverStore {
     // Where time is scaled: the grid points that the latest frame lay between, whatever the cache does.
     int cell = 0;
     std::array<StateCache::Entry, 2> ends;
-    std::map<int, StepReport> reports;  // of the steps that ended at grid points
+    struct GridPoint {
+        StepReport report;  // of the step that ended here
+        double time = 0;    // s
+        std::vector<BrokenEdge> broken;
+    };
+    std::map<int, GridPoint> points;  // that were reached, whatever the cache does
 };
 
 // What a method other than projective leaves out of a scene.
@@ -212,8 +219,16 @@ public:
         return {};
     }
 
+    /// From a state that was simulated elsewhere: what was kept of later frames did not begin there.
+    void begin_at(int frame, ContentKey history, FrameState state) {
+        for (int kept; store_.frames.latest(std::numeric_limits<int>::max(), kept) && kept > frame;)
+            store_.frames.erase(kept);
+        store_.ends = {};
+        put(frame, history, std::move(state), {});
+    }
+
     void put(int frame, ContentKey history, FrameState state, const StepReport& report) {
-        store_.reports[frame] = report;
+        store_.points[frame] = {report, state.time, state.broken};
         store_.frames.put(frame, {history, std::make_shared<const FrameState>(std::move(state)), report},
                           context_.cache_limit());
     }
@@ -280,7 +295,8 @@ public:
         if (context_.parameters(frame).boolean("accelerations"))
             if (Status ok = add_motion(value); !ok) return ok.error();
         for (int k = frame == start ? at->grid() : before->grid() + 1; k <= at->grid(); ++k)
-            value.report = both(value.report, store_.reports[k]);
+            value.report = both(value.report, store_.points[k].report);
+        value.broken = frame == start ? value.state->broken : broken_since(*before, value);
         Result<std::vector<Material>> materials = start_materials();
         if (!materials) return materials.error();
         value.body_keys = store_.body_keys, value.motions = store_.motions;
@@ -289,6 +305,22 @@ public:
         std::ranges::copy(store_.missed, std::back_inserter(value.warnings));
         std::ranges::copy(store_.told, std::back_inserter(value.warnings));
         return make_value(std::move(value));
+    }
+
+    /// In the order of steps; once each, however many frames show a step, or none.
+    std::vector<BrokenEdge> broken_since(const SceneTime& before, const StateValue& value) const {
+        double seen = -std::numeric_limits<double>::infinity();  // s; of the cell that `before` lies in
+        const auto begin = store_.points.find(before.grid()), end = store_.points.find(before.grid() + 1);
+        if (!before.is_on_grid() && begin != store_.points.end() && end != store_.points.end())
+            seen = time_between(begin->second.time, end->second.time, before.share());
+        std::vector<BrokenEdge> all;
+        const auto add = [&](const std::vector<BrokenEdge>& some) {
+            std::ranges::copy_if(some, std::back_inserter(all), [&](const BrokenEdge& b) { return b.time > seen; });
+        };
+        for (int k = before.grid() + 1; k <= value.at.grid(); ++k)
+            if (const auto point = store_.points.find(k); point != store_.points.end()) add(point->second.broken);
+        if (!value.at.is_on_grid() && value.at.frame > before.frame) add(value.state->broken);
+        return all;
     }
 
     /// From the frame on, as what is blended moves: the next grid point is reached for it.
@@ -336,7 +368,7 @@ Status seed(CookContext& context, int frame, FrameState state) {
     if (Status ok = solver.check_state(state); !ok) return ok;
     Result<ContentKey> history = solver.history(frame);
     if (!history) return history.error();
-    solver.put(frame, *history, std::move(state), {});
+    solver.begin_at(frame, *history, std::move(state));
     return {};
 }
 

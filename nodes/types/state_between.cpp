@@ -92,7 +92,7 @@ public:
         : rest_(rest), a_(a), b_(b), way_{b.time - a.time, share}, out_(a) {}
 
     FrameState run() {
-        out_.time = a_.time + way_.share * way_.duration;
+        out_.time = time_between(a_.time, b_.time, way_.share);
         break_edges();
         find_pieces();
         for_each_piece([&](std::span<const uint32_t> particles) { move_piece(particles); });

@@ -9,6 +9,9 @@
 
 namespace sunder {
 
+/// s; at a share of the way between two times.
+inline double time_between(double a, double b, double share) { return a + share * (b - a); }
+
 /// At `share` in (0, 1) of the way from `a` to `b`, the states of one frame and the next.
 ///
 /// What hangs together at the end moves as a whole: its centre along a parabola where both velocities fit one

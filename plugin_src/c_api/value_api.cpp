@@ -118,6 +118,9 @@ sunder_status sunder_graph_seed_state(sunder_graph* graph, const char* node, int
     return long_call(graph, node && state, nullptr, [&](const sunder::Progress& p) -> Status {
         const auto* value = std::get_if<std::shared_ptr<const sunder::StateValue>>(&state->value);
         if (!value) return bad_usage("a " + std::string(name_of(type_of(state->value))) + " is no state");
+        if (!(*value)->at.is_on_grid())
+            return sunder::bad_input("state", "lies between two simulated frames: nothing goes on from it",
+                                     "take one of a whole simulated frame");
         return graph->graph.seed_state(node, frame, *(*value)->state, p);
     });
 }

@@ -193,6 +193,15 @@ def test_what_broke_has_borne_more_than_its_share(hit):
             assert row["first_broken"] == min(b["time"] for b in told["breaks"] if row["fragment"] in b["fragments"])
 
 
+@pytest.mark.parametrize("scale, frames", [(0.5, 19), (0.3, 31), (3, 4)])
+def test_at_any_time_scale_each_edge_is_told_once(hit, tmp_path, scale, frames):
+    graph = block_scene((1, frames))
+    graph["nodes"]["sim"]["time_scale"] = scale
+    told = baked(graph, tmp_path / "out")
+    assert [b["edge"] for b in told["breaks"]] == [b["edge"] for b in hit[1]["breaks"]]
+    assert [b["time"] for b in told["breaks"]] == [b["time"] for b in hit[1]["breaks"]]
+
+
 def test_what_cracks_took_and_parted(sunder, tmp_path):
     """In the strip an interface is 0.1 x 0.1 m."""
     told = baked(strip(fracture_energy=100), tmp_path / "out")
