@@ -219,14 +219,6 @@ public:
         return {};
     }
 
-    /// From a state that was simulated elsewhere: what was kept of later frames did not begin there.
-    void begin_at(int frame, ContentKey history, FrameState state) {
-        for (int kept; store_.frames.latest(std::numeric_limits<int>::max(), kept) && kept > frame;)
-            store_.frames.erase(kept);
-        store_.ends = {};
-        put(frame, history, std::move(state), {});
-    }
-
     void put(int frame, ContentKey history, FrameState state, const StepReport& report) {
         store_.points[frame] = {report, state.time, state.broken};
         store_.frames.put(frame, {history, std::make_shared<const FrameState>(std::move(state)), report},
@@ -368,7 +360,7 @@ Status seed(CookContext& context, int frame, FrameState state) {
     if (Status ok = solver.check_state(state); !ok) return ok;
     Result<ContentKey> history = solver.history(frame);
     if (!history) return history.error();
-    solver.begin_at(frame, *history, std::move(state));
+    solver.put(frame, *history, std::move(state), {});
     return {};
 }
 
