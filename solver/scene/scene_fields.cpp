@@ -134,15 +134,17 @@ std::span<const Field<SolverSettings>> settings_fields() {
                   .min = 1,
                   .max = 1000},
                  &S::iterations},
-        Field<S>{{.name = "hit_substeps",
-                  .label = "Hit Substeps",
-                  .sentence = "Of method projective: parts, at most, of a substep in which something is hit so fast "
-                              "that it may break: as many as let the hit's waves run from fragment to fragment, so "
-                              "that it breaks as much with few substeps as with many; stiff things need more. 1: never "
-                              "divided; null: the preset's",
-                  .min = 1,
-                  .max = 256},
-                 &S::hit_substeps},
+        Field<S>{
+            {.name = "hit_substeps",
+             .label = "Hit Substeps",
+             .sentence = "Of method projective: parts, at most, of a substep in which something is hit so fast "
+                         "that it may break: as many as let the hit's waves run from fragment to fragment, so "
+                         "that it breaks as much with few substeps as with many; stiff things need more. A substep "
+                         "in which edges that fade break takes as many, or none where it would take more than "
+                         "this. 1: never divided; null: the preset's",
+             .min = 1,
+             .max = 256},
+            &S::hit_substeps},
         Field<S>{{.name = "crack_passes",
                   .label = "Crack Passes",
                   .sentence = "How often in a substep a hit may break things. With 1, as in the paper, its cracks run "

@@ -45,7 +45,7 @@ public:
           pieces_(pieces) {}
 
     Hit run();
-    Hit run_cracks(std::span<const ParticleId> weakened);
+    Hit of_cracks(std::span<const ParticleId> weakened);
 
 private:
     double inverse_mass(MovableId i) const { return i < movables_.size() ? movables_.inverse_mass[i] : 0.0; }
@@ -180,7 +180,7 @@ Hit HitSearch::run() {
     return hit;
 }
 
-Hit HitSearch::run_cracks(std::span<const ParticleId> weakened) {
+Hit HitSearch::of_cracks(std::span<const ParticleId> weakened) {
     Hit hit;
     std::vector<int> parts(pieces_.whole.size(), 0);
     for (const ParticleId j : weakened) {
@@ -253,7 +253,7 @@ bool divides_hits(const SolverSettings& settings) {
 
 Hit find_cracks(const Pass& pass, const LiveModel& model, const ContactProblem& problem, const Movables& movables,
                 const Pieces& pieces, std::span<const ParticleId> weakened) {
-    return HitSearch(pass, model, problem, movables, pieces).run_cracks(weakened);
+    return HitSearch(pass, model, problem, movables, pieces).of_cracks(weakened);
 }
 
 Hit find_hits(const Pass& pass, const LiveModel& model, const ContactProblem& problem, const Movables& movables,

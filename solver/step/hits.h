@@ -31,8 +31,8 @@ Hit find_hits(const Pass& pass, const LiveModel& model, const ContactProblem& pr
 
 /// A crack runs at nearly the speed of waves, by what they bring to its tip; a step over which they run far lets it go
 /// no further than the load at rest takes it. Hence the step in which edges that fade break is to be taken in such
-/// parts, by all that hangs together with them; where hit_substeps are too few for that, in none, for fewer show
-/// nothing of it. `weakened`: particles that lose hold.
+/// parts, by all that hangs together with them, if steps are divided at all (divides_hits); where hit_substeps are too
+/// few for that, in none, for fewer show nothing of it. `weakened`: particles that lose hold.
 Hit find_cracks(const Pass& pass, const LiveModel& model, const ContactProblem& problem, const Movables& movables,
                 const Pieces& pieces, std::span<const ParticleId> weakened);
 

@@ -14,7 +14,8 @@ import sunder
 RADIUS, DENSITY, STIFFNESS, SPEED = 0.5, 2000.0, 1e8, 10.0  # m, kg/m3, Pa, m/s
 SHOTS = 16
 LARGE = 0.02  # of the mass
-# The least load at which the largest piece of 3000 fragments has under 0.9 of the mass, in the mean of eight shots.
+# The least load at which the largest piece of 3000 fragments has under 0.9 of the mass: between 13, where it has 0.97 in the
+# mean of four shots, and 14, where it has 0.76 in the mean of eight.
 CRITICAL = 13.3
 
 spec = importlib.util.spec_from_file_location("test_cracks", Path(__file__).parents[1] / "scripted/test_cracks.py")

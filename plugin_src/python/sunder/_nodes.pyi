@@ -969,8 +969,8 @@ class AddsNodes:
             take two at least; null: the preset's. Needs error_budget = 0.0.
         hit_substeps: Of method projective: parts, at most, of a substep in which something is hit so fast that it may
             break: as many as let the hit's waves run from fragment to fragment, so that it breaks as much with few
-            substeps as with many; stiff things need more. 1: never divided; null: the preset's. Needs method =
-            projective.
+            substeps as with many; stiff things need more. A substep in which edges that fade break takes as many, or
+            none where it would take more than this. 1: never divided; null: the preset's. Needs method = projective.
         crack_passes: How often in a substep a hit may break things. With 1, as in the paper, its cracks run one ring of
             fragments a substep; with more it breaks nearly as much with few substeps as with many, but what hangs
             together with the cracks takes the substep again each time.
