@@ -90,7 +90,7 @@ bool find_bearings(const StepContext& context, double h, const LiveModel& model,
     for_places(problem, island, [&](uint32_t, ActiveContact& c, Bearing& io_at) {
         if (io_at.of != Bearing::Of::load) return;
         const StandingLoads::OfMovable& load = of(other(c.contact, io_at));
-        if (!load.is_load || load.on.is_none() || load.held_up.dot(down) >= 0)
+        if (!load.is_load || load.on.is_none() || (load.held_up.dot(down) >= 0 && !b.pieces[load.on].is_held()))
             io_at.of = Bearing::Of::nothing;
         else
             any |= b.pieces[load.on].is_held() || load.pull * b.inverse_mass[other(c.contact, io_at)] < kFirm;
@@ -131,10 +131,13 @@ void find_standing_loads(const StepContext& context, double h, std::span<const d
     if (!any || give == 0) return;
     const double resting = resting_speed(h, acceleration_of(context.input));
     const double standing = standing_speed(context, resting, problem.islands.movables_of(island));
-    if (approach > kTrembling * standing) return;
+    const bool on_pins = give == 1 && std::ranges::any_of(problem.islands.pieces_of(island), [&](uint32_t p) {
+                             return !b.pieces[p].rigid && b.pieces[p].is_held();
+                         });
+    if (!on_pins && approach > kTrembling * standing) return;
     int& steps = problem.loads.newton_steps[island];
     if (is_crushed(model.live, b, problem.islands.pieces_of(island), strain)) steps = kNewtonSteps;
-    if (approach > standing) return;
+    if (!on_pins && approach > standing) return;
     if (give > 1) steps = kNewtonSteps;
     How& how = problem.loads.how[island];
     if (give == 1 && find_bearings(context, h, model, b, island, problem))
