@@ -6,7 +6,7 @@ from bpy.app.handlers import persistent
 
 from ..base import runtime
 from ..tree import trees
-from ..bake import cache, edges, signature
+from ..bake import cache, compiler, edges, signature
 from ..results import parts, player, result_mesh
 from ..preview import edge_overlay
 from . import report
@@ -44,6 +44,8 @@ def _refresh():
     for tree in trees.trees():
         tree.update_tag()
         tree.update()  # it was not looked at while classes were registered
+        if any(use.tree == tree for use in bpy.context.scene.sunder_trees):
+            compiler.ensure_evaluated(tree, bpy.context.scene)
     if not trees.result_objects():
         return
     for thing in trees.result_objects():
