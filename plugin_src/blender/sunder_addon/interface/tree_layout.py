@@ -121,8 +121,10 @@ def _stack(names, heights, wanted):
 
 
 def arrange(tree):
-    """Moves all nodes; none lies over another."""
+    """Moves all nodes; none lies over another. None is selected: Blender draws wires of selected ones white."""
     nodes = [node for node in tree.nodes if trees.is_node(node)]
+    for node in tree.nodes:
+        node.select = False
     found = columns(nodes)
     sizes = {node.name: size(node) for node in nodes}
     heights = {name: height for name, (_, height) in sizes.items()}
