@@ -162,6 +162,22 @@ def rows():
     yield from frame_nodes()
 
 
+def new_editor():
+    """An area that is made an editor of trees shows the tree, with all of its nodes in view."""
+    area("SunderTree").spaces.active.node_tree = None
+    area("SunderTree").ui_type = "CONSOLE"
+    yield 1.2  # looked at
+    area("CONSOLE").ui_type = "SunderTree"
+    yield 2.5
+    found = area("SunderTree")
+    assert found.spaces.active.node_tree == tree()
+    region = next(r for r in found.regions if r.type == "WINDOW")
+    scale = bpy.context.preferences.system.ui_scale
+    for x, y in (n.location for n in tree().nodes):
+        x, y = region.view2d.view_to_region(x * scale, y * scale, clip=False)
+        assert 0 <= x < region.width and 0 <= y < region.height, (x, y)
+
+
 def wrong_wire():
     before = len(tree().links)
     addon("interface.quick_fracture").connect(tree(), node("prefracture"), "fragments", node("deformer"), "state")
@@ -471,7 +487,7 @@ def toggle():
             yield from drawn_preview()
 
 
-STEPS = [arrange, make, rows, wrong_wire, stop, finish, what_broke, edges, error, previews, render, undo, reopen, share, toggle]
+STEPS = [arrange, make, rows, new_editor, wrong_wire, stop, finish, what_broke, edges, error, previews, render, undo, reopen, share, toggle]
 
 
 def run():

@@ -13,6 +13,7 @@ from ..tree import trees
 COLUMN_GAP, ROW_GAP = 50, 40  # between nodes, points
 _UNTIL_DRAWN = 0.4  # s
 _MARGIN = 0.02  # around a tree, of its longer side
+_editors_seen = set()  # as_pointer of areas that were editors of our trees at the last look
 _ROUNDS = 6  # of moving columns towards what they are wired to; more change nothing that is seen
 # As Blender draws, points: title and borders, a row of a socket, a row of buttons, the gap between two of these.
 _FRAME, _SOCKET, _ROW, _GAP = 42, 22, 20, 5
@@ -184,6 +185,25 @@ def show(tree):
     for _, area in _editors():
         if not area.spaces.active.pin:
             area.spaces.active.node_tree = tree
+    _fill_soon(tree)
+
+
+def show_in_new_editors():
+    """Blender leaves an editor empty that just became one of ours: it shows the active object's tree, or the file's first."""
+    there = {area.as_pointer(): area.spaces.active for _, area in _editors()}
+    empty = [space for key, space in there.items() if key not in _editors_seen and space.node_tree is None]
+    _editors_seen.clear()
+    _editors_seen.update(there)
+    if not empty or not trees.trees():
+        return
+    thing = bpy.context.view_layer.objects.active if bpy.context.view_layer else None
+    tree = thing.sunder.tree if thing is not None and trees.is_tree(thing.sunder.tree) else trees.trees()[0]
+    for space in empty:
+        space.node_tree = tree
+    _fill_soon(tree)
+
+
+def _fill_soon(tree):
     if bpy.app.background:
         return
     name = tree.name_full
