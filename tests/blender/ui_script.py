@@ -5,7 +5,6 @@
 Steps run from timers, so that Blender draws and handles events between them. The end is FOLDER/told.json.
 """
 import contextlib
-import importlib
 import json
 import os
 import re
@@ -17,12 +16,11 @@ import traceback
 import bpy
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from ui_panels import addon, on_top  # noqa: E402
+
 FOLDER = sys.argv[sys.argv.index("--") + 1]
 TOLD = {"passed": [], "failed": [], "times": {}}
-
-
-def addon(name):
-    return importlib.import_module("sunder_addon." + name)
 
 
 def window():
@@ -231,32 +229,6 @@ def finish():
     bpy.context.scene.frame_set(12)
     yield 0.5
     shot("4-baked")
-
-
-def unfolded(panels):
-    """Classes of the same panels that are not closed at first. (Blender keeps how those that it has drawn are.)"""
-    made = []
-    for cls in panels:
-        named = {name: getattr(cls, name) + "_open" for name in ("bl_idname", "bl_parent_id") if hasattr(cls, name)}
-        members = {name: vars(cls)[name] for name in ("bl_space_type", "bl_region_type", "bl_category", "bl_label", "poll", "draw")}
-        made.append(type(cls.__name__ + "_open", (bpy.types.Panel,), {**members, **named, "bl_options": set()}))
-    return made
-
-
-@contextlib.contextmanager
-def on_top(module):
-    """The panels of a file are open, and those that stand above them are not there."""
-    above = [addon("interface.panels").SUNDER_PT_tree, addon("interface.panels").SUNDER_PT_object]
-    panels = unfolded(cls for cls in addon(module).classes if issubclass(cls, bpy.types.Panel))
-    for cls in above:
-        bpy.utils.unregister_class(cls)
-    for cls in panels:
-        bpy.utils.register_class(cls)
-    yield
-    for cls in reversed(panels):
-        bpy.utils.unregister_class(cls)
-    for cls in above:
-        bpy.utils.register_class(cls)
 
 
 def what_broke():
