@@ -188,6 +188,14 @@ class Rows(ObjectCase):
 
 
 class Layout(AddonCase):
+    def test_the_wire_from_body_to_deformer_passes_above_the_solver(self):
+        tree = addon("interface.quick_fracture").build([self.cube()], "CLAY", 8)
+        layout = addon("interface.tree_layout")
+        body, solver, deformer = (next(n for n in tree.nodes if n.sunder_type == t) for t in ("body", "solver", "deformer"))
+        self.assertGreater(body.location.y - layout._TO_OUTPUT, solver.location.y)
+        lowest = deformer.location.y - layout.size(deformer)[1]
+        self.assertGreater(lowest + layout._TO_INPUT + layout._SOCKET, solver.location.y)  # its first input of two
+
     def test_columns_follow_the_wires_and_no_node_lies_over_another(self):
         things = [self.cube(location=(i, 0, 1), name=name) for i, name in enumerate(("A", "B", "C"))]
         tree = addon("interface.quick_fracture").build(things, "CLAY", 8)
