@@ -5,7 +5,7 @@ import math
 import bpy
 import numpy as np
 
-from addon_case import main
+from addon_case import main, versions
 from rigged_case import RiggedCase
 
 LAST = 6
@@ -52,7 +52,7 @@ class Deforming(RiggedCase):
         files = sorted(p.suffix for p in (self.cached(tree) / "inputs").iterdir())
         self.assertEqual(files, [".npy", ".ply", ".ply"])
         self.assertIs(self.status(tree).is_stale, False)
-        rig.animation_data.action.fcurves[0].keyframe_points[1].co.y += 0.2
+        versions().curves_of(rig.animation_data)[0].keyframe_points[1].co.y += 0.2
         bpy.context.view_layer.update()
         self.assertIs(self.status(tree).is_stale, True)
 

@@ -4,7 +4,7 @@ import math
 import bpy
 import numpy as np
 
-from addon_case import main
+from addon_case import main, versions
 from rigged_case import RiggedCase
 
 LAST = 4  # the frame at which it follows for the last time
@@ -57,7 +57,7 @@ class Follow(RiggedCase):
         self.assertEqual(files, [".npy", ".ply"])
         self.assertIs(self.status(tree).is_stale, False)
         rig.pose.bones["high"].keyframe_insert("rotation_euler", frame=3)
-        rig.animation_data.action.fcurves[0].keyframe_points[1].co.y += 0.2
+        versions().curves_of(rig.animation_data)[0].keyframe_points[1].co.y += 0.2
         bpy.context.view_layer.update()
         self.assertIs(self.status(tree).is_stale, True)
 

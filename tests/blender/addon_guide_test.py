@@ -22,6 +22,9 @@ class Guide(AddonCase):
     def test_presets_are_described_as_they_are(self):
         for label, sentence, *_ in addon("interface.presets").PRESETS.values():
             self.assertIn(f"| {label} | {sentence} |", GUIDE)
+        _, _, clay, _ = addon("interface.presets").PRESETS["CLAY"]
+        told = re.findall(r"Raise \*Toughness\* in the body node from ([\d.]+) to ([\d.]+)", GUIDE)
+        self.assertEqual([float(low) for low, _ in told], [clay["toughness"]])
 
     def test_operators_and_attributes_are_there(self):
         for name in re.findall(r"`sunder\.(\w+)\(", GUIDE):

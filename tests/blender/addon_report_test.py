@@ -81,7 +81,7 @@ class Told(AddonCase):
         cells, = [t for t in drawn if isinstance(t, list)]
         self.assertEqual(cells[:2], [str(lists.breaks[0].frame), str(lists.breaks[0].edges)])
         self.assertEqual(len(cells), 3 * len(lists.breaks))
-        with patch.object(addon("interface.report_panels"), "_width", lambda _context: 300):  # drawn wider
+        with patch.object(addon("base.drawing"), "sidebar_width", lambda _context: 300):  # drawn wider
             cells, = [t for t in self.drawn(tree, 300) if isinstance(t, list)]
         self.assertEqual(len(cells), 5 * len(lists.breaks))
         self.assertEqual(cells[2:4], [f"{lists.breaks[0].strain:.2g}", "0.01"])

@@ -100,6 +100,26 @@ class Rows(ObjectCase):
         solver.set_parameters(substeps=3, iterations=2, hit_substeps=4)
         self.assertEqual(lack(solver, "preset"), "no Substeps")
 
+    def test_no_label_is_cut_off(self):
+        body, pin, lattice = (self.new(t) for t in ("body", "pin", "lattice"))
+        above = "Young's Modulus (Pa):"  # on a line of its own where it does not fit beside its number
+        self.assertNotIn(above, self.drawn(body))
+        body.width = 160
+        self.assertIn(above, self.drawn(body))
+        self.assertNotIn("Yield:", self.drawn(body))
+        body.width, body.youngs_modulus = 260, 2e20
+        self.assertIn(above, self.drawn(body))
+        rows = self.drawn(pin)
+        at = rows.index("Release Over: needs Release")
+        self.assertEqual(rows[at + 1].strip(), "Frame")
+        self.assertIn("Neighbours", self.drawn(lattice))
+        for node_type in addon("base.descriptions").NODES:
+            node = self.new(node_type)
+            for label in addon("interface.node_buttons").groups(node):
+                setattr(node, addon("tree.parameters").fold(label), True)
+            numbers = [r for r in self.drawn(node) if r.endswith(":") and "_" not in r]
+            self.assertEqual(numbers, [], f"{node_type} as it begins is wide enough")
+
     def test_rows_of_other_choices_are_not_there_and_keep_value_keys_and_wires(self):
         collider = self.new("collider", shape="sphere", radius=0.3)
         collider.keyframe_insert("position", frame=1)
@@ -156,7 +176,7 @@ class Rows(ObjectCase):
         names = []
         layout.prop = lambda _data, name, **_how: names.append(name)
         layout.row = lambda **_how: layout
-        addon("interface.node_buttons")._draw_parameter(layout, body, body._description("fracture_energy"))
+        addon("interface.node_buttons")._draw_parameter(layout, body, body._description("fracture_energy"), body.width)
         self.assertEqual(names, ["use_fracture_energy", "auto_fracture_energy", "fracture_energy"])
 
     def test_the_sidebar_has_a_panel_for_each_group(self):
@@ -168,6 +188,14 @@ class Rows(ObjectCase):
 
 
 class Layout(AddonCase):
+    def test_the_wire_from_body_to_deformer_passes_above_the_solver(self):
+        tree = addon("interface.quick_fracture").build([self.cube()], "CLAY", 8)
+        layout = addon("interface.tree_layout")
+        body, solver, deformer = (next(n for n in tree.nodes if n.sunder_type == t) for t in ("body", "solver", "deformer"))
+        self.assertGreater(body.location.y - layout._TO_OUTPUT, solver.location.y)
+        lowest = deformer.location.y - layout.size(deformer)[1]
+        self.assertGreater(lowest + layout._TO_INPUT + layout._SOCKET, solver.location.y)  # its first input of two
+
     def test_columns_follow_the_wires_and_no_node_lies_over_another(self):
         things = [self.cube(location=(i, 0, 1), name=name) for i, name in enumerate(("A", "B", "C"))]
         tree = addon("interface.quick_fracture").build(things, "CLAY", 8)

@@ -5,7 +5,6 @@
 Steps run from timers, so that Blender draws and handles events between them. The end is FOLDER/told.json.
 """
 import contextlib
-import importlib
 import json
 import os
 import re
@@ -17,12 +16,11 @@ import traceback
 import bpy
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from ui_panels import addon, on_top  # noqa: E402
+
 FOLDER = sys.argv[sys.argv.index("--") + 1]
 TOLD = {"passed": [], "failed": [], "times": {}}
-
-
-def addon(name):
-    return importlib.import_module("sunder_addon." + name)
 
 
 def window():
@@ -162,6 +160,22 @@ def rows():
     yield from frame_nodes()
 
 
+def new_editor():
+    """An area that is made an editor of trees shows the tree, with all of its nodes in view."""
+    area("SunderTree").spaces.active.node_tree = None
+    area("SunderTree").ui_type = "CONSOLE"
+    yield 1.2  # looked at
+    area("CONSOLE").ui_type = "SunderTree"
+    yield 2.5
+    found = area("SunderTree")
+    assert found.spaces.active.node_tree == tree()
+    region = next(r for r in found.regions if r.type == "WINDOW")
+    scale = bpy.context.preferences.system.ui_scale
+    for x, y in (n.location for n in tree().nodes):
+        x, y = region.view2d.view_to_region(x * scale, y * scale, clip=False)
+        assert 0 <= x < region.width and 0 <= y < region.height, (x, y)
+
+
 def wrong_wire():
     before = len(tree().links)
     addon("interface.quick_fracture").connect(tree(), node("prefracture"), "fragments", node("deformer"), "state")
@@ -215,32 +229,6 @@ def finish():
     bpy.context.scene.frame_set(12)
     yield 0.5
     shot("4-baked")
-
-
-def unfolded(panels):
-    """Classes of the same panels that are not closed at first. (Blender keeps how those that it has drawn are.)"""
-    made = []
-    for cls in panels:
-        named = {name: getattr(cls, name) + "_open" for name in ("bl_idname", "bl_parent_id") if hasattr(cls, name)}
-        members = {name: vars(cls)[name] for name in ("bl_space_type", "bl_region_type", "bl_category", "bl_label", "poll", "draw")}
-        made.append(type(cls.__name__ + "_open", (bpy.types.Panel,), {**members, **named, "bl_options": set()}))
-    return made
-
-
-@contextlib.contextmanager
-def on_top(module):
-    """The panels of a file are open, and those that stand above them are not there."""
-    above = [addon("interface.panels").SUNDER_PT_tree, addon("interface.panels").SUNDER_PT_object]
-    panels = unfolded(cls for cls in addon(module).classes if issubclass(cls, bpy.types.Panel))
-    for cls in above:
-        bpy.utils.unregister_class(cls)
-    for cls in panels:
-        bpy.utils.register_class(cls)
-    yield
-    for cls in reversed(panels):
-        bpy.utils.unregister_class(cls)
-    for cls in above:
-        bpy.utils.register_class(cls)
 
 
 def what_broke():
@@ -471,7 +459,7 @@ def toggle():
             yield from drawn_preview()
 
 
-STEPS = [arrange, make, rows, wrong_wire, stop, finish, what_broke, edges, error, previews, render, undo, reopen, share, toggle]
+STEPS = [arrange, make, rows, new_editor, wrong_wire, stop, finish, what_broke, edges, error, previews, render, undo, reopen, share, toggle]
 
 
 def run():

@@ -72,11 +72,19 @@ class _VertexMotion:
 
 
 def ensure_evaluated(tree, scene):
-    """Makes Blender evaluate keys and drivers of the tree: it does so only for what the scene points to."""
-    if any(t.tree == tree for t in scene.sunder_trees):
+    """Makes Blender evaluate keys and drivers of the tree: it does so only for what the scene points to. Drivers of nodes that
+    were of no class for a while, because the add-on was off, it lets lie."""
+    is_there = any(t.tree == tree for t in scene.sunder_trees)
+    drivers = tree.animation_data.drivers if tree.animation_data else ()
+    if is_there and (not drivers or tree.name_full in runtime.driven):
         return
-    scene.sunder_trees.add().tree = tree
+    if not is_there:
+        scene.sunder_trees.add().tree = tree
+    for curve in drivers:
+        curve.driver.is_valid = True
+    tree.update_tag()  # the copy of it that Blender evaluates
     rebuild_relations(scene)
+    runtime.driven.add(tree.name_full)
 
 
 def rebuild_relations(scene):

@@ -6,6 +6,8 @@ from . import runtime
 
 NODE, WIDE_NODE, SIDEBAR, DIALOG = 200, 260, 175, 320  # widths in points: of our nodes, of a box in a sidebar, of our dialogs
 _ICON, _LETTER = 42, 6.1  # what an icon with its margins and a letter take of them
+EDGES, _SWITCH, _ARROWS = 20, 22, 26  # what a node or panel, a switch before a number, and a number's own margins take
+_SIDEBAR_EDGES = 54  # its tabs and margins
 
 
 def guarded(draw):
@@ -27,6 +29,31 @@ def guarded(draw):
         try_to(self.layout, self, context)
 
     return of_node if draw.__code__.co_argcount == 3 else of_panel
+
+
+def sidebar_width(context):
+    """Of what is written in a sidebar, points: artists draw it wider."""
+    scale = context.preferences.system.ui_scale
+    return max(SIDEBAR, context.region.width / scale - _SIDEBAR_EDGES) if context.region else SIDEBAR
+
+
+def labelled(layout, label):
+    """Room beside a whole label: Blender cuts those of texts, choices and pickers off."""
+    split = layout.split(factor=0.5)
+    split.label(text=label)
+    return split
+
+
+def fits(label, value, n_switches, width):
+    """Whether a number's label is whole beside its value; Blender cuts it off where it is not."""
+    shown = f"{value:.3f}" if isinstance(value, float) else str(value)
+    return _LETTER * (len(label) + len(shown)) + _SWITCH * n_switches + _ARROWS <= width - EDGES
+
+
+def lines(layout, text, width):
+    """A sentence without an icon, on as many lines as it takes."""
+    for line in textwrap.wrap(text, int((width - EDGES) / _LETTER), subsequent_indent="    "):
+        layout.label(text=line)
 
 
 def sentence(layout, text, icon, alert=False, width=SIDEBAR):

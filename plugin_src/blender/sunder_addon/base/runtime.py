@@ -17,6 +17,7 @@ mesh_hashes = {}  # (name of an object, with modifiers): {with layers: hash of i
 former_homes = {}  # cache id of a tree: where its bake lay when the file was saved last; the tree's own memory is undone
 face_stamps = {}  # name of a mesh: (names, arrays, stamp), as in result_mesh.py, of the frame that was stamped last
 wires = {}  # name of the tree: {(node, input): (node, output)} as last seen, to put back what a wrong wire pushed out
+driven = set()  # names of trees whose drivers Blender works out, as far as is known
 jobs = {}  # cache id of the tree: BakeJob at work
 is_registered = False  # all classes are known to Blender: trees may be looked at and changed
 is_sampling = False  # frames are stepped through for a bake: nothing is to be shown meanwhile
@@ -56,5 +57,5 @@ def forget_errors(tree_name):
 
 def forget():
     """Everything about a file that is not open any more."""
-    for memory in (node_errors, node_notes, signatures, mesh_hashes, face_stamps, wires, former_homes):
+    for memory in (node_errors, node_notes, signatures, mesh_hashes, face_stamps, wires, former_homes, driven):
         memory.clear()

@@ -47,9 +47,9 @@ def draw_node(context, layout, node):
 
 def draw_preview(layout, thing, width=drawing.SIDEBAR):
     """What viewports show of a result object."""
-    layout.prop(thing.sunder, "preview")
+    drawing.labelled(layout, "Preview").prop(thing.sunder, "preview", text="")
     if thing.sunder.preview in ("EDGES", "SIMULATION"):
-        layout.prop(thing.sunder, "edges_as")
+        drawing.labelled(layout, "Edges").prop(thing.sunder, "edges_as", text="")
     if thing.sunder.preview == "STRAIN":
         layout.prop(thing.sunder, "preview_limit")
     if thing.sunder.preview != "OFF" and preview.problems.get(thing.name_full):

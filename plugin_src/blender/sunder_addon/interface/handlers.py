@@ -6,10 +6,10 @@ from bpy.app.handlers import persistent
 
 from ..base import runtime
 from ..tree import trees
-from ..bake import cache, edges, signature
+from ..bake import cache, compiler, edges, signature
 from ..results import parts, player, result_mesh
 from ..preview import edge_overlay
-from . import report
+from . import report, tree_layout
 
 _INTERVAL = 0.5  # s between looks whether bakes went out of date
 _late = {"frame": None}  # the frame at which meshes are not, or not wholly, written yet
@@ -44,6 +44,8 @@ def _refresh():
     for tree in trees.trees():
         tree.update_tag()
         tree.update()  # it was not looked at while classes were registered
+        if any(use.tree == tree for use in bpy.context.scene.sunder_trees):
+            compiler.ensure_evaluated(tree, bpy.context.scene)
     if not trees.result_objects():
         return
     for thing in trees.result_objects():
@@ -112,6 +114,7 @@ def _look():
     thing = bpy.context.view_layer.objects.active if bpy.context.view_layer else None
     is_editing = thing is not None and thing.mode != "OBJECT"  # what is sculpted and edited changes at every stroke
     is_busy = runtime.is_sampling or bpy.app.is_job_running("RENDER") or screen and screen.is_animation_playing
+    runtime.guarded(tree_layout.show_in_new_editors)()
     if scene is not None and not is_busy:
         for tree in trees.trees():
             if signature.known(tree, scene) is None and not is_editing:

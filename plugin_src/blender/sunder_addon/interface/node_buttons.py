@@ -8,13 +8,6 @@ from ..bake import bake_warnings
 from . import bake_buttons
 
 
-def _labelled(layout, label):
-    """Room beside a whole label: Blender cuts those of texts, choices and pickers off."""
-    split = layout.split(factor=0.5)
-    split.label(text=label)
-    return split
-
-
 def shown(node, label):
     """The parameters of a group that have rows as the node stands."""
     return [p for p in descriptions.groups(node.sunder_type)[label]
@@ -32,28 +25,28 @@ def is_touched(node, label):
                and parameters.value(p, node) != p["default"] for p in shown(node, label))
 
 
-def draw_main(layout, node):
-    """What is seen at once: errors, what the bake warned of, objects, and the rows in no group."""
+def draw_main(layout, node, width):
+    """What is seen at once: errors, what the bake warned of, objects, and the rows in no group. width: points that there are."""
     if node.error:
-        drawing.sentence(layout, node.error, "ERROR", alert=True, width=node.width)
+        drawing.sentence(layout, node.error, "ERROR", alert=True, width=width)
     for sentence in node.warnings:
-        drawing.sentence(layout, sentence, "ERROR", width=node.width)
+        drawing.sentence(layout, sentence, "ERROR", width=width)
     _draw_pickers(layout, node)
-    draw_group(layout, node, "")
+    draw_group(layout, node, "", width)
 
 
-def draw_group(layout, node, label):
+def draw_group(layout, node, label, width):
     column = layout.column()
     for p in shown(node, label):
         lack = conditions.lack(node, p["name"])
         if lack:
-            row = column.row()
-            row.enabled = False
-            row.label(text=f"{p['label']}: needs {lack}")
+            rows = column.column(align=True)
+            rows.enabled = False
+            drawing.lines(rows, f"{p['label']}: needs {lack}", width)
         elif p["type"] == "points":
             _draw_points(column, node, p["name"])
         else:
-            _draw_parameter(column, node, p)
+            _draw_parameter(column, node, p, width)
 
 
 def _draw_pickers(layout, node):
@@ -74,7 +67,7 @@ def _draw_pickers(layout, node):
     if node.sunder_type == "pin" and node.motion == "vertices":
         layout.prop(node, "from_object")
     elif node.sunder_type == "pin":
-        _labelled(layout, "Moved By").prop(node, "motion_object", text="")
+        drawing.labelled(layout, "Moved By").prop(node, "motion_object", text="")
 
 
 def _draw_points(layout, node, name):
@@ -87,8 +80,19 @@ def _draw_points(layout, node, name):
         layout.prop(node, f"{name}_{source.lower()}")
 
 
-def _draw_parameter(layout, node, p):
+def _number_label(layout, node, p, width):
+    """What a parameter's button says beside its value: none where that is a number and the label stands on a line above it."""
+    label, value = parameters.label(p), getattr(node, parameters.attribute(p["name"]))
+    is_number = p["type"] in ("number", "integer") and "choices" not in p
+    if not is_number or drawing.fits(label, value, p["automatic"] + p["nullable"], width):
+        return {}
+    layout.label(text=label + ":")
+    return {"text": ""}
+
+
+def _draw_parameter(layout, node, p, width):
     attribute = parameters.attribute(p["name"])
+    beside = _number_label(layout, node, p, width)
     if p["automatic"] or p["nullable"]:
         row = layout.row(align=True)
         is_automatic = p["automatic"] and getattr(node, parameters.automatic(p["name"]))
@@ -98,16 +102,16 @@ def _draw_parameter(layout, node, p):
             switch.enabled = not is_automatic
             switch.prop(node, parameters.switch(p["name"]), text="")
         if p["automatic"]:
-            row.prop(node, parameters.automatic(p["name"]), text="", icon="AUTO")
+            row.prop(node, parameters.automatic(p["name"]), text="", icon="EVENT_A")
         value = row.row()
         value.enabled = is_used and not is_automatic
-        value.prop(node, attribute)
+        value.prop(node, attribute, **beside)
     elif p["name"] in pickers.group_parameters(node.sunder_type) and node.mesh_object():
-        _labelled(layout, p["label"]).prop_search(node, attribute, node.mesh_object(), "vertex_groups", text="")
-    elif p["type"] in ("text", "choice"):
-        _labelled(layout, p["label"]).prop(node, attribute, text="")
+        drawing.labelled(layout, p["label"]).prop_search(node, attribute, node.mesh_object(), "vertex_groups", text="")
+    elif p["type"] == "text" or "choices" in p:
+        drawing.labelled(layout, p["label"]).prop(node, attribute, text="")
     else:
-        layout.prop(node, attribute)
+        layout.prop(node, attribute, **beside)
 
 
 class _Buttons:
@@ -120,7 +124,7 @@ class _Buttons:
 
     @drawing.guarded
     def draw_buttons(self, context, layout):
-        draw_main(layout, self)
+        draw_main(layout, self, self.width)
         for label in groups(self):
             fold = parameters.fold(label)
             is_open = getattr(self, fold)
@@ -129,7 +133,7 @@ class _Buttons:
             row.prop(self, fold, text=label + (" •" if is_touched(self, label) else ""), emboss=False,
                      icon="DISCLOSURE_TRI_DOWN" if is_open else "DISCLOSURE_TRI_RIGHT")
             if is_open:
-                draw_group(layout, self, label)
+                draw_group(layout, self, label, self.width)
         if self.sunder_type in ("solver", "deformer"):
             bake_buttons.draw_node(context, layout, self)
 

@@ -21,6 +21,11 @@ def _active(context):
     return node if node is not None and trees.is_node(node) else None
 
 
+def _width(context):
+    """Points of a node as wide as the sidebar."""
+    return drawing.sidebar_width(context) + drawing.EDGES
+
+
 class SUNDER_PT_node(_Sidebar, bpy.types.Panel):
     bl_idname = "SUNDER_PT_node"
     bl_label = "Node"
@@ -34,7 +39,7 @@ class SUNDER_PT_node(_Sidebar, bpy.types.Panel):
     def draw(self, context):
         node = _active(context)
         self.layout.label(text=node.label or node.name, icon="NODE")
-        node_buttons.draw_main(self.layout, node)
+        node_buttons.draw_main(self.layout, node, _width(context))
 
 
 def _make(label):
@@ -44,7 +49,7 @@ def _make(label):
 
     @drawing.guarded
     def draw(self, context):
-        node_buttons.draw_group(self.layout, _active(context), label)
+        node_buttons.draw_group(self.layout, _active(context), label, _width(context))
 
     name = "SUNDER_PT_node_" + parameters.fold(label)
     members = {"bl_idname": name, "bl_label": label, "bl_parent_id": SUNDER_PT_node.bl_idname, "bl_options": {"DEFAULT_CLOSED"},

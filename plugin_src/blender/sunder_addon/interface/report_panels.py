@@ -7,7 +7,7 @@ from ..bake import break_report
 from . import report
 
 _ROWS = 8  # of a list
-_MARGIN, _ROOM = 54, 230  # points: a sidebar's tabs and edges; what five columns take
+_ROOM = 230  # points that five columns take
 _FRAME, _SMALL, _WIDE = 0.16, 0.22, 0.28  # shares of a list's width: of frames beside much, other numbers, fragments
 _LOADS = (_WIDE, _SMALL, _SMALL)
 
@@ -27,12 +27,6 @@ def _draw_cells(layout, texts, shares):
         place.label(text=text)
 
 
-def _width(context):
-    """Of what is written in a sidebar, points: artists draw it wider."""
-    scale = context.preferences.system.ui_scale
-    return max(drawing.SIDEBAR, context.region.width / scale - _MARGIN) if context.region else drawing.SIDEBAR
-
-
 def _of_breaks(width, frame, edges, strain, toughness, by):
     """(Cells, their shares) of a row of what broke; a sidebar as wide as at first has no room for strains."""
     if width < _ROOM:
@@ -46,7 +40,7 @@ class SUNDER_UL_breaks(bpy.types.UIList):
     bl_idname = "SUNDER_UL_breaks"
 
     def draw_item(self, context, layout, _data, item, _icon, _lists, _at):
-        _draw_cells(layout, *_of_breaks(_width(context), str(item.frame), str(item.edges), f"{item.strain:.2g}",
+        _draw_cells(layout, *_of_breaks(drawing.sidebar_width(context), str(item.frame), str(item.edges), f"{item.strain:.2g}",
                                         f"{item.toughness:.2g}", item.by))
 
 
@@ -116,11 +110,11 @@ def _make(space, name):
 
     @drawing.guarded
     def draw(self, context):
-        _draw_breaks(self.layout, verbs.tree_of(context, ""), _width(context))
+        _draw_breaks(self.layout, verbs.tree_of(context, ""), drawing.sidebar_width(context))
 
     @drawing.guarded
     def draw_below(self, context):
-        _draw_loads(self.layout, verbs.tree_of(context, ""), _width(context))
+        _draw_loads(self.layout, verbs.tree_of(context, ""), drawing.sidebar_width(context))
 
     broke = {**place, "bl_idname": f"SUNDER_PT_broke_{name}", "bl_label": "What Broke", "bl_order": 2, "poll": classmethod(poll),
              "draw": draw}

@@ -3,6 +3,7 @@
 How high a node is Blender knows once it has drawn it, and not when a tree is made. So what draws it draws into a layout that
 counts rows.
 """
+import math
 import types
 
 import bpy
@@ -13,9 +14,11 @@ from ..tree import trees
 COLUMN_GAP, ROW_GAP = 50, 40  # between nodes, points
 _UNTIL_DRAWN = 0.4  # s
 _MARGIN = 0.02  # around a tree, of its longer side
+_editors_seen = set()  # as_pointer of areas that were editors of our trees at the last look
 _ROUNDS = 6  # of moving columns towards what they are wired to; more change nothing that is seen
 # As Blender draws, points: title and borders, a row of a socket, a row of buttons, the gap between two of these.
 _FRAME, _SOCKET, _ROW, _GAP = 42, 22, 20, 5
+_TO_OUTPUT, _TO_INPUT = 36, 14  # from a node's top to its first output, from its bottom to its last input
 
 
 class _Rows:
@@ -120,9 +123,27 @@ def _stack(names, heights, wanted):
     return {name: middle + shift for name, middle in middles.items()}
 
 
+def _raise_above_what_lies_between(found, middles, heights):
+    """The topmost node of a column is raised to where a long wire that comes from above reaches it without passing behind a node."""
+    column_of = {node.name: i for i, column in enumerate(found) for node in column}
+    for node in (column[0] for column in found if column):
+        inputs = [socket for socket in node.inputs if not socket.hide]
+        for i, socket in enumerate(inputs):
+            for source in filter(None, (trees.source_of(link) for link in socket.links)):
+                name = source.node.name
+                between = [n.name for column in found[column_of[name] + 1:column_of[node.name]] for n in column]
+                least = max((middles[n] + heights[n] / 2 for n in between), default=-math.inf) + ROW_GAP / 2
+                starts = middles[name] + heights[name] / 2 - _TO_OUTPUT
+                ends = middles[node.name] - heights[node.name] / 2 + _TO_INPUT + _SOCKET * (len(inputs) - 1 - i)
+                if ends < least <= starts:
+                    middles[node.name] += least - ends
+
+
 def arrange(tree):
-    """Moves all nodes; none lies over another."""
+    """Moves all nodes; none lies over another. None is selected: Blender draws wires of selected ones white."""
     nodes = [node for node in tree.nodes if trees.is_node(node)]
+    for node in tree.nodes:
+        node.select = False
     found = columns(nodes)
     sizes = {node.name: size(node) for node in nodes}
     heights = {name: height for name, (_, height) in sizes.items()}
@@ -140,6 +161,7 @@ def arrange(tree):
             wanted = {name: sum(middles[n] for n in sorted(wired[name])) / len(wired[name]) if wired[name] else middles[name]
                       for name in names}
             middles.update(_stack(names, heights, wanted))
+    _raise_above_what_lies_between(found, middles, heights)
     x = 0.0
     for column in found:
         for node in column:
@@ -182,6 +204,25 @@ def show(tree):
     for _, area in _editors():
         if not area.spaces.active.pin:
             area.spaces.active.node_tree = tree
+    _fill_soon(tree)
+
+
+def show_in_new_editors():
+    """Blender leaves an editor empty that just became one of ours: it shows the active object's tree, or the file's first."""
+    there = {area.as_pointer(): area.spaces.active for _, area in _editors()}
+    empty = [space for key, space in there.items() if key not in _editors_seen and space.node_tree is None]
+    _editors_seen.clear()
+    _editors_seen.update(there)
+    if not empty or not trees.trees():
+        return
+    thing = bpy.context.view_layer.objects.active if bpy.context.view_layer else None
+    tree = thing.sunder.tree if thing is not None and trees.is_tree(thing.sunder.tree) else trees.trees()[0]
+    for space in empty:
+        space.node_tree = tree
+    _fill_soon(tree)
+
+
+def _fill_soon(tree):
     if bpy.app.background:
         return
     name = tree.name_full

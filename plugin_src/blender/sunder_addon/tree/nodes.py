@@ -10,7 +10,7 @@ def class_name(node_type):
     return "Sunder" + "".join(word.title() for word in node_type.split("_")) + "Node"
 
 
-_WIDE = ("prefracture", "body", "solver")  # with long labels beside numbers
+_WIDE = ("prefracture", "fragment_region", "body", "turbulence", "solver")  # with long labels beside numbers
 _GREY, _TINT = 0.17, 0.15  # a node's colour: grey, with so much of what the wires have that come out of it
 
 

@@ -19,6 +19,8 @@ from ..base import descriptions
 
 # Blender's own names of the units that it can show; others stand in the label.
 _UNITS = {"m": "LENGTH", "kg": "MASS", "m/s": "VELOCITY", "m/s2": "ACCELERATION", "degrees": "ROTATION"}
+_OF_THREE = ("VELOCITY", "ACCELERATION")  # a vector of such a unit has X, Y and Z before its numbers by this subtype alone
+_POWERS = str.maketrans("23", "²³")  # as Blender writes units
 _INT_LIMIT = 2**31 - 1
 _JUST_ABOVE = 1e-6  # the least value where the range excludes its bound
 # Types without a field on the node: vertex groups and lists of points come from objects (pickers.py, scene_input.py), numbers of
@@ -97,7 +99,7 @@ def _default(p):
 
 def label(p):
     unit = p["unit"]
-    return p["label"] if not unit or unit in _UNITS else f"{p['label']} ({unit})"
+    return p["label"] if not unit or unit in _UNITS else f"{p['label']} ({unit.translate(_POWERS)})"
 
 
 def properties(p, changed):
@@ -124,6 +126,8 @@ def properties(p, changed):
         unit = {"subtype": "XYZ"}
         if is_angle(p):
             unit = {"subtype": "EULER"}
+        elif _UNITS.get(p["unit"]) in _OF_THREE:
+            unit = {"subtype": _UNITS[p["unit"]]}
         elif p["unit"] in _UNITS:
             unit["unit"] = _UNITS[p["unit"]]
         made[attribute(p["name"])] = FloatVectorProperty(
