@@ -336,19 +336,6 @@ private:
         return {};
     }
 
-    Status count_loads(size_t solver, const StateValue& state) {
-        std::vector<std::shared_ptr<const BodyValue>> bodies;
-        const auto wires = graph_.wires({solvers_[solver].node, "bodies"});
-        if (!wires) return wires.error();
-        for (const SocketReference& wire : *wires) {
-            const Result<Value> body = graph_.evaluate(wire.node, wire.socket, state.frame);
-            if (!body) return body.error();
-            bodies.push_back(std::get<std::shared_ptr<const BodyValue>>(*body));
-        }
-        add_loads(state, bodies, loads_[solver]);
-        return {};
-    }
-
     // Frames are written while the next ones are simulated. However this ends, what was put is whole, or absent.
     Status bake_frames(int first, int last, double n) {
         std::vector<std::string> bake_names, solver_names;
@@ -436,7 +423,7 @@ private:
             if (!value) return value.error();
             states.push_back(std::get<std::shared_ptr<const StateValue>>(*value));
             add(states.back()->report, done.step);
-            if (Status s = count_loads(i, *states.back()); !s) return s;
+            add_loads(*states.back(), loads_[i]);
         }
         done.simulate_s += seconds_since(begin);
 

@@ -139,14 +139,15 @@ Json to_json(const FragmentReport& f) {
             {"first_broken", f.n_broken ? Json(f.first_broken) : Json()}};
 }
 
-// What cracks took of what their area takes by its fracture energy; null without any.
+// What cracks took of what their area takes by its fracture energy; null without any, or where some is not counted.
 Json to_json(const CrackReport& c) {
     return {{"solver", c.solver},
             {"energy", c.cracks.taken},
             {"parted_area", c.cracks.parted_area},
             {"faded_area", c.cracks.faded_area},
             {"surface_work", c.cracks.surface_work},
-            {"ratio", number_or_null(c.cracks.taken / c.cracks.surface_work)}};
+            {"ratio", c.from ? Json() : number_or_null(c.cracks.taken / c.cracks.surface_work)},
+            {"since", c.from ? Json(*c.from) : Json()}};
 }
 
 Result<Aabb> box_of(const Json& json) {
@@ -234,8 +235,13 @@ Result<BreakReport> break_report(const fs::path& bake, const FragmentChoice& cho
     }
     const auto loads = loads_of(bake, *manifest->log);
     if (!loads) return loads.error();
-    for (const FragmentLoads& of : *loads)
-        if (of.cracks) report.cracks.push_back({of.node, *of.cracks});
+    for (const FragmentLoads& of : *loads) {
+        if (!of.cracks) continue;
+        report.cracks.push_back({of.node, *of.cracks, of.cracks_from});
+        if (!of.cracks_from) continue;
+        report.note += (report.note.empty() ? "" : "; ") + ("what cracks of '" + of.node) + "' took before frame " +
+                       std::to_string(*of.cracks_from) + " is not counted";
+    }
     if (Status s = choose(choice, *loads, bake.string(), report); !s) return s.error();
     return report;
 }

@@ -41,6 +41,7 @@ struct FragmentReport {
 struct CrackReport {
     std::string solver;
     Cracks cracks;
+    std::optional<int> from;  // FragmentLoads::cracks_from
 };
 
 struct BreakReport {

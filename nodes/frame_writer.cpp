@@ -10,14 +10,30 @@
 #include "nodes/files/mesh_frame_file.h"
 #include "nodes/files/output_pattern.h"
 #include "nodes/files/state_file.h"
+#include "nodes/graph/body_edges.h"
 
 namespace sunder {
 namespace {
 
+// Of fragments, where any has another than its body's; else none.
+std::vector<double> own_toughness(const StateValue& state) {
+    const SimulationMesh& rest = state.scene->rest;
+    const auto differs = [](const auto& body) {
+        return !body->regions.empty() ||
+               std::ranges::any_of(body->seams, [](const SeamValue& s) { return s.factor != 1; });
+    };
+    const auto is_glued = [](const Inactivity& i) { return (i.what & Inactivity::kGlued) != 0; };
+    const bool any = !rest.toughness_factor.empty() ||
+                     std::ranges::count(rest.group_uneven, 0) != std::ssize(rest.group_uneven) ||
+                     std::ranges::any_of(state.bodies, differs) || std::ranges::any_of(state.state->inactive, is_glued);
+    return any ? fragment_toughness(state) : std::vector<double>();
+}
+
 Result<ByteBuffer> encode(const BakeItem& item) {
-    Result<ByteBuffer> plain =
-        item.state ? encode_state(item.state->frame, *item.state->state, item.state->scene->rest, item.state->at)
-                   : encode_mesh(uncompressed_path(item.path), item.mesh->mesh, *item.mesh->fragments);
+    Result<ByteBuffer> plain = item.state
+                                   ? encode_state(item.state->frame, *item.state->state, item.state->scene->rest,
+                                                  item.state->at, own_toughness(*item.state))
+                                   : encode_mesh(uncompressed_path(item.path), item.mesh->mesh, *item.mesh->fragments);
     return plain && is_compressed(item.path) ? compress(plain->view()) : std::move(plain);
 }
 

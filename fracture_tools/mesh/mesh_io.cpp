@@ -1,6 +1,8 @@
 // The only file that includes assimp. PLY and OFF it does not read safely: those are our own (polygon_files.h).
 #include "fracture_tools/mesh/mesh_io.h"
 
+#include <assimp/DefaultIOSystem.h>
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/material.h>
 #include <assimp/scene.h>
 #include <unistd.h>
@@ -19,6 +21,7 @@
 #include <span>
 
 #include "fracture_tools/mesh/mesh_assembler.h"
+#include "fracture_tools/mesh/obj_text.h"
 #include "fracture_tools/mesh/polygon_files.h"
 #include "fracture_tools/mesh/utf8_text.h"
 
@@ -196,8 +199,38 @@ double unit_of(const aiScene& scene, const std::string& path) {
     return cm > 0 && std::isfinite(cm) ? 0.01 * double(cm) : 0.01;
 }
 
+Result<std::string> read_bytes(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::string bytes(std::filesystem::file_size(path), '\0');
+    if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
+        return bad_input(path, "the file cannot be read");
+    return bytes;
+}
+
+/// Files as they are, but for one that has another text.
+class MendedFile final : public Assimp::DefaultIOSystem {
+public:
+    MendedFile(std::string path, std::string text) : path_(std::move(path)), text_(std::move(text)) {}
+    Assimp::IOStream* Open(const char* file, const char* mode) override {
+        if (file != path_) return DefaultIOSystem::Open(file, mode);
+        return new Assimp::MemoryIOStream(reinterpret_cast<const uint8_t*>(text_.data()), text_.size());
+    }
+
+private:
+    const std::string path_, text_;
+};
+
+Status mend_text(const std::string& path, Assimp::Importer& importer) {
+    if (lower_extension(path) != ".obj") return {};
+    const Result<std::string> bytes = read_bytes(path);
+    if (!bytes) return bytes.error();
+    if (auto mended = mended_obj(*bytes)) importer.SetIOHandler(new MendedFile(path, std::move(*mended)));  // owns it
+    return {};
+}
+
 Result<TriMesh> read_with_assimp(const std::string& path, double scale) {
     Assimp::Importer importer;
+    if (Status s = mend_text(path, importer); !s) return s.error();
     // As it is: polygons are cut into triangles by ourselves, assimp (5.2) makes some of no area of concave ones.
     const aiScene* scene = importer.ReadFile(path, 0);
     if (!scene || !scene->mRootNode) {
@@ -207,13 +240,6 @@ Result<TriMesh> read_with_assimp(const std::string& path, double scale) {
     }
     if (Status s = check_precision(*scene, path); !s) return s.error();
     return Collector(*scene, path, scale * unit_of(*scene, path)).collect();
-}
-
-Result<std::string> read_bytes(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::string bytes((std::istreambuf_iterator<char>(file)), {});
-    if (!file.good() && !file.eof()) return bad_input(path, "the file cannot be read");
-    return bytes;
 }
 
 }  // namespace

@@ -173,7 +173,19 @@ bool decode(const Json& json, FrameBreaks& o_breaks) {
 
 bool decode(const Json& json, Cracks& o_cracks) {
     return take(json, "taken", o_cracks.taken) && take(json, "parted_area", o_cracks.parted_area) &&
-           take(json, "faded_area", o_cracks.faded_area) && take(json, "surface_work", o_cracks.surface_work);
+           take(json, "faded_area", o_cracks.faded_area) && take(json, "surface_work", o_cracks.surface_work) &&
+           take(json, "broken_work", o_cracks.broken_work);
+}
+
+bool decode_cracks(const Json& json, FragmentLoads& o_loads) {
+    int from = 0;
+    if (json.contains("cracks_from") && !take(json, "cracks_from", from)) return false;
+    if (json.contains("cracks_from")) o_loads.cracks_from = from;
+    if (json.contains("cracks") && json.at("cracks").is_null()) return true;
+    if (json.contains("cracks")) return decode(json.at("cracks"), o_loads.cracks.emplace());
+    constexpr int kLast = std::numeric_limits<int>::max() - 1;
+    o_loads.cracks_from = std::min(o_loads.frame, kLast) + 1;  // an earlier Sunder wrote it
+    return true;
 }
 
 // A list of whole numbers that int32_t holds.
@@ -205,6 +217,14 @@ bool decode_parts(const Json& json, size_t n_bodies, std::vector<FragmentParts>&
         }
     }
     return true;
+}
+
+Json to_json(const Cracks& cracks) {
+    return {{"taken", cracks.taken},
+            {"parted_area", cracks.parted_area},
+            {"faded_area", cracks.faded_area},
+            {"surface_work", cracks.surface_work},
+            {"broken_work", cracks.broken_work}};
 }
 
 Json to_json(const FragmentParts& parts) {
@@ -247,25 +267,48 @@ bool decode(const Json& json, FragmentLoads& o_loads) {
         load.frame = static_cast<int>(frame);
         o_loads.of.push_back(load);
     }
-    if (!json.contains("cracks")) return true;  // no body fades, or an earlier Sunder wrote it
-    o_loads.cracks.emplace();
-    return decode(json.at("cracks"), *o_loads.cracks);
+    return decode_cracks(json, o_loads);
 }
 
-void add_cracks(const StateValue& value, std::span<const Material> materials, std::optional<Cracks>& io_cracks) {
+// What an edge takes until it parts, J. One that bears f times as much opens as far as a sound one, and takes f^2 times
+// as much; what is held now was not when it faded.
+double work_of(const Edge& edge, const Material& material, double bond) {
+    return material.fracture_energy * edge.area * (bond < kNever ? bond * bond : 1);
+}
+
+// Of edges that broke since the frame before; a seam that is told to break takes none.
+double broken_work(const StateValue& value, std::span<const Material> materials) {
+    const SimulationMesh& rest = value.scene->rest;
+    double sum = 0;
+    for (const BrokenEdge& b : value.broken) {
+        const Edge& edge = rest.edges[b.edge];
+        const Material &of_a = materials[rest.material_of(edge.a)], &of_b = materials[rest.material_of(edge.b)];
+        const double sound = sound_toughness(rest, of_a, of_b, b.edge);
+        if (of_a.fracture_energy < kNever && b.by.kind != Pusher::Kind::seam)
+            sum += work_of(edge, of_a, sound > 0 ? b.toughness / sound : 1);
+    }
+    return sum;
+}
+
+void add_cracks(const StateValue& value, std::span<const Material> materials, std::span<const double> bonds,
+                std::optional<Cracks>& io_cracks) {
     const SimulationMesh& rest = value.scene->rest;
     const FrameState& state = *value.state;
     if (state.edge_damage.empty()) return;
     const std::vector<PieceId> pieces = connected_pieces(rest, state.edge_intact);
-    Cracks now{.taken = (io_cracks ? io_cracks->taken : 0) + value.report.cracks_J};
+    Cracks now{.taken = value.report.cracks_J, .broken_work = broken_work(value, materials)};
+    if (io_cracks) now.taken += io_cracks->taken, now.broken_work += io_cracks->broken_work;
+    now.surface_work = now.broken_work;
     for (EdgeId e(0); e < rest.n_edges(); ++e) {
         const Edge& edge = rest.edges[e];
-        const double work = materials[rest.material_of(edge.a)].fracture_energy;
-        if (!(work < kNever)) continue;
-        const bool is_parted = pieces[edge.a] != pieces[edge.b];
-        const double area = edge.area * (is_parted ? 1 : state.edge_damage[e]);
-        (is_parted ? now.parted_area : now.faded_area) += area;
-        now.surface_work += work * area;
+        const Material& material = materials[rest.material_of(edge.a)];
+        if (!(material.fracture_energy < kNever)) continue;
+        if (pieces[edge.a] != pieces[edge.b])
+            now.parted_area += edge.area;
+        else
+            now.faded_area += edge.area * state.edge_damage[e];
+        if (state.edge_intact[e])
+            now.surface_work += state.edge_damage[e] * work_of(edge, material, bonds.empty() ? 1 : bonds[e]);
     }
     io_cracks = now;
 }
@@ -349,32 +392,29 @@ bool FragmentLoads::matter() const {
     return std::ranges::any_of(of, [](const FragmentLoad& f) { return f.toughness < kNever; });
 }
 
-void add_loads(const StateValue& value, std::span<const std::shared_ptr<const BodyValue>> bodies,
-               FragmentLoads& io_loads) {
+void add_loads(const StateValue& value, FragmentLoads& io_loads) {
     const Scene& scene = *value.scene;
     const SimulationMesh& rest = scene.rest;
+    const int frame = static_cast<int>(value.frame);
     if (io_loads.of.size() != rest.n_particles()) {
+        if (value.state->time > 0) io_loads.cracks_from = frame;
         io_loads.of.clear(), io_loads.bodies.clear(), io_loads.parts.clear();
         for (const Body& body : scene.bodies) io_loads.bodies.push_back(body.name);
         for (size_t g = 0; g < rest.n_particles(); ++g)
             io_loads.of.push_back({rest.body[g], rest.fragment[g], rest.rest_position[g]});
     }
     if (io_loads.parts.empty())
-        for (const auto& body : bodies) io_loads.parts.push_back(parts_of(*body->fragments));
-    const int frame = static_cast<int>(value.frame);
+        for (const auto& body : value.bodies) io_loads.parts.push_back(parts_of(*body->fragments));
     io_loads.frame = frame;
     const auto offer = [&](size_t g, double strain, double toughness) {
         FragmentLoad& load = io_loads.of[g];
         if (load.strain > 0 ? !(strain / toughness > load.share()) : !(toughness < kNever)) return;
         load.strain = strain, load.toughness = toughness, load.frame = frame;
     };
-    std::vector<double> seams;
-    for (const auto& body : bodies)
-        for (const SeamValue& seam : body->seams) seams.push_back(seam.factor);
-    const std::vector<Material> materials = materials_of(bodies);
-    add_cracks(value, materials, io_loads.cracks);
-    const std::vector<double> toughness =
-        fragment_toughness(rest, materials, value.state->edge_intact, edge_bonds(scene, seams, *value.state));
+    const std::vector<Material> materials = materials_of(value.bodies);
+    const std::vector<double> bonds = edge_bonds(scene, seams_of(value.bodies), *value.state);
+    add_cracks(value, materials, bonds, io_loads.cracks);
+    const std::vector<double> toughness = fragment_toughness(rest, materials, value.state->edge_intact, bonds);
     for (size_t g = 0; g < toughness.size(); ++g) offer(g, value.state->strain[g], toughness[g]);
     for (const BrokenEdge& b : value.broken)
         if (b.toughness > 0)
@@ -394,11 +434,8 @@ std::string encode_loads(const FragmentLoads& loads) {
                  {"bodies", loads.bodies},
                  {"columns", {"body", "fragment", "x", "y", "z", "strain", "toughness", "frame"}},
                  {"fragments", std::move(rows)}};
-    if (loads.cracks)
-        json["cracks"] = {{"taken", loads.cracks->taken},
-                          {"parted_area", loads.cracks->parted_area},
-                          {"faded_area", loads.cracks->faded_area},
-                          {"surface_work", loads.cracks->surface_work}};
+    json["cracks"] = loads.cracks ? to_json(*loads.cracks) : Json();
+    if (loads.cracks_from) json["cracks_from"] = *loads.cracks_from;
     if (!loads.parts.empty()) json["parts"] = std::move(parts);
     return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -70,7 +70,8 @@ struct Cracks {
     double taken = 0;         // elastic energy that edges took as they faded, in all frames up to this one, J
     double parted_area = 0;   // of interfaces between pieces, m2
     double faded_area = 0;    // of those within pieces, each by its damage, m2
-    double surface_work = 0;  // fracture energy times those areas, J
+    double surface_work = 0;  // what those areas take by their fracture energy, J: what a seam weakens by f, f^2 of it
+    double broken_work = 0;   // of edges that broke up to this frame, J
     bool operator==(const Cracks&) const = default;
 };
 
@@ -88,15 +89,15 @@ struct FragmentLoads {
     std::vector<FragmentParts> parts;  // of `bodies`; empty: unknown, in a log of an earlier Sunder
     std::vector<FragmentLoad> of;      // in the order of particles
     std::optional<Cracks> cracks;      // none: no body has a fracture energy
+    std::optional<int> cracks_from;    // what they took before this frame is not counted; none: all is
     bool operator==(const FragmentLoads&) const = default;
 
     /// Whether anything in it can break.
     bool matter() const;
 };
 
-/// Counts a whole frame in. `bodies`: the solver's at that frame.
-void add_loads(const StateValue& state, std::span<const std::shared_ptr<const BodyValue>> bodies,
-               FragmentLoads& io_loads);
+/// Counts a whole frame in.
+void add_loads(const StateValue& state, FragmentLoads& io_loads);
 std::string encode_loads(const FragmentLoads& loads);
 /// Errors: as decode_breaks.
 Result<FragmentLoads> decode_loads(std::string_view text, const std::string& where);

@@ -45,7 +45,7 @@ public:
              {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles, &Decoder::read_edges,
               &Decoder::read_groups, &Decoder::read_rigid_bodies, &Decoder::read_broken, &Decoder::read_contacts,
               &Decoder::read_rest, &Decoder::read_bending, &Decoder::read_damage, &Decoder::read_cause,
-              &Decoder::read_inactive, &Decoder::read_offsets})
+              &Decoder::read_inactive, &Decoder::read_offsets, &Decoder::read_strength})
             if (Status s = (this->*read)(); !s) return s.error();
         return std::move(out_);
     }
@@ -304,6 +304,16 @@ private:
         return {};
     }
 
+    Status read_strength() {
+        const PlyElement* const e = last_element("strength");
+        if (!e) return {};
+        if (e->count != out_.body.size()) return fault("tells the toughness of another number of particles");
+        out_.toughness.resize(e->count);
+        for (size_t i = 0; i < e->count; ++i)
+            if (load(row(*e, i), &out_.toughness[i], 1, 0) >= 0) return not_finite(*e, i, 0);
+        return {};
+    }
+
     Status read_inactive() {
         FrameState& s = out_.state;
         const PlyElement* const found = last_element("inactive");
@@ -345,9 +355,11 @@ bool was_let_go(const FrameState& s) {
 
 }  // namespace
 
-ByteBuffer encode_state(double frame, const FrameState& s, const SimulationMesh& rest, const SceneTime& at) {
+ByteBuffer encode_state(double frame, const FrameState& s, const SimulationMesh& rest, const SceneTime& at,
+                        std::span<const double> toughness) {
     const size_t n = s.n_particles();
     SUNDER_ASSERT(rest.n_particles() == n && rest.n_edges() == s.edge_intact.size());
+    SUNDER_ASSERT(toughness.empty() || toughness.size() == n);
     const bool knows_why =
         std::ranges::any_of(s.broken, [](const BrokenEdge& b) { return b.toughness != 0 || b.by != Pusher(); });
     const bool is_between = frame != std::floor(frame);
@@ -359,7 +371,7 @@ ByteBuffer encode_state(double frame, const FrameState& s, const SimulationMesh&
                                                                    : kBendingStateFileMagic;
     std::vector<PlyElement> elements = state_elements(version);
     const size_t last_counts[] = {s.inactive.size(), was_let_go(s) ? s.inactive.size() : 0,
-                                  has_offsets(s) ? s.edge_offset.size() : 0};
+                                  has_offsets(s) ? s.edge_offset.size() : 0, toughness.size()};
     const size_t counts[] = {n,
                              s.edge_intact.size(),
                              s.group_rotation.size(),
@@ -435,6 +447,7 @@ ByteBuffer encode_state(double frame, const FrameState& s, const SimulationMesh&
     for (size_t e = 0; e < last_counts[2]; ++e)
         for (const MemberOffset& end : s.edge_offset[e])
             bytes.append(end.shift.data(), 3 * sizeof(double)), bytes.append(end.turn.data(), 3 * sizeof(double));
+    for (const double strain : toughness) bytes.number(strain);
     return bytes;
 }
 

@@ -17,11 +17,13 @@
 //   followed    until (double): of the same particles; where something was let go that followed a source
 //   offset      bx ... arz (double): of the edges, where b lies and how it is turned in a's group for good, and a in
 //               b's; where any is
+//   strength    toughness (double): of the same particles, what tears each; where that differs within a body
 //
-// docs/files.md says more. Yield and due may be infinite ("never"); every other number is finite.
+// docs/files.md says more. Yield, due and toughness may be infinite ("never"); every other number is finite.
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -58,10 +60,13 @@ struct StateFile {
     std::vector<uint32_t> body;                  // (n_particles)
     std::vector<uint32_t> fragment;              // (n_particles), of that body
     std::vector<std::array<uint32_t, 2>> edges;  // particles a < b (n_edges)
+    std::vector<double> toughness;               // (n_particles), or empty: not told
 };
 
 /// `rest` has as many particles and edges as `state` (asserted). `at`: where time is not scaled, the frame itself.
-ByteBuffer encode_state(double frame, const FrameState& state, const SimulationMesh& rest, const SceneTime& at);
+/// `toughness`: of particles, for who looks at the frame; or none.
+ByteBuffer encode_state(double frame, const FrameState& state, const SimulationMesh& rest, const SceneTime& at,
+                        std::span<const double> toughness = {});
 inline ByteBuffer encode_state(double frame, const FrameState& state, const SimulationMesh& rest) {
     return encode_state(frame, state, rest, {frame});
 }

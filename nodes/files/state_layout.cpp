@@ -52,7 +52,8 @@ std::vector<PlyElement> state_elements(std::string_view version) {
 std::vector<PlyElement> last_state_elements() {
     return {{"inactive", 0, bytes("what") + doubles("due glue_due push former_push")},
             {"followed", 0, doubles("until")},
-            {"offset", 0, doubles("bx by bz brx bry brz ax ay az arx ary arz")}};
+            {"offset", 0, doubles("bx by bz brx bry brz ax ay az arx ary arz")},
+            {"strength", 0, doubles("toughness")}};
 }
 
 }  // namespace sunder

@@ -17,9 +17,14 @@ struct InterfacePlace {
 InterfacePlace place_of(const BodyValue& body, const Edge& edge);
 std::vector<InterfacePlace> interface_places(const BodyValue& body);  // (n_edges)
 
-/// Tensile strain at which each edge begins to tear, by its fragments' toughness, its own factor and what seams make
-/// of it at the body's frame; kNever of what seams hold and what never tears. What `activate` nodes glue changes
-/// within the shot, and is not in it. (n_edges), -
+/// Tensile strain at which each edge begins to tear (solver/scene/strength.h), at the body's frame; kNever of what is
+/// held. What `activate` nodes glue until something comes counts as glued: whether it came a state tells. (n_edges), -
 std::vector<double> edge_toughness(const BodyValue& body);
+
+/// The same of a state, with what is glued and held in it. Not a number of one from a file, which does not tell.
+std::vector<double> edge_toughness(const StateValue& state);
+
+/// Of each particle, what tears it (fragment_toughness in solver/scene/strength.h), likewise; (n_particles), -
+std::vector<double> fragment_toughness(const StateValue& state);
 
 }  // namespace sunder

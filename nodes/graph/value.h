@@ -108,6 +108,14 @@ struct PinValue {
     std::shared_ptr<const VertexMotion> vertices = {};       // of what goes with its mesh, in place of `pose`
 };
 
+/// The factors of their seams: as FrameInput::seams.
+inline std::vector<double> seams_of(std::span<const std::shared_ptr<const BodyValue>> bodies) {
+    std::vector<double> factors;
+    for (const auto& body : bodies)
+        for (const SeamValue& seam : body->seams) factors.push_back(seam.factor);
+    return factors;
+}
+
 /// A frame of a simulation with the scene that its arrays index: scene->rest tells body and fragment of each particle
 /// and the particles of each edge, scene->bodies the ranges of each body.
 struct StateValue {
@@ -115,7 +123,8 @@ struct StateValue {
     SceneTime at;  // in simulated time
     std::shared_ptr<const Scene> scene;
     std::shared_ptr<const FrameState> state;
-    std::vector<ContentKey> body_keys = {};  // BodyValue::key of each of scene->bodies
+    std::vector<ContentKey> body_keys = {};                     // BodyValue::key of each of scene->bodies
+    std::vector<std::shared_ptr<const BodyValue>> bodies = {};  // scene->bodies as they are then; of a file none
     StepReport report = {};                  // of the step that ended in this frame; zeros at the start
     std::vector<std::string> warnings = {};  // of what the method leaves out, of settling, of blasts
     std::vector<std::shared_ptr<const VertexMotion>> motions = {};  // of scene->bodies that follow a mesh; else null

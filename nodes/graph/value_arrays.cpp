@@ -97,6 +97,11 @@ ArrayView own(std::vector<PieceId> values) {
     return {ArrayType::uint32, {kept->size()}, numbers(std::span<const PieceId>(*kept)).data(), kept};
 }
 
+ArrayView own(std::vector<double> values) {
+    auto kept = std::make_shared<std::vector<double>>(std::move(values));
+    return {ArrayType::float64, {kept->size()}, kept->data(), kept};
+}
+
 std::array<uint8_t, 1> kept(const Inactivity& i) { return {static_cast<uint8_t>(i.what & ~Inactivity::kTouched)}; }
 std::array<int32_t, 2> pusher(const BrokenEdge& b) {
     return {static_cast<int32_t>(b.by.kind), static_cast<int32_t>(b.by.number)};
@@ -195,6 +200,8 @@ const std::vector<Entry<StateValue>>& entries_of(const StateValue*) {
         {"plastic_deformation", [](const S& s) { return matrices(s.state->plastic_deformation); }},
         {"plastic_curvature", [](const S& s) { return matrices(s.state->plastic_curvature); }},
         {"edge_damage", [](const S& s) { return as_is<double>(s.state->edge_damage); }},
+        {"edge_toughness", [](const S& s) { return own(edge_toughness(s)); }},
+        {"toughness", [](const S& s) { return own(fragment_toughness(s)); }},
         {"yield", [](const S& s) { return as_is<double>(s.state->yield); }},
         {"strain", [](const S& s) { return as_is<double>(s.state->strain); }},
         {"particle_transform", transforms},
@@ -241,8 +248,7 @@ const std::vector<Entry<BodyValue>>& entries_of(const BodyValue*) {
     using B = BodyValue;
     using Place = InterfacePlace;
     static const std::vector<Entry<B>> entries = {
-        {"edge_toughness",
-         [](const B& b) { return made<double, 1>(edge_toughness(b), [](double t) { return std::array{t}; }); }},
+        {"edge_toughness", [](const B& b) { return own(edge_toughness(b)); }},
         {"edge_middle",
          [](const B& b) { return of_interfaces<3>(b, [](const Place& p) { return row_of(p.middle); }); }},
         {"edge_normal",

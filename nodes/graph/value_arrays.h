@@ -2,7 +2,8 @@
 //
 // Particles come as (w, x, y, z) quaternions and row-major matrices. A name means the same thing in every value:
 //   state        position orientation velocity angular_velocity plastic_deformation plastic_curvature yield strain
-//                group_rotation body fragment piece asleep edges edge_intact edge_damage broken_edge broken_time
+//                group_rotation body fragment piece asleep edges edge_intact edge_damage edge_toughness toughness (of
+//                particles, what tears them: body_edges.h) broken_edge broken_time
 //                broken_strain broken_toughness broken_by (kind as Pusher::Kind, number; of nothing -1) rigid_position
 //                rigid_orientation rigid_velocity rigid_angular_velocity, and of the scene at rest what a body has
 //   body         rest_position rest_orientation radii volume mass edges edge_area edge_toughness_factor

@@ -291,7 +291,9 @@ public:
         value.broken = frame == start ? value.state->broken : broken_since(*before, value);
         Result<std::vector<Material>> materials = start_materials();
         if (!materials) return materials.error();
-        value.body_keys = store_.body_keys, value.motions = store_.motions;
+        auto bodies = context_.inputs_as<BodyValue>("bodies", at->is_on_grid() ? at->grid() : at->grid() + 1);
+        if (!bodies) return bodies.error();
+        value.body_keys = store_.body_keys, value.motions = store_.motions, value.bodies = bodies.take();
         value.warnings = left_out(*value.scene, *materials, context_.parameters().text("method"));
         std::ranges::copy(store_.told_of_scene, std::back_inserter(value.warnings));
         std::ranges::copy(store_.missed, std::back_inserter(value.warnings));

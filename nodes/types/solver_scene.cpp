@@ -275,13 +275,13 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
     if (!bodies_begin) return bodies_begin.error();
     input.materials = materials_of(*bodies);
     input.yield_changes = yield_changes(*bodies_begin, *bodies);
+    input.seams = seams_of(*bodies);
     for (size_t b = 0; b < bodies->size(); ++b) {
         const BodyValue &from = *(*bodies_begin)[b], &to = *(*bodies)[b];
         for (size_t k = 0; k < to.activations.size(); ++k)
             input.activations.push_back(
                 {to.activations[k].comes, drive_of(from.activations[k].object, to.activations[k].object,
                                                    to.activations[k].object_surface.get(), frame)});
-        for (const SeamValue& seam : to.seams) input.seams.push_back(seam.factor);
         if (!to.follows) continue;
         const auto begin = from.follows->at_frame(frame - 1), end = to.follows->at_frame(frame);
         if (!begin) return in_source(to.follows->name, begin.error());

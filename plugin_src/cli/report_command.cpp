@@ -148,7 +148,10 @@ void print_cracks(const BreakReport& report) {
         const Cracks& c = of.cracks;
         std::printf("\ncracks of %s: %.4g m2 between pieces, %.4g m2 faded within them; they took %.4g J",
                     of.solver.c_str(), c.parted_area, c.faded_area, c.taken);
-        if (c.surface_work > 0) std::printf(", %.2f times their fracture energy", c.taken / c.surface_work);
+        if (of.from)
+            std::printf(" from frame %d on", *of.from);
+        else if (c.surface_work > 0)
+            std::printf(", %.2f times their fracture energy", c.taken / c.surface_work);
         std::printf("\n");
     }
 }

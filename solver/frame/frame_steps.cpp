@@ -36,10 +36,10 @@ void FrameSteps::go_on(const StepContext& whole, const FrameState& state, StepPa
 Result<Hit> FrameSteps::advance(const StepContext& whole, const StepTime& time, FrameState& io_state,
                                 StepReport& io_report) {
     if (time.stage != Stage::second && !io_state.inactive.empty()) {  // a pair ends as it began
-        FrameState& state = anything_sleeps(io_state) ? awake_.state() : io_state;
-        const Scene& scene = anything_sleeps(io_state) ? awake_.context(whole).scene : scene_;
-        let_go_beside_breaks(scene, state.broken, state);
-        if (hand_over(scene, whole.input, LetGo::in_step, state)) take_up_bonds(scene, whole.input, state);
+        if (anything_sleeps(io_state))
+            awake_.let_go_between_steps(whole, io_state);
+        else
+            let_go_between_steps(scene_, whole.input, io_state.broken, io_state);
     }
     while (anything_sleeps(io_state)) {
         if (awake_.empty()) {

@@ -59,6 +59,8 @@ Result<bool> LocalHit::advance(const StepContext& whole, std::span<const uint8_t
     hit_.forget(), hit_.enter(with(fine), state);  // what stands by lies elsewhere each time
     const Status ok = in_parts(parts, time, progress, [&](const StepTime& part) -> Status {
         if (!apart) return {};
+        if (part.stage != Stage::second && !state.inactive.empty())  // a pair ends as it began
+            hit_.let_go_between_steps(whole, state);
         const Result<bool> alone = step_of(hit_, with(fine), part, state, io_report);
         if (!alone) return alone.error();
         apart = *alone;

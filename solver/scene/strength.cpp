@@ -28,18 +28,20 @@ std::vector<double> fragment_toughness(const SimulationMesh& rest, std::span<con
     return toughness;
 }
 
+void EdgeBonds::scale(EdgeId edge, double factor) {
+    if (factor_.empty()) factor_.assign(n_edges_, 1.0);
+    double& own = factor_[edge];
+    own = factor < kNever && own < kNever ? own * factor : kNever;
+}
+
 std::vector<double> edge_bonds(const Scene& scene, std::span<const double> seams, const FrameState& state) {
     SUNDER_ASSERT(seams.size() == scene.seams.size());
     const std::vector<Edge>& edges = scene.rest.edges;
-    std::vector<double> bonds;
-    const auto bond = [&](EdgeId e, double factor) {
-        if (bonds.empty()) bonds.assign(edges.size(), 1.0);
-        bonds[e] *= factor;
-    };
+    EdgeBonds bonds(edges.size());
     for (size_t k = 0; k < seams.size(); ++k)
         for (const EdgeId e : scene.seams[k].edges)
-            if (seams[k] != 1 && state.edge_intact[e]) bond(e, std::max(seams[k], kLeastBond));
-    if (state.inactive.empty()) return bonds;
+            if (seams[k] != 1 && state.edge_intact[e]) bonds.scale(e, std::max(seams[k], kLeastBond));
+    if (state.inactive.empty()) return bonds.take();
     std::vector<uint8_t> follows(scene.sources.empty() ? 0 : scene.rest.n_particles(), 0);
     for (const Source& source : scene.sources)
         for (const ParticleId i : source.particles) follows[i] = state.inactive[i].follows();
@@ -47,8 +49,14 @@ std::vector<double> edge_bonds(const Scene& scene, std::span<const double> seams
     const auto is_glued = [&](ParticleId i) { return (state.inactive[i].what & Inactivity::kGlued) != 0; };
     for (EdgeId e(0); e < edges.size(); ++e)
         if (state.edge_intact[e] && (is_glued(edges[e].a) || is_glued(edges[e].b) || both_follow(edges[e])))
-            bond(e, kNever);
-    return bonds;
+            bonds.hold(e);
+    return bonds.take();
+}
+
+double sound_toughness(const SimulationMesh& rest, const Material& of_a, const Material& of_b, EdgeId e) {
+    const Edge& edge = rest.edges[e];
+    const double a = material_of(rest, edge.a, of_a).toughness, b = material_of(rest, edge.b, of_b).toughness;
+    return 0.5 * (a + b) * edge.toughness_factor;
 }
 
 }  // namespace sunder

@@ -8,6 +8,7 @@
 #include "solver/data/invariant.h"
 #include "solver/matching/unit_schedule.h"
 #include "solver/sleep/awake_reach.h"
+#include "solver/step/letting_go.h"
 
 namespace sunder {
 namespace {
@@ -365,6 +366,16 @@ void AwakeScene::leave(const WorkerPool& workers, FrameState& io_state) {
         contacts.begin(), contacts.begin() + middle, contacts.end(),
         [](const ContactMemory& x, const ContactMemory& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });
     s.contacts = std::move(contacts);
+}
+
+// What broke here before it was built last is told by the whole scene.
+void AwakeScene::let_go_between_steps(const StepContext& whole, const FrameState& state) {
+    std::vector<BrokenEdge> broken = state_.broken;
+    for (BrokenEdge b : state.broken) {
+        b.edge = edge_here_[b.edge];
+        if (!b.edge.is_none()) broken.push_back(b);
+    }
+    sunder::let_go_between_steps(scene_, whole.input, broken, state_);
 }
 
 StepContext AwakeScene::context(const StepContext& whole) const {

@@ -22,6 +22,8 @@ public:
     /// to where more sleepers may be touched than are here.
     Result<StepOutcome> step(const StepContext& whole, const StepTime& time, FrameState& io_state,
                              StepReport& io_report);
+    /// As letting_go.h's; `state`: as io_state of `step`.
+    void let_go_between_steps(const StepContext& whole, const FrameState& state);
     /// Sees to it that all sleepers that may be touched in so many seconds, to `end` of the frame, are here.
     /// `io_state`: as of `step`.
     void cover(const StepContext& whole, double h, double end, FrameState& io_state);

@@ -9,6 +9,7 @@
 #include "solver/matching/group_energy.h"
 #include "solver/scene/ring_check.h"
 #include "solver/scene/scales.h"
+#include "solver/scene/strength.h"
 #include "solver/step/loops.h"
 #include "solver/step/pushers.h"
 
@@ -44,10 +45,7 @@ private:
 
 double FadeSearch::sound_toughness_of(EdgeId e) const {
     const Edge& edge = rest().edges[e];
-    const Material &of_a = pass_.context.material(edge.a),
-                   &of_b = rest().material.empty() ? of_a : pass_.context.material(edge.b);
-    const double a = material_of(rest(), edge.a, of_a).toughness, b = material_of(rest(), edge.b, of_b).toughness;
-    return 0.5 * (a + b) * edge.toughness_factor;
+    return sound_toughness(rest(), pass_.context.material(edge.a), pass_.context.material(edge.b), e);
 }
 
 StretchedEdge FadeSearch::stretched(EdgeId e) const {
@@ -63,7 +61,7 @@ Fade FadeSearch::look_at(EdgeId e) const {
     const Edge& edge = rest().edges[e];
     const std::vector<double>& bond = pass_.state.edge_bond;
     const double had = pass_.state.edge_damage[e], sound = sound_toughness_of(e),
-                 tau = sound * (bond.empty() ? 1 : bond[e]);
+                 tau = toughness_of_edge(sound, bond.empty() ? 1 : bond[e]);
     const StretchedEdge at = stretched(e);
     const bool bends = model_.bends(edge.a) || model_.bends(edge.b);
     if (!(tau < kNever) || (had == 0 && !bends && at.is_pressed())) return {e, had, 0, tau};

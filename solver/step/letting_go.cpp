@@ -101,9 +101,9 @@ void add_pushes(const StepContext& context, double h, std::span<const ActiveCont
         if (state.inactive[i].what != 0) state.inactive[i].push += push[i];
 }
 
-void let_go_beside_breaks(const Scene& scene, std::span<const BrokenEdge> broken, FrameState& state) {
+bool let_go_beside_breaks(const Scene& scene, std::span<const BrokenEdge> broken, FrameState& state) {
     const auto waits = [](const Activation& a) { return a.until == Until::neighbour; };
-    if (broken.empty() || state.inactive.empty() || std::ranges::none_of(scene.activations, waits)) return;
+    if (broken.empty() || state.inactive.empty() || std::ranges::none_of(scene.activations, waits)) return false;
     const std::vector<Edge>& edges = scene.rest.edges;
     std::vector<uint8_t> at_break(scene.rest.n_particles(), 0), hangs(state.edge_intact);
     for (const BrokenEdge& b : broken) at_break[edges[b.edge].a] = at_break[edges[b.edge].b] = hangs[b.edge] = 1;
@@ -113,9 +113,21 @@ void let_go_beside_breaks(const Scene& scene, std::span<const BrokenEdge> broken
         if (at_break[edges[e].a]) beside[edges[e].b] = 1;
         if (at_break[edges[e].b]) beside[edges[e].a] = 1;
     }
+    bool any_glued = false;
     for (const Activation& a : scene.activations)
-        for (const ParticleId i : a.particles)
-            if (waits(a) && beside[i]) let_go(state.inactive[i], a.keeps);
+        for (const ParticleId i : a.particles) {
+            if (!waits(a) || !beside[i]) continue;
+            any_glued |= a.keeps == Keeps::glued && keeps(state, a, i);
+            let_go(state.inactive[i], a.keeps);
+        }
+    return any_glued;
+}
+
+void let_go_between_steps(const Scene& scene, const FrameInput& input, std::span<const BrokenEdge> broken,
+                          FrameState& state) {
+    const bool any_glued = let_go_beside_breaks(scene, broken, state),
+               any_followed = hand_over(scene, input, LetGo::in_step, state);
+    if (any_glued || any_followed) take_up_bonds(scene, input, state);
 }
 
 void take_up_bonds(const Scene& scene, const FrameInput& input, FrameState& state) {

@@ -41,8 +41,13 @@ bool let_go_of_pushed(const StepContext& context, double h, const LiveTopology& 
 void add_pushes(const StepContext& context, double h, std::span<const ActiveContact> contacts, const Movables& movables,
                 FrameState& io_state);
 
-/// Lets go of what waits for an edge to break beside it: one that broke in this frame.
-void let_go_beside_breaks(const Scene& scene, std::span<const BrokenEdge> broken, FrameState& io_state);
+/// Lets go of what waits for an edge to break beside it: one that broke in this frame. Whether any of it was glued.
+bool let_go_beside_breaks(const Scene& scene, std::span<const BrokenEdge> broken, FrameState& io_state);
+
+/// The same between two steps of a frame, whatever takes them, and what hangs on it: glue that let go bears as it did
+/// before, and what followed a source goes on by itself. `broken`: in the frame so far.
+void let_go_between_steps(const Scene& scene, const FrameInput& input, std::span<const BrokenEdge> broken,
+                          FrameState& io_state);
 
 /// FrameState::edge_bond, of what is glued, of seams, and of what is carried along by a source: that bears nothing.
 void take_up_bonds(const Scene& scene, const FrameInput& input, FrameState& io_state);

@@ -50,6 +50,36 @@ class Glued(AddonCase):
             np.testing.assert_allclose(drawn.particles[:len(wanted), 3, :3], wanted, atol=1e-5)
 
 
+class Changed(AddonCase):
+    def test_seams_and_body_regions_count(self):
+        """By hand, particle after particle: its own toughness, times the factor of the weakest edge that holds at it."""
+        tree, nodes = self.tree(pieces=20)
+        seam = self.node(tree, "seam", mode="scale", toughness=0.3, between="box", box_min=(-9, -9, 0.6), box_max=(9, 9, 9))
+        region = self.node(tree, "body_region", toughness=2.0, region="box", box_min=(-9, -9, -9), box_max=(9, 9, 0.4))
+        for link in [link for link in tree.links if link.from_node == nodes["body"]]:
+            tree.links.remove(link)
+        self.connect(nodes["body"], "body", seam, "body")
+        self.connect(seam, "body", region, "body")
+        for name, socket in (("solver", "bodies"), ("deformer", "body")):
+            self.connect(region, "body", nodes[name], socket)
+        shown, = self.results(tree)
+        self.bake(tree)
+        graph = addon("base.core").sunder().Graph.load(str(self.cached(tree) / "graph.json"))
+        self.scene.frame_set(6)
+        state, tough = graph.evaluate("solver.state", 6), graph["body"].at("toughness", 6)
+        body = graph.evaluate("body.body", 6)
+        low, weak = body.rest_position[:, 2] <= 0.4, body.edge_middle[:, 2] >= 0.6
+        self.assertTrue(0 < low.sum() < len(low) and 0 < weak.sum() < len(weak))
+        left = np.ones(len(low))
+        for p in range(len(low)):
+            held = [0.3 if w else 1 for (a, b), w, holds in zip(state.edges, weak, state.edge_intact) if holds and p in (a, b)]
+            if held:
+                left[p] = 1 - np.clip(state.strain[p] / (tough * (2 if low[p] else 1) * min(held)), 0, 1)
+        follows = graph.evaluate("deformer.mesh", 6).vertex_fragment
+        np.testing.assert_allclose(attribute(shown, "toughness_left"), left[follows], atol=1e-5)
+        self.assertGreater(np.abs(left - (1 - np.clip(state.strain / tough, 0, 1))).max(), 0.01)
+
+
 class Damage(AddonCase):
     def test_damage_is_the_share_of_its_edges_that_a_fragment_has_lost(self):
         tree, _ = self.tree()

@@ -208,12 +208,12 @@ class Colors(PreviewCase):
         ones = np.ones(4)
         shown = data._colors("STRAIN", piece, strain, 0.1, ones)
         np.testing.assert_array_equal(shown, data.heat(np.array([0, 0.5, 1, 1])))
-        left = data._colors("TOUGHNESS", piece, strain, 0.1, ones)
+        left = data._colors("TOUGHNESS", piece, strain, 0.1, 0.1 * ones)
         np.testing.assert_array_equal(left, data.traffic_light(np.array([1, 0.5, 0, 0])))
         self.assertTrue(left[0, 1] > 2 * left[0, 0] and left[3, 0] > 2 * left[3, 1])  # green, red
-        weak = data._colors("TOUGHNESS", piece, strain, 0.1, np.array([1, 1, 4, 2]))
+        weak = data._colors("TOUGHNESS", piece, strain, 0.1, np.array([0.1, 0.1, 0.4, 0.2]))
         np.testing.assert_array_equal(weak, data.traffic_light(np.array([1, 0.5, 0.75, 0])))
-        np.testing.assert_array_equal(data._colors("TOUGHNESS", piece, strain, None, ones), data.traffic_light(ones))
+        np.testing.assert_array_equal(data._colors("TOUGHNESS", piece, strain, None, np.inf * ones), data.traffic_light(ones))
 
     def test_the_limit_is_the_toughness_at_the_frame_unless_told(self):
         body = self.nodes["body"]

@@ -98,6 +98,34 @@ def test_factors_multiply_with_one_another_and_with_regions(body_of):
     assert np.isfinite(body_of(half, {"mode": "hold", "frame": 3, "between": "all"}, frame=3).edge_toughness).all()
 
 
+def test_a_state_tells_what_all_nodes_make_of_an_edge():
+    """Regions, seams, and glue until it lets go; of the particles, the edge of theirs that tears first."""
+    graph = pulled({"mode": "scale", "toughness": 0.5, "between": "box", "box_min": [-9, -9, -9], "box_max": [-0.25, 9, 9]}, toughness=0.4)
+    nodes = graph["nodes"]
+    nodes["soft"] = {"type": "body_region", "body": "@it0.body", "region": "box", "box_min": [-0.1, -9, -9], "box_max": [0.1, 9, 9],
+                     "toughness": 0.5}
+    nodes["glue"] = {"type": "activate", "body": "@soft.body", "mode": "glued", "region": "box", "box_min": [0.2, -9, -9],
+                     "box_max": [9, 9, 9], "until": "frame", "frame": 5}
+    nodes["sim"]["bodies"] = ["@glue.body"]
+    for pin in ("held", "drawn"):
+        nodes[pin]["body"] = "@glue.body"
+    made = package.Graph.from_dict(graph)
+    for frame, glued in ((2, np.inf), (8, 0.4)):
+        state, body = made.evaluate("sim.state", frame=frame), made.evaluate("glue.body", frame=frame)
+        wanted = np.array([0.2, 0.2, 0.4, 0.3, 0.2, 0.3, glued, glued, glued])  # between fragments k and k + 1
+        assert np.allclose(state.edge_toughness, wanted) and np.array_equal(body.edge_toughness, state.edge_toughness)
+        own = np.array([0.4] * 4 + [0.2] * 2 + [0.4] * 4)
+        factor = np.where(np.isinf(wanted), np.inf, [0.5, 0.5, 1, 1, 1, 1, 1, 1, 1])
+        assert np.allclose(state.toughness, own * np.minimum(np.append(factor, np.inf), np.append(np.inf, factor)))
+
+
+def test_a_frame_of_a_bake_keeps_toughness_where_it_differs(tmp_path):
+    for name, seams, has in (("plain", (), False), ("weak", ({**WEAK, "between": "all"},), True)):
+        package.bake(package.Graph.from_dict(pulled(*seams)), tmp_path / name, frames=(1, 3))
+        assert (b"element strength 10" in (tmp_path / name / "sim.0003.ply").read_bytes()) == has
+    package.bake(package.Graph.from_dict(pulled({**WEAK, "between": "all"})), tmp_path / "weak", resume=True)  # it is read again
+
+
 def test_an_edit_by_place_stays_where_it_is_when_the_cut_is_another(body_of):
     middle, radius = np.array([3.1, 2.1, 1.2]), 0.35
 

@@ -220,6 +220,55 @@ def test_what_cracks_took_and_parted(sunder, tmp_path):
     assert baked(strip(), tmp_path / "null")["cracks"] == []
 
 
+def seamed(graph, **seam):
+    nodes = graph["nodes"]
+    nodes["seam"] = {"type": "seam", "body": "@strip.body", "between": "all", **seam}
+    nodes["sim"]["bodies"] = ["@seam.body"]
+    return graph
+
+
+def test_new_area_takes_what_seams_leave_of_its_energy(tmp_path):
+    """An edge that begins to fade at f of its strain opens as far: it takes f^2 of the energy. What a seam cuts takes none."""
+    half = baked(seamed(strip(fracture_energy=100), mode="scale", toughness=0.5), tmp_path / "half")["cracks"][0]
+    area = half["parted_area"] + half["faded_area"]
+    assert half["parted_area"] > 0 and half["surface_work"] == pytest.approx(25 * area, rel=1e-9)
+    box = {"between": "box", "box_min": [-0.01, -1, -1], "box_max": [0.01, 1, 1]}
+    cut = baked(seamed(strip(toughness=9, fracture_energy=100), frame=3, **box), tmp_path / "cut")["cracks"][0]
+    assert cut["parted_area"] == pytest.approx(0.01, rel=1e-9) and cut["surface_work"] == cut["energy"] == 0
+
+
+def test_what_cracks_took_counts_as_toughness_is_when_they_part(tmp_path):
+    """A seam that weakens more and more, and at last cuts what is left, takes nothing back of what was counted."""
+    graph = strip(fracture_energy=100)
+    graph["nodes"]["sim"]["bodies"] = ["@seam.body"]
+    key = {"keys": [[1, 0.5], [23, 0.5], [24, 0.001]], "interpolation": "step"}
+    graph["nodes"]["seam"] = {"type": "seam", "body": "@strip.body", "between": "all", "mode": "scale", "toughness": key}
+    told = baked(graph, tmp_path / "keyed")
+    assert {b["toughness"] for b in told["breaks"] if b["frame"] < 24} == {0.025}
+    parted = 0.01 * sum(b["frame"] < 24 for b in told["breaks"])
+    assert told["cracks"][0]["surface_work"] == pytest.approx(25 * parted, rel=0.05) and parted > 0
+
+
+def test_it_says_where_energy_of_cracks_is_missing(sunder, tmp_path):
+    graph, bake = strip(fracture_energy=100), tmp_path / "parts"
+    whole = baked(graph, tmp_path / "whole")
+    assert whole["cracks"][0]["since"] is None and whole["note"] == ""
+    package.bake(package.Graph.from_dict(graph), bake, frames=(1, 18))
+    assert package.report(bake)["cracks"][0]["energy"] > 0
+    file = logs(bake)[1] if package.report(bake)["broken"] else json.loads((bake / "manifest.json").read_text())["log"]["loads"][0]["path"]
+    stamped(bake, file, changed((bake / file).read_text(), lambda content: content.pop("cracks")))  # as before there were any
+    package.bake(package.Graph.from_dict(graph), bake, resume=True)
+    told = package.report(bake)
+    row, full = told["cracks"][0], whole["cracks"][0]
+    assert row["since"] == 19 and row["ratio"] is None and row["energy"] < full["energy"]
+    assert (row["parted_area"], row["faded_area"]) == (full["parted_area"], full["faded_area"])
+    assert told["note"] == "what cracks of 'sim' took before frame 19 is not counted"
+    out = sunder("report", bake).out
+    assert told["note"] in out and "J from frame 19 on" in out and "times their fracture energy" not in out
+    package.bake(package.Graph.from_dict(graph), tmp_path / "late", frames=(18, 24))  # it begins within the shot
+    assert package.report(tmp_path / "late")["cracks"][0]["since"] == 18
+
+
 @pytest.mark.parametrize("states", [True, False])
 def test_resumed_or_killed_it_tells_the_same(scene, sunder, tmp_path, states):
     graph = block_scene((1, 60)) if states else without_states(block_scene((1, 60)))

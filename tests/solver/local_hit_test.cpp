@@ -84,6 +84,38 @@ TEST(local_hit, what_is_hit_goes_on_as_if_it_was_alone) {
     EXPECT_GT(test::count_broken(same), 40u);
 }
 
+// Part of it is held until something breaks beside it, and part is glued so long: that lets go between parts of a hit,
+// whoever takes them.
+TEST(local_hit, what_breaks_lets_go_between_parts_as_if_it_was_alone) {
+    Row row;
+    row.settings.substeps = 1;
+    Hit lone;
+    lone.add_floor();
+    for (Scene* scene : {&row.scene, &lone.scene})
+        for (const Keeps keeps : {Keeps::held, Keeps::glued}) {
+            Activation a;
+            a.name = "keep", a.keeps = keeps, a.until = Until::neighbour;
+            for (ParticleId i(0); i < lone.scene.rest.n_particles(); ++i)
+                if (const double x = lone.scene.rest.rest_position[i].x(); keeps == Keeps::held ? x < -0.1 : x > 0.1)
+                    a.particles.push_back(i);
+            scene->activations.push_back(a);
+        }
+    FrameInput of_row = row.input(), of_lone = lone.input();
+    of_row.activations.resize(row.scene.activations.size()), of_lone.activations.resize(row.scene.activations.size());
+    const auto solver = test::make_solver(row.scene), other = test::make_solver(lone.scene);
+    FrameState state = row.start(*solver), same = lone.start(*other);
+    EXPECT_GT(advance(*solver, of_row, row.settings, state).substeps, 1);
+    advance(*other, of_lone, row.settings, same);
+    size_t let_go = 0;
+    for (size_t i = 0; i < same.n_particles(); ++i) {
+        EXPECT_LT((state.position[i] - same.position[i]).norm(), 1e-9) << "particle " << i;
+        EXPECT_EQ(state.inactive[i].what, same.inactive[i].what) << "particle " << i;
+        let_go += same.inactive[i].what == 0;
+    }
+    EXPECT_EQ(test::count_broken(state), test::count_broken(same));
+    EXPECT_GT(let_go, 60u);
+}
+
 TEST(local_hit, gives_the_same_bits_on_any_number_of_threads_and_from_any_frame) {
     Row row;
     std::vector<uint64_t> hashes;

@@ -93,7 +93,8 @@ class State(Value):
     position (n, 3), orientation (n, 4), velocity (n, 3), angular_velocity (n, 3), plastic_deformation (n, 3, 3),
     plastic_curvature (n, 3, 3) or, where no body bends by its curvature, (0, 3, 3), rad/m, yield_ (n,), strain (n,),
     body (n,), fragment (n,), piece (n,), edges (m, 2), edge_intact (m,), edge_damage (m,) or, where no body has a
-    fracture energy, (0,); kept (n,), what activations keep of each (1 held, 2 asleep, 4 glued), or (0,);
+    fracture energy, (0,); edge_toughness (m,), at which each edge begins to tear, and toughness (n,), at which a fragment may lose one, with
+    what seams, regions and glue make of them, infinite where nothing tears, not a number in a state that was read; kept (n,), what activations keep of each (1 held, 2 asleep, 4 glued), or (0,);
     rigid_position, rigid_orientation,
     rigid_velocity, rigid_angular_velocity of rigid bodies; broken_edge, broken_time, broken_strain, broken_toughness of this frame, and
     broken_by (b, 2), what pressed hardest: 0 nothing, 1 a particle, 2 a rigid body, 3 a collider, 4 a seam that broke it, and its number
@@ -118,6 +119,8 @@ class State(Value):
     kept: Array
     edges: Array
     edge_intact: Array
+    edge_toughness: Array
+    toughness: Array
     broken_edge: Array
     broken_time: Array
     broken_strain: Array

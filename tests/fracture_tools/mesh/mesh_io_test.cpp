@@ -86,6 +86,39 @@ TEST_F(MeshIo, obj_keeps_materials_in_file_order_and_uvs_by_corner) {
     EXPECT_EQ(at_origin, (std::multiset<float>{0, 0, 0.5f}));
 }
 
+// assimp leaves out such vertices, and numbers those behind them wrong: of the first of these texts it makes another
+// solid without a word.
+TEST_F(MeshIo, obj_numbers_may_begin_with_their_point) {
+    const std::string faces = "f 2/1/1 4/2/1 3/3/1\nf 2/1/1 3/2/1 5/3/1\nf 2/1/1 5/2/1 4/3/1\nf 3/1/1 4/2/1 5/3/1\n";
+    const std::string zeros = "vt 0.25 0.5\nvt 0 0.75\nvt 1 0\nvn 0.6 0 0.8\n" + faces;
+    const TriMesh want =
+        read(write("plain.obj", "v 7 0.5 7\nv 0 0 0\nv 0.5 0 0\nv 0 -0.5 0\nv 0 0 0.5\nv 9 9 9\n" + zeros));
+    ASSERT_EQ(want.triangles.size(), 4u);
+    EXPECT_NEAR(std::abs(mesh_volume(want)), 0.125 / 6, 1e-9);
+    const auto same_as_wanted = [&](const std::string& text) {
+        SCOPED_TRACE(text);
+        const TriMesh mesh = read(write("bare.obj", text));
+        EXPECT_EQ(mesh.positions, want.positions);
+        EXPECT_EQ(mesh.triangles, want.triangles);
+        EXPECT_EQ(mesh.corner_uvs, want.corner_uvs);
+        EXPECT_EQ(mesh.corner_normals, want.corner_normals);
+    };
+    same_as_wanted("v 7 .5 7\nv 0 0 0\nv 0.5 0 0\nv 0 -0.5 0\nv 0 0 0.5\nv 9 9 9\n" + zeros);
+    same_as_wanted(
+        "v 7 .5 7\nv 0 0 0\nv\t.5 0 0\nv 0 -.5 \\\n .0\r\n  v 0 0 +.5 # .5 is a half\nv 9 9 9 # 1\n"
+        "vt .25 .5\nvt 0 .75\nvt 1 0\nvn .6 0 .8\n" +
+        faces);
+}
+
+TEST_F(MeshIo, obj_materials_are_found_beside_a_file_that_is_mended) {
+    write("none.mtl", kMaterials);
+    std::string bare = kTetrahedron;
+    bare.replace(bare.find("0.5 0.5"), 7, ".5 .5");
+    const TriMesh mesh = read(write("tetrahedron.obj", bare)), want = read(write("plain.obj", kTetrahedron));
+    EXPECT_EQ(mesh.material_names, (std::vector<std::string>{"red", "unused", "blue"}));
+    EXPECT_EQ(mesh.corner_uvs, want.corner_uvs);
+}
+
 TEST_F(MeshIo, a_file_without_materials_has_number_0_and_no_names) {
     const TriMesh mesh = read(SUNDER_TEST_DATA "/bunny.obj");
     EXPECT_TRUE(mesh.material_names.empty());

@@ -130,6 +130,20 @@ TEST(StateFile, what_is_kept_comes_back_in_the_middle_of_its_wait) {
     EXPECT_TRUE(has(fault_of(bytes_of(e)), "tells what keeps 2 particles, of 3"));
 }
 
+TEST(StateFile, toughness_comes_back_behind_all_else) {
+    Example e = example();
+    e.state.inactive.resize(e.state.n_particles());
+    std::vector<double> toughness = {0.05, std::numeric_limits<double>::infinity(), 0};
+    const auto encoded = [&] { return std::string(encode_state(24, e.state, e.rest, {24}, toughness).view()); };
+    const auto file = decode_state(encoded(), "a");
+    ASSERT_TRUE(file) << file.error().text();
+    EXPECT_EQ(file->toughness, toughness);
+    EXPECT_EQ(file->state, e.state);
+    EXPECT_TRUE(decode_state(bytes_of(e), "a")->toughness.empty());
+    toughness[2] = std::nan("");
+    EXPECT_TRUE(has(fault_of(encoded()), "strength 2: toughness is not finite"));
+}
+
 TEST(StateFile, scaled_time_comes_back_and_plain_time_takes_no_room) {
     const Example e = example();
     EXPECT_EQ(encode_state(24, e.state, e.rest, {24, 1}).view(), bytes_of(e));

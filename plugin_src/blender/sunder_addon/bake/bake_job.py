@@ -119,28 +119,12 @@ class BakeJob:
             job.result()
             cache.remove_old_inputs(self.folder, self._inputs)
             self._note["warnings"] = yield from bake_warnings.collect(self.graph, self.frames[0])
-        yield from self._note_factors()
         cache.write_note(self.folder, self._note, self._description)
         job = self.graph.start_bake(self.folder, resume=self.is_resumed, restart=not self.is_resumed)
         self._bakes = True
         yield job
         self.report = job.result()
         self.warnings, self.fraction = self._note["warnings"], 1.0
-
-    def _note_factors(self):
-        """Toughness that differs within a body is noted for the attribute `toughness_left`: frames do not hold it."""
-        for name, fields in self.graph.to_dict()["nodes"].items():
-            if fields["type"] != "body":
-                continue
-            job = self.graph.start_evaluate(f"{name}.body", self.frames[0])
-            yield job
-            job.result()
-            body = self.graph.evaluate(f"{name}.body", self.frames[0])
-            fragments = self.graph.evaluate(fields["fragments"][1:], self.frames[0])
-            factors = {"fragment": fragments.toughness_factor, "edge": body.edge_toughness_factor}
-            if any((f != 1).any() for f in factors.values()):
-                self._note.setdefault("toughness_factors", {})[name] = {
-                    n: [float(x) if x < float("inf") else None for x in f] for n, f in factors.items()}
 
     def start(self):
         runtime.jobs[self.cache_id] = self

@@ -7,7 +7,6 @@ import numpy as np
 
 from ..base import bake_reader, core
 from ..bake import cache
-from ..results import tearing
 
 LIMIT = 0.1  # strain of the hottest colour of bodies that never tear
 _ELLIPSOID = 0.6  # size of drawn ellipsoids: at their full one they would hide the edges
@@ -101,13 +100,9 @@ class Source:
         if self._graph[self._solver]["time_scale"] != 1:
             self._graph[self._solver]["time_scale"] = 1  # states are those of files, each at its own frame
         self._body = bake_reader.body_of(graph["nodes"], fields["body"])
-        bodies = graph["nodes"][self._solver]["bodies"]
-        self._wire = next(wire[1:] for wire in ([bodies] if isinstance(bodies, str) else bodies)
-                          if bake_reader.body_of(graph["nodes"], wire) == self._body)
         self._follows = _follows_a_mesh(graph["nodes"], fields["body"])
         self._first = graph["frame_range"][0]
-        self._fragments = graph["nodes"][self._body]["fragments"][1:]
-        self._intact = self._surface = self._center = self._factors = None
+        self._intact = self._surface = self._center = None
         self._job = None
 
     def start(self):
@@ -138,9 +133,6 @@ class Source:
         intact = state.edge_intact[own_edges].astype(bool)
         if self._center is None:
             self._center = state.rest_position[mine].mean(0)
-            of_fragment = self._graph.evaluate(self._fragments, self._first).toughness_factor
-            of_edge = self._graph.evaluate(f"{self._body}.body", self._first).edge_toughness_factor
-            self._factors = of_fragment[state.fragment[mine]], of_edge
         is_new = self._surface is None or not np.array_equal(intact, self._intact)
         mesh = self._graph.evaluate(f"{self._node}.mesh", number) if is_new or self._follows else None
         if is_new:
@@ -150,21 +142,20 @@ class Source:
         made.center, made.surface = self._center, self._surface
         made.limit = self._limit(kept.simulated_frame, limit)
         edges = state.edges[own_edges].astype(np.int64) - mine.start
-        glued = (state.kept[mine] & tearing.GLUED).astype(bool) if len(state.kept) else None
-        factor = tearing.tearing_factors(self._factors[0], edges, intact, self._factors[1] * self._made_of_edges(number), glued)
+        own = self._graph[self._body].at("toughness", number)
         broken_now = np.zeros(len(state.edges), bool)
         broken_now[state.broken_edge] = True
         if edges_as == "BREAKS":
             made.edges, of_edges = _edges(state.rest_position[mine] - self._center, edges, intact, broken_now[own_edges]), _EXTRA
         else:
-            toughness = self._graph.evaluate(self._wire, number).edge_toughness[intact]
+            of_edge = state.edge_toughness[own_edges][intact]
             made.edges = _colored_edges(state.rest_position[mine] - self._center, edges[intact])
             if edges_as == "LOAD":
-                of_edges = heat(np.clip(state.strain[mine][edges[intact]].max(1) / toughness, 0, 1))
+                of_edges = heat(np.clip(state.strain[mine][edges[intact]].max(1) / of_edge, 0, 1))
             else:
-                own = self._graph[self._body].at("toughness", number)
-                of_edges = strength(toughness / own if own else np.ones(len(toughness)))
-        colors = _colors(mode, state.piece[mine], state.strain[mine], made.limit, factor)
+                of_edges = strength(of_edge / own if own else np.ones(len(of_edge)))
+        toughness = state.toughness[mine] * (made.limit / own if own and made.limit else 1.0)
+        colors = _colors(mode, state.piece[mine], state.strain[mine], made.limit, toughness)
         made.particles = _texels(*_about(state, mine, self._center), colors, of_edges)
         if self._follows:
             made.surface = _beside(self._surface, made.particles, mesh.positions - self._center)
@@ -179,14 +170,6 @@ class Source:
         triangles = mesh.triangles.astype(np.int32)
         self._surface = Geometry(mesh.rest_positions - self._center, follows, influences,
                                  np.ascontiguousarray(triangles[~is_inner]), np.ascontiguousarray(triangles[is_inner]))
-
-    def _made_of_edges(self, number):
-        """What nodes between body and solver multiply edges' toughness by at a frame, (m,) or 1."""
-        plain = f"{self._body}.body"
-        if self._wire == plain:
-            return 1.0
-        now, before = (self._graph.evaluate(wire, number).edge_toughness for wire in (self._wire, plain))
-        return np.divide(now, before, out=np.ones(len(now)), where=np.isfinite(before))
 
     def _limit(self, number, wanted):
         if wanted > 0:
@@ -271,12 +254,12 @@ def _colored_edges(rest, edges):
     return Geometry(rest[edges].reshape(-1, 3), follows, influences, lines=np.arange(2 * m, dtype=np.int32).reshape(-1, 2))
 
 
-def _colors(mode, piece, strain, limit, factor):
-    """(n, 3), as shown on the screen. `factor` (n,): a particle's own on the toughness."""
+def _colors(mode, piece, strain, limit, toughness):
+    """(n, 3), as shown on the screen. `limit`: strain of the hottest colour; `toughness` (n,): at which each particle may tear."""
     if mode == "STRAIN":
         return heat(np.clip(strain / (limit or LIMIT), 0, 1))
     if mode == "TOUGHNESS":
-        return traffic_light(1 - np.clip(strain / (limit * factor), 0, 1) if limit else np.ones(len(strain)))
+        return traffic_light(1 - np.clip(np.divide(strain, toughness, out=np.zeros(len(strain)), where=toughness > 0), 0, 1))
     if mode == "EDGES":
         return np.tile([0.5, 0.55, 0.62], (len(piece), 1))
     return piece_colors(piece)

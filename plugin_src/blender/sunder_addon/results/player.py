@@ -10,7 +10,7 @@ from ..base import bake_reader, blender_versions, runtime
 from ..tree import trees
 from ..scene import mesh_layers
 from ..bake import cache
-from . import rest_coordinates, result_mesh, tearing
+from . import rest_coordinates, result_mesh
 
 SHOWN = "sunder_shown"  # on the mesh, so that undo and files carry it along
 # From so many on, exact normals wait until playing stops, where they take several times as long as the rest.
@@ -240,25 +240,9 @@ def _attributes(folder, manifest, shown, node, frame):
     bodies, name = graph[solver]["bodies"], bake_reader.body_of(graph, body)
     toughness = bake_reader.value_at(graph[name].get("toughness"), bake_reader.scene_time(state)[0])
     index = [bake_reader.body_of(graph, b) for b in ([bodies] if isinstance(bodies, str) else bodies)].index(name)
-    factors = cache.note(folder).get("toughness_factors", {}).get(name)
-    has_glue = "inactive" in state and (state["inactive"]["what"] & tearing.GLUED).any()
-    factor = _tearing_factors(state, index, factors) if factors or has_glue else 1.0
-    return result_mesh.state_attributes(state, index, frame, toughness, factor)
-
-
-def _tearing_factors(state, body, factors):
-    """As tearing.tearing_factors, for one body of a state file. `factors`: of its fragments and edges, None for infinite; or None:
-    all are 1."""
-    mine = np.flatnonzero(state["particle"]["body"] == body)
-    edge = state["edge"]
-    own = (edge["a"] >= mine[0]) & (edge["a"] <= mine[-1])
-    edges = np.stack([edge["a"], edge["b"]], 1)[own].astype(np.int64) - mine[0]
-    of_fragment, of_edge = np.ones(len(mine)), np.ones(len(edges))
-    if factors:
-        of_fragment, of_edge = (np.array([np.inf if f is None else f for f in factors[n]]) for n in ("fragment", "edge"))
-        of_fragment = of_fragment[state["particle"]["fragment"][mine]]
-    glued = (state["inactive"]["what"][mine] & tearing.GLUED).astype(bool) if "inactive" in state else None
-    return tearing.tearing_factors(of_fragment, edges, edge["intact"][own].astype(bool), of_edge, glued)
+    if "strength" in state:  # where it differs within bodies
+        toughness = state["strength"]["toughness"][state["particle"]["body"] == index]
+    return result_mesh.state_attributes(state, index, frame, toughness)
 
 
 def _show_rigid_body(thing, folder, manifest, shown, after):

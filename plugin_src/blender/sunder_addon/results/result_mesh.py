@@ -164,11 +164,11 @@ def fragment_damage(state, body):
     return (np.bincount(ends, np.tile(damage, 2), len(mine)) / np.maximum(edges, 1))[mine]
 
 
-def state_attributes(state, body, frame, toughness=None, factor=1.0):
+def state_attributes(state, body, frame, toughness=None):
     """{name: (kind, values)} a vertex, from the particle that it follows first.
 
-    state: elements of a state frame; body: number of the mesh's body in it; toughness: its own at that frame, None for
-    never; factor: on it, of each particle. Strain is the largest principal elastic logarithmic strain, toughness left what is missing to the toughness, as a
+    state: elements of a state frame; body: number of the mesh's body in it; toughness: its own at that frame, or of each of its
+    particles, None for never. Strain is the largest principal elastic logarithmic strain, toughness left what is missing to the toughness, as a
     share of it; damage is that of the fragment's edges; plastic strain sqrt(2/3) |ln U| of the plastic deformation, U its stretch; velocity in m/s is
     the frame file's; where that has none, of the particle's rigid motion at the vertex. Acceleration in m/s2 is there where the
     file has it.
@@ -186,7 +186,7 @@ def state_attributes(state, body, frame, toughness=None, factor=1.0):
     log_stretch = np.log(np.maximum(squared, 1e-30)) / 2
     plastic_strain = np.sqrt(2 / 3) * np.linalg.norm(log_stretch, axis=1)
     strain = own["strain"][follows]
-    share = 0 if toughness is None else own["strain"] / (toughness * np.broadcast_to(factor, len(own)))
+    share = 0 if toughness is None else own["strain"] / toughness
     left = np.broadcast_to(1 - np.clip(share, 0, 1), len(own))[follows]
     accelerations = {} if frame.accelerations is None else {"acceleration": ("FLOAT_VECTOR", frame.accelerations)}
     return {
