@@ -288,7 +288,8 @@ struct VisualMeshBuilder::Impl {
 
     Status follow_particles(const BodyFrame& frame, bool is_rebound, const RangeRunner& run) {
         if (source) {
-            const Result<bool> is_new = source->take(*frame.source, frame.orientation, frame.angular_velocity);
+            const Result<bool> is_new =
+                source->take(*frame.source, frame.orientation, frame.angular_velocity, *skin->binding(), run);
             if (!is_new) return is_new.error();
             is_rebound = is_rebound || *is_new;
         }
