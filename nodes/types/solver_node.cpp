@@ -219,6 +219,14 @@ public:
         return {};
     }
 
+    /// From a state that was simulated elsewhere: what was simulated of later frames did not begin there.
+    void begin_at(int frame, ContentKey history, FrameState state) {
+        store_.points[frame] = {{}, state.time, state.broken};
+        store_.ends = {};
+        store_.frames.give(frame, {history, std::make_shared<const FrameState>(std::move(state)), {}},
+                           context_.cache_limit());
+    }
+
     void put(int frame, ContentKey history, FrameState state, const StepReport& report) {
         store_.points[frame] = {report, state.time, state.broken};
         store_.frames.put(frame, {history, std::make_shared<const FrameState>(std::move(state)), report},
@@ -360,7 +368,7 @@ Status seed(CookContext& context, int frame, FrameState state) {
     if (Status ok = solver.check_state(state); !ok) return ok;
     Result<ContentKey> history = solver.history(frame);
     if (!history) return history.error();
-    solver.put(frame, *history, std::move(state), {});
+    solver.begin_at(frame, *history, std::move(state));
     return {};
 }
 
