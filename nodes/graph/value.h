@@ -105,7 +105,7 @@ struct PinValue {
     bool turns_freely = false;                               // their positions alone are held
     bool releases = false;                                   // at a frame
     double grip = 1, release_time = 0;                       // as Grip
-    std::shared_ptr<const VertexMotion> vertices = {};       // of what goes with its mesh, in place of `pose`
+    std::shared_ptr<const FragmentMotion> motion = {};       // of what goes with a mesh, in place of `pose`
 };
 
 /// A frame of a simulation with the scene that its arrays index: scene->rest tells body and fragment of each particle
