@@ -51,9 +51,11 @@ Result<std::shared_ptr<const SourceSkin::Left>> SourceSkin::left_at(double frame
 }
 
 Result<bool> SourceSkin::take(const SourceMoment& moment, std::span<const Quat> orientation,
-                              std::span<const Vec3> angular_velocity) {
+                              std::span<const Vec3> angular_velocity, const SkinBinding& binding,
+                              const RangeRunner& run) {
     const size_t n = rest_position_.size();
     let_go_.resize(n), turned_.resize(n);
+    std::vector<Quat> turn(n);
     bool any_follows = false;
     for (size_t f = 0; f < n; ++f) {
         if (moment.until[f] == HUGE_VAL) {
@@ -63,19 +65,57 @@ Result<bool> SourceSkin::take(const SourceMoment& moment, std::span<const Quat> 
         const auto left = left_at(moment.until[f]);
         if (!left) return left.error();
         let_go_[f] = *left;
-        const Quat turn = orientation[f].normalized() * rest_orientation_[f].conjugate();
-        turned_[f] = (turn * (*left)->turn[f].conjugate()).normalized().toRotationMatrix();
+        turn[f] = orientation[f].normalized() * rest_orientation_[f].conjugate();
+        turned_[f] = (turn[f] * (*left)->turn[f].conjugate()).normalized().toRotationMatrix();
     }
     spin_.assign(angular_velocity.begin(), angular_velocity.end());
+    frame_seconds_ = moment.frame_seconds;
+    const bool was_leaving = !leaves_.empty();
+    leaves_.clear(), former_.clear();
+    if (moment.leaving)
+        if (Status ok = take_leaving(*moment.leaving, turn, binding, run); !ok) return ok.error();
     if (any_follows) {
         const Result<VertexMotion::Moment> at = motion_->moment(moment.now);
         if (!at) return at.error();
         motion_->place(*at, artist_);
         if (!spin_.empty()) motion_->velocities(*at, moment.frame_seconds, artist_velocity_);
     }
-    const bool is_new = any_follows || moment.until != until_;
+    const bool is_new = any_follows || was_leaving || moment.leaving || moment.until != until_;
     until_ = moment.until;
     return is_new;
+}
+
+Status SourceSkin::take_leaving(const Leaving& leaving, std::span<const Quat> turn, const SkinBinding& binding,
+                                const RangeRunner& run) {
+    const Result<VertexMotion::Moment> at = motion_->moment(leaving.begin);
+    if (!at) return at.error();
+    std::vector<Vec3> artist;
+    motion_->place(*at, artist);
+    ParticleMaps maps;
+    transforms_.evaluate(leaving.position, leaving.orientation, leaving.plastic_deformation, leaving.edge_intact, maps,
+                         run);
+    SkinMotion skin(SkinExtras::none, binding.n_vertices());
+    skin.take(true, maps, {});
+    skin.move(binding, run);
+    for (size_t v = 0; v < binding.n_vertices(); ++v)
+        former_.push_back(artist[binding.pool_vertex(v)] - skin.positions()[v]);
+    share_ = leaving.share, leaves_ = leaving.fragments, turned_on_way_.resize(turn.size());
+    for (size_t f = 0; f < turn.size(); ++f) {
+        if (!leaves_[f]) continue;
+        const Quat former = leaving.orientation[f].normalized() * rest_orientation_[f].conjugate();
+        turned_on_way_[f] = (turn[f] * former.conjugate()).normalized().toRotationMatrix();
+    }
+    return {};
+}
+
+SourceSkin::Carried SourceSkin::carried(uint32_t j, uint32_t p, size_t v) const {
+    Carried left = {turned_[j] * let_go_[j]->residual[p].cast<double>(), Vec3::Zero()};
+    if (!leaves_.empty() && leaves_[j]) {
+        const Vec3 former = turned_on_way_[j] * former_[v], change = left.shift - former;
+        left = {former + share_ * change, change / frame_seconds_};
+    }
+    if (!spin_.empty()) left.rate += spin_[j].cross(left.shift);
+    return left;
 }
 
 void SourceSkin::correct(const SkinBinding& binding, size_t chunk, std::span<const uint8_t> moved,
@@ -91,9 +131,8 @@ void SourceSkin::correct(const SkinBinding& binding, size_t chunk, std::span<con
                 following += weight;
                 continue;
             }
-            const Vec3 carried = double{weight} * (turned_[j] * let_go_[j]->residual[p].cast<double>());
-            shift += carried;
-            if (!velocity.empty()) rate += spin_[j].cross(carried);
+            const Carried left = carried(j, p, binding.first_vertex[chunk] + v);
+            shift += double{weight} * left.shift, rate += double{weight} * left.rate;
         }
         if (following > 0) shift += following * (artist_[p] - position[v]);
         position[v] += shift;

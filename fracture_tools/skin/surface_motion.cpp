@@ -1,21 +1,12 @@
 #include "fracture_tools/skin/surface_motion.h"
 
-#include <algorithm>
 #include <string>
 
 #include "fracture_tools/mesh/mesh_checks.h"
+#include "fracture_tools/skin/triangle_axes.h"
 
 namespace sunder {
 namespace {
-
-// Of the mesh's diagonal, the height of a triangle that is flat: as single precision rounds places on its scale.
-constexpr double kFlatHeight = 1e-7;
-
-bool is_flat(std::span<const Vec3> position, const Triangle& t, double diagonal) {
-    const Vec3 &a = position[t[0]], &b = position[t[1]], &c = position[t[2]];
-    const double longest = std::max({(b - a).norm(), (c - a).norm(), (c - b).norm()});
-    return !((b - a).cross(c - a).norm() > kFlatHeight * diagonal * longest);
-}
 
 Status check_mesh_of(const TriMesh& mesh, double thickness) {
     const MeshReport report = check_mesh(mesh);

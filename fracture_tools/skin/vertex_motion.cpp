@@ -245,26 +245,8 @@ Result<SourcePose> VertexMotion::pose_at(size_t k) const {
         pose.own.push_back({position[f] - q * rest_center_[f], q});
     }
     if (strain_ == SourceStrain::all_is_rest) pose.set = set_of(position, turn);
-    gather_whole(pose);
+    gather_whole(mass_, rest_center_, center_, pose);
     return pose;
-}
-
-// Takes a mean motion out of those of the fragments.
-void VertexMotion::gather_whole(SourcePose& pose) const {
-    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-    Vec3 center = Vec3::Zero();
-    double mass = 0;
-    const Eigen::Vector4d first = pose.own.front().orientation.coeffs();
-    for (size_t f = 0; f < pose.own.size(); ++f) {
-        const Eigen::Vector4d q = pose.own[f].orientation.coeffs();
-        sum += (q.dot(first) < 0 ? -mass_[f] : mass_[f]) * q;
-        center += mass_[f] * pose.own[f].apply(rest_center_[f]), mass += mass_[f];
-    }
-    const Quat turn = sum.norm() > 0 ? Quat(Eigen::Vector4d(sum / sum.norm())) : pose.own.front().orientation;
-    pose.whole = {center / mass - turn * center_, turn};
-    for (Pose& own : pose.own)
-        own = {turn.conjugate() * (own.position - pose.whole.position),
-               (turn.conjugate() * own.orientation).normalized()};
 }
 
 // The stretch of each group's best affine map, of which what its ring does not tell turns as its fragment does; det 1,

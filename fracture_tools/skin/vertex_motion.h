@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "fracture_tools/skin/fragment_motion.h"
 #include "fracture_tools/skin/vertex_frames.h"
 #include "solver/data/fragment_set.h"
 #include "solver/data/math.h"
@@ -43,7 +44,7 @@ struct PointCloud {
 /// of its skin takes its centre, and turns as that map does there: the best of second order, for a skin lies around the
 /// centre, and where it bends an affine map goes beside it. Where its own skin is too flat to tell, the skin of its
 /// neighbours is asked as well, ring by ring, until it spans the fragment's thickness.
-class VertexMotion {
+class VertexMotion final : public FragmentMotion {
 public:
     /// Of those of the body's fragments that are named, or of all if none is. Errors: those of VertexFrames::check, a
     /// mesh that is not that of the body.
@@ -52,11 +53,11 @@ public:
                                                             std::span<const uint32_t> fragments = {});
 
     const VertexFrames& frames() const { return frames_; }
-    const Vec3& center() const { return center_; }  // of mass at rest, m: the pivot of the whole
+    const Vec3& center() const override { return center_; }
 
     /// Of the body's fragments at a frame; kept. An error names the one of its fragments that is turned inside out or
     /// squeezed flat, a vertex of it and the frame. To be called from any thread.
-    Result<std::shared_ptr<const SourcePose>> at_frame(int frame) const;
+    Result<std::shared_ptr<const SourcePose>> at_frame(int frame) const override;
 
     /// A moment, between two frames or at one.
     struct Moment {
@@ -100,7 +101,6 @@ private:
     size_t index_of(int frame) const { return frames_.index_of(frame); }
     Vec3 on_mesh(size_t frame_index, const Tie& tie) const;
     Result<SourcePose> pose_at(size_t frame_index) const;
-    void gather_whole(SourcePose& io_pose) const;
     std::vector<Mat3> set_of(std::span<const Vec3> position, std::span<const Mat3> turn) const;
 
     VertexFrames frames_;

@@ -288,7 +288,8 @@ struct VisualMeshBuilder::Impl {
 
     Status follow_particles(const BodyFrame& frame, bool is_rebound, const RangeRunner& run) {
         if (source) {
-            const Result<bool> is_new = source->take(*frame.source, frame.orientation, frame.angular_velocity);
+            const Result<bool> is_new =
+                source->take(*frame.source, frame.orientation, frame.angular_velocity, *skin->binding(), run);
             if (!is_new) return is_new.error();
             is_rebound = is_rebound || *is_new;
         }
@@ -299,7 +300,8 @@ struct VisualMeshBuilder::Impl {
             transforms->rates(frame.position, frame.velocity, frame.angular_velocity, frame.edge_intact, rate, run);
         const SkinBinding& binding = *skin->binding();
         if (!motion->take(is_rebound, particle, rate)) return {};
-        mesh.positions = {}, mesh.velocities = {}, mesh.corner_normals = {};  // free for the next lines to write over
+        // Free for the next lines to write over:
+        mesh.positions = {}, mesh.velocities = stated_velocities = {}, mesh.corner_normals = {};
         const size_t n = mesh.skin->n_vertices(), most = topology->n_fans();
         auto& position = positions.take(n, most);
         auto* velocity = rate.carried.empty() ? nullptr : &velocities.take(n, most);
@@ -316,30 +318,34 @@ struct VisualMeshBuilder::Impl {
         motion->move(binding, run, placed, correct);
         position.written = motion->frame();
         mesh.positions = ArrayRecycler<Vec3f>::share(position);
-        if (velocity) velocity->written = motion->frame(), mesh.velocities = ArrayRecycler<Vec3f>::share(*velocity);
+        if (velocity) velocity->written = motion->frame(), stated_velocities = ArrayRecycler<Vec3f>::share(*velocity);
         mesh.corner_normals = normals->evaluate(*topology, binding, *motion, run);
         return {};
     }
 
     // Of all vertices: even where nothing moves the shown time may.
     void list_accelerations(const BodyFrame& frame, const RangeRunner& run) {
-        mesh.accelerations = {};
+        mesh.accelerations = {}, mesh.velocities = stated_velocities;
         if (frame.piece.empty()) return;
         const size_t n = mesh.skin->n_vertices();
         auto& slot = accelerations.take(n, topology->n_fans());
-        const auto [scale, scale_rate] = frame.time;
+        auto* const caught_up = frame.time.velocity_lag > 0 ? &later_velocities.take(n, topology->n_fans()) : nullptr;
+        const auto [scale, scale_rate, lag] = frame.time;
         const std::span<const uint32_t> follows = mesh.vertex_fragment.vector();
-        run(n, 4096, [&](size_t begin, size_t end) {
+        run(n, 4096, [&, scale = scale, scale_rate = scale_rate, lag = lag](size_t begin, size_t end) {
             for (size_t v = begin; v < end; ++v) {
                 const size_t i = is_constant ? topology->vertex_of_fan(static_cast<uint32_t>(v)) : v;
                 const PieceMotion& piece = frame.piece[follows[v]];
-                const Vec3& x = motion->positions()[i];
+                const Vec3 &x = motion->positions()[i], a = piece.acceleration_at(x);
+                const Vec3 seen = motion->velocities()[i] + scale * lag * a;
+                if (caught_up) (*caught_up->object)[v] = seen.cast<float>();
                 // x(s(t))'' = x'' s'^2 + x' s''. Where time stands still no velocity is seen: it is the piece's.
-                const Vec3 velocity = scale > 0 ? Vec3(motion->velocities()[i] / scale) : piece.velocity_at(x);
-                (*slot.object)[v] = (scale * scale * piece.acceleration_at(x) + scale_rate * velocity).cast<float>();
+                const Vec3 velocity = scale > 0 ? Vec3(seen / scale) : piece.velocity_at(x);
+                (*slot.object)[v] = (scale * scale * a + scale_rate * velocity).cast<float>();
             }
         });
         mesh.accelerations = ArrayRecycler<Vec3f>::share(slot);
+        if (caught_up) mesh.velocities = ArrayRecycler<Vec3f>::share(*caught_up);
     }
 
     const bool is_constant;
@@ -365,7 +371,8 @@ struct VisualMeshBuilder::Impl {
     std::optional<SourceSkin> source;
     ParticleMaps particle;
     ParticleMapRates rate;
-    ArrayRecycler<Vec3f> positions, velocities, accelerations;
+    SharedArray<Vec3f> stated_velocities;  // as the state tells them
+    ArrayRecycler<Vec3f> positions, velocities, later_velocities, accelerations;
     VisualMesh mesh;
 };
 

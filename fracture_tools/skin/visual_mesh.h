@@ -77,7 +77,8 @@ struct PieceMotion {
 /// How fast simulated time runs in a frame.
 struct ShownTime {
     double scale = 1;
-    double scale_rate = 0;  // 1/s
+    double scale_rate = 0;    // 1/s
+    double velocity_lag = 0;  // s of simulated time: how long before the frame its velocities are those of
 };
 
 /// What the skinning reads of one body at one frame; arrays are the body's slice of a FrameState.
@@ -90,7 +91,7 @@ struct BodyFrame {
     std::span<const Vec3> angular_velocity = {};  // (n_fragments x 3), rad/s, world
     const SourceMoment* source = nullptr;         // of a body that follows a mesh
     std::span<const PieceMotion> piece = {};      // (n_fragments), of each one's piece; empty: no accelerations
-    ShownTime time = {};                          // by which velocities were scaled
+    ShownTime time = {};                          // by which velocities were scaled; they catch up if there are pieces
 };
 
 /// Keeps the split topology of one body between frames. Frames may be asked for in any order: topology is a function

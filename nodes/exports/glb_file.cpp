@@ -246,7 +246,7 @@ Status add_solid(Glb& glb, Json& animation, size_t times, const ShotMesh& source
 
 Result<ExportReport> export_glb(const Shot& bodies, const ExportSettings& settings, const Progress& progress) {
     std::string notes;
-    const auto whole = with_solids(bodies, notes);
+    const auto whole = with_solids(bodies, Deforming::left_out, notes);
     if (!whole) return whole.error();
     const Shot& shot = *whole;
     Glb glb;

@@ -188,7 +188,7 @@ Result<Shot> baked_shot(const Manifest& manifest, const fs::path& folder, const 
     return shot;
 }
 
-Result<Shot> with_solids(const Shot& shot, std::string& out_note) {
+Result<Shot> with_solids(const Shot& shot, Deforming colliders, std::string& out_note) {
     Shot all = shot;
     if (!shot.solids) return all;
     Aabb box;
@@ -199,7 +199,12 @@ Result<Shot> with_solids(const Shot& shot, std::string& out_note) {
     }
     auto solids = shot.solids(box.diagonal());
     if (!solids) return solids.error();
-    for (ShotMesh& mesh : solids->meshes) all.meshes.push_back(std::move(mesh));
+    for (ShotMesh& mesh : solids->meshes) {
+        if (mesh.is_surface && colliders == Deforming::left_out)
+            solids->notes.push_back("'" + mesh.name + "' is left out, for it deforms");
+        else
+            all.meshes.push_back(std::move(mesh));
+    }
     for (const std::string& note : solids->notes) out_note += (out_note.empty() ? "" : "; ") + note;
     return all;
 }
@@ -208,7 +213,7 @@ std::vector<Surface> surfaces_of(const ShotMesh& mesh, const MeshFrame& first) {
     constexpr std::array<double, 4> kBreak = {0.5, 0.42, 0.36, 1};
     std::vector<Surface> surfaces;
     for (size_t m = 0; m < first.materials.size(); ++m) {
-        const bool is_interior = mesh.poses.empty() && m + 1 == first.materials.size();
+        const bool is_interior = mesh.poses.empty() && !mesh.is_surface && m + 1 == first.materials.size();
         Surface surface;
         if (is_interior)
             surface = mesh.look.interior.value_or(Surface{.name = {}, .color = kBreak});

@@ -26,6 +26,7 @@ struct ShotMesh {
     std::function<Result<MeshFrame>(size_t frame)> read;  // by index in Shot::frames
     Look look = {};                                       // its materials
     std::vector<Pose> poses = {};  // of a solid, whose mesh is the same in every frame: at each frame, or one for all
+    bool is_surface = false;       // of a collider that deforms: there is nothing within it, and it has no poses
 };
 
 /// Rigid bodies and colliders.
@@ -54,7 +55,8 @@ struct ShotChoice {
 Result<Shot> baked_shot(const Manifest& manifest, const std::filesystem::path& folder, const ShotChoice& choice = {});
 
 /// The same with its solids among the meshes; `out_note` tells what is not.
-Result<Shot> with_solids(const Shot& shot, std::string& out_note);
+enum class Deforming { taken, left_out };
+Result<Shot> with_solids(const Shot& shot, Deforming colliders, std::string& out_note);
 
 /// Surfaces of a frame's materials: those of the mesh's look, filled up with plain ones. They take the colours of its
 /// vertices if there are any, which break surfaces never do.
@@ -82,7 +84,7 @@ std::vector<std::filesystem::path> companions(const std::filesystem::path& file)
 
 /// Writes a shot. A pure function of its frames: the same bits whenever it is called. Files appear whole or not at all.
 ///
-///   .usda      every mesh time-sampled, solids that move, Z up, metres; topology constant or by frame
+///   .usda      every mesh time-sampled, solids that move or deform, Z up, metres; topology constant or by frame
 ///   .glb       every fragment and solid a node that moves rigidly, Y up, metres; constant topology
 ///   .pc2       positions of one mesh for Blender's Mesh Cache (Z up, m) and the first frame as .obj; constant topology
 ///   .ply .obj  one file a frame, #### in the name

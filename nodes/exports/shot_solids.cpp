@@ -5,6 +5,7 @@
 #include <set>
 
 #include "fracture_tools/mesh/mesh_io.h"
+#include "fracture_tools/skin/triangle_axes.h"
 #include "nodes/files/compression.h"
 #include "nodes/files/state_file.h"
 #include "nodes/graph/common_parameters.h"
@@ -42,6 +43,23 @@ VisualMesh visual_mesh(const TriMesh& mesh) {
     return made;
 }
 
+/// A mesh as a surface has its vertices at `share` of the frame; its normals turn with its triangles.
+MeshFrame deformed(const TriMesh& mesh, const MovingSurface& surface, double share) {
+    TriMesh now = mesh;
+    const Pose whole = pose_between({}, surface.whole, surface.pivot, share);
+    for (uint32_t v = 0; v < now.positions.size(); ++v) now.positions[v] = whole.apply(surface.vertex(v, share));
+    for (size_t c = 0; c < now.corner_normals.size(); c += 3) {
+        const Triangle& t = mesh.triangles[c / 3];
+        const Mat3 turn = triangle_axes(now.positions, t) * triangle_axes(mesh.positions, t).transpose();
+        for (size_t k = c; k < c + 3; ++k)
+            now.corner_normals[k] = (turn * mesh.corner_normals[k].cast<double>()).cast<float>();
+    }
+    MeshFrame frame{visual_mesh(now), {}};
+    const auto& material = now.triangle_material;
+    frame.materials.assign(material.empty() ? 1 : static_cast<size_t>(std::ranges::max(material)) + 1, "Collider");
+    return frame;
+}
+
 class SolidFinder {
 public:
     SolidFinder(const SolidSource& source, double extent, Graph graph)
@@ -56,13 +74,25 @@ public:
         for (const std::string& solver : solvers)
             for (const SocketReference& wire : graph_.wires({solver, "colliders"}).take())
                 if (seen_.insert(wire.node).second)
-                    if (Status s = add(wire.node, collider_poses(wire.node, solver), "Collider"); !s) return s.error();
+                    if (Status s = add_collider(wire.node, solver); !s) return s.error();
         return std::move(found_);
     }
 
 private:
     Json at(const std::string& node, const char* parameter, double frame) const {
         return graph_.parameter_at(node, parameter, frame).take();
+    }
+
+    Status add_collider(const std::string& node, const std::string& solver) {
+        const double first = source_.frames.front();
+        if (at(node, "shape", first) == "mesh" && at(node, "motion", first) == "vertices")
+            return add_surface(node, solver);
+        return add(node, collider_poses(node, solver), "Collider");
+    }
+
+    SceneTime time_of(const std::string& solver, double frame) const {
+        const int start = graph_.frame_range()[0];
+        return scene_time(start, graph_.integral(solver, "time_scale", start, frame).take(), 1);
     }
 
     Pose collider_pose(const std::string& node, double frame) const {
@@ -72,9 +102,8 @@ private:
     /// Keys of colliders are in simulated frames. Between two grid points they move as the solver moves them.
     std::vector<Pose> collider_poses(const std::string& node, const std::string& solver) const {
         std::vector<Pose> poses;
-        const int start = graph_.frame_range()[0];
         for (const double frame : source_.frames) {
-            const SceneTime time = scene_time(start, graph_.integral(solver, "time_scale", start, frame).take(), 1);
+            const SceneTime time = time_of(solver, frame);
             const Pose from = collider_pose(node, time.grid());
             if (time.is_on_grid()) {
                 poses.push_back(from);
@@ -175,12 +204,32 @@ private:
         return mesh;
     }
 
-    Status add(const std::string& node, std::vector<Pose> poses, const char* material) {
-        if (at(node, "shape", source_.frames.front()) == "mesh" &&
-            at(node, "motion", source_.frames.front()) == "vertices") {
-            found_.notes.push_back("'" + node + "' is left out, for it deforms");
+    /// A collider that deforms, by the places that the solver had it at.
+    Status add_surface(const std::string& node, const std::string& solver) {
+        const Result<TriMesh> mesh = solid_mesh(node);
+        const auto value = graph_.evaluate(node, "collider", graph_.frame_range()[0]);
+        if (!mesh || !value) {
+            found_.notes.push_back("'" + node + "' is left out, for its mesh or motion cannot be read: " +
+                                   (mesh ? value.error() : mesh.error()).text() +
+                                   "; --graph-folder tells where the graph lay");
             return {};
         }
+        const auto surface = std::get<std::shared_ptr<const ColliderValue>>(*value)->surface;
+        std::vector<SceneTime> times;
+        for (const double frame : source_.frames) times.push_back(time_of(solver, frame));
+        const auto look = source_.looks.find(node);
+        const Look shown = look == source_.looks.end() ? Look{} : look->second;
+        found_.meshes.push_back(
+            {.name = shown.name.empty() ? node : shown.name,
+             .read = [mesh = *mesh, surface, times = std::move(times)](size_t i) -> Result<MeshFrame> {
+                 return deformed(mesh, *surface->from(times[i].grid()), times[i].share());
+             },
+             .look = shown,
+             .is_surface = true});
+        return {};
+    }
+
+    Status add(const std::string& node, std::vector<Pose> poses, const char* material) {
         const auto known = source_.looks.find(node);
         const Look look = known == source_.looks.end() ? Look{} : known->second;
         const Result<TriMesh> mesh = mesh_of(node, look);

@@ -21,8 +21,8 @@ struct SolidSource {
 };
 
 /// Of every solver of the graph, rigid bodies first. Rigid bodies move as the states that a bake_state node wrote tell,
-/// colliders as their keys do. `extent` (m) is about how large the shot is: planes are shown ten times as large.
-/// Errors: a state or the mesh of a look that cannot be read.
+/// colliders as their keys do, those that deform as their vertices do. `extent` (m) is about how large the shot is:
+/// planes are shown ten times as large. Errors: a state or the mesh of a look that cannot be read.
 Result<ShotSolids> shot_solids(const SolidSource& source, double extent);
 
 }  // namespace sunder

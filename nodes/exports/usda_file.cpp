@@ -382,7 +382,7 @@ private:
 
 Result<ExportReport> export_usda(const Shot& shot, const ExportSettings& settings, const Progress& progress) {
     std::string notes;
-    const auto whole = with_solids(shot, notes);
+    const auto whole = with_solids(shot, Deforming::taken, notes);
     if (!whole) return whole.error();
     auto file = FileWriter::open(settings.file);
     if (!file) return file.error();

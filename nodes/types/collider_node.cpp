@@ -93,7 +93,7 @@ Result<std::shared_ptr<const SurfaceMotion>> surface_motion(CookContext& context
     return store.motion;
 }
 
-bool deforms(const Parameters& p) { return p.text("shape") == "mesh" && is_of_vertices(p); }
+bool deforms(const Parameters& p) { return p.text("shape") == "mesh" && is_of_places(p); }
 
 Status check_collider(const std::string& node, const Parameters& p) {
     return deforms(p) ? check_vertex_source(node, p, kMotionPrefix) : Status();

@@ -57,16 +57,30 @@ struct Inputs {
         velocity = scaled(state->state->velocity), angular_velocity = scaled(state->state->angular_velocity);
     }
 
-    // `rate`: simulated frames a second, from `start` on.
+    // Simulated frames of so many seconds, from `start` on.
     void take_motion(int start, double frame_seconds) {
         if (index < state->motions.size()) motion = state->motions[index];
         if (!motion) return;
         const FrameState& s = *state->state;
         const auto frame_at = [&](double seconds) { return start + seconds / frame_seconds; };
         moment.now = frame_at(s.time), moment.frame_seconds = frame_seconds / state->at.scale;
-        for (uint32_t i = placed().particle_begin; i < placed().particle_end; ++i)
-            moment.until.push_back(
-                s.inactive.empty() || s.inactive[i].followed == HUGE_VAL ? HUGE_VAL : frame_at(s.inactive[i].followed));
+        const auto until = [&](const FrameState& of, uint32_t i) {
+            return of.inactive.empty() ? HUGE_VAL : of.inactive[i].followed;
+        };
+        Leaving leaving;
+        for (uint32_t i = placed().particle_begin; i < placed().particle_end; ++i) {
+            moment.until.push_back(until(s, i) == HUGE_VAL ? HUGE_VAL : frame_at(until(s, i)));
+            leaving.fragments.push_back(until(s, i) != HUGE_VAL && until(*state->kept, i) == HUGE_VAL);
+        }
+        if (std::ranges::find(leaving.fragments, 1) == leaving.fragments.end()) return;
+        const Body& b = placed();
+        const FrameState& from = *state->kept;
+        leaving.begin = frame_at(from.time), leaving.share = state->at.share();
+        leaving.position = slice(from.position, b.particle_begin, b.particle_end);
+        leaving.orientation = slice(from.orientation, b.particle_begin, b.particle_end);
+        leaving.plastic_deformation = slice(from.plastic_deformation, b.particle_begin, b.particle_end);
+        leaving.edge_intact = slice(from.edge_intact, b.edge_begin, b.edge_end);
+        moment.leaving = std::move(leaving);
     }
 
     BodyFrame frame() const {
@@ -85,7 +99,7 @@ struct Inputs {
                 .angular_velocity = seen(angular_velocity, s.angular_velocity),
                 .source = motion ? &moment : nullptr,
                 .piece = pieces,
-                .time = {state->at.scale, state->scale_rate}};
+                .time = {state->at.scale, state->scale_rate, state->velocity_lag}};
     }
 };
 

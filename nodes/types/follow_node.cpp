@@ -29,7 +29,7 @@ Result<Value> cook_follow(CookContext& context) {
     const Parameters& p = context.parameters();
     FollowValue follows;
     follows.name = context.node();
-    if (is_of_vertices(p)) {
+    if (is_of_places(p)) {
         const SourceStrain strain =
             p.text("source_strain") == "elastic" ? SourceStrain::none_is_rest : SourceStrain::all_is_rest;
         auto motion = body_motion(context, "", body, strain, {}, context.store().get<BodyMotion>());

@@ -12,7 +12,8 @@ namespace {
 struct Selection {
     ContentKey key = 0;
     std::shared_ptr<const std::vector<uint32_t>> particles;
-    BodyMotion motion;
+    BodyMotion own;
+    KnownMotion<SurfaceAttachment> attached;
 };
 
 Result<std::vector<uint32_t>> select(CookContext& context, const BodyValue& body, const Parameters& p) {
@@ -44,7 +45,7 @@ Result<Value> cook_pin(CookContext& context) {
             return context.error(
                 "region", "no particle of body '" + (*body)->name + "' lies in it",
                 "regions are tested against the centres of the fragments as placed at the first frame");
-        selection = {key, std::make_shared<const std::vector<uint32_t>>(particles.take()), {}};
+        selection = {key, std::make_shared<const std::vector<uint32_t>>(particles.take()), {}, {}};
     }
 
     PinValue pin;
@@ -52,11 +53,15 @@ Result<Value> cook_pin(CookContext& context) {
     pin.body = (*body)->name;
     pin.body_key = (*body)->key;
     pin.particles = selection.particles;
-    if (is_of_vertices(p)) {
+    if (p.text("motion") == "vertices") {
         auto motion =
-            body_motion(context, kMotionPrefix, **body, SourceStrain::none_is_rest, *pin.particles, selection.motion);
+            body_motion(context, kMotionPrefix, **body, SourceStrain::none_is_rest, *pin.particles, selection.own);
         if (!motion) return motion.error();
-        pin.vertices = motion.take();
+        pin.motion = motion.take();
+    } else if (p.text("motion") == "surface") {
+        auto motion = attached_motion(context, kMotionPrefix, **body, *pin.particles, selection.attached);
+        if (!motion) return motion.error();
+        pin.motion = motion.take();
     } else {  // x -> pivot + position + R (x - pivot)
         pin.pivot = p.vector3("pivot");
         pin.pose.orientation = euler_xyz(p.vector3("rotation"));
@@ -87,14 +92,15 @@ NodeType pin_node() {
         .category = "simulation",
         .sentence =
             "Holds the particles whose rest centre lies in its region, and moves them rigidly about its pivot, or each "
-            "with the vertices of an animated mesh. Region, pivot and motion are given in the scene, with the body as "
+            "with an animated mesh, their own or another. Region, pivot and motion are given in the scene, with the "
+            "body as "
             "placed at the first frame."};
     d.inputs = {{.name = "body", .label = "Body", .type = SocketType::body, .sentence = "The body that is held"},
                 {.name = "mesh",
                  .label = "Mesh",
                  .type = SocketType::mesh,
                  .required = false,
-                 .sentence = "Of `motion` vertices: the mesh that the body was cut from"}};
+                 .sentence = "Of `motion` vertices the mesh that the body was cut from, of surface any other"}};
     d.outputs = {
         {.name = "pin", .label = "Pin", .type = SocketType::pin, .sentence = "For the solver that holds the body"}};
     d.parameters = region_parameters(
@@ -133,9 +139,12 @@ NodeType pin_node() {
           .sentence = "How long it takes to let go: what was held by force eases out, and does not spring; 0: at once",
           .needs = {{is_not_null("release_frame")}}}});
     d.parameters.push_back(motion_parameter(
-        "transform: what is held moves as one, by `position` and `rotation`; vertices: each fragment goes "
-        "where the vertices of its mesh take it, which are where `motion_path` or `positions` say"));
-    for (ParameterDescription& p : vertex_parameters(kMotionPrefix)) d.parameters.push_back(std::move(p));
+        "transform: what is held moves as one, by `position` and `rotation`; vertices: each fragment goes where the "
+        "vertices of its own mesh take it; surface: each goes as the triangle of another mesh takes it that is nearest "
+        "at the first frame. Where the mesh is, `motion_path` or `positions` say",
+        {"transform", "vertices", "surface"}));
+    for (ParameterDescription& p : vertex_parameters(kMotionPrefix, {}, {"vertices", "surface"}))
+        d.parameters.push_back(std::move(p));
     for (const char* name : {"pivot", "position", "rotation"})
         at(d.parameters, name).needs = {{is("motion", {"transform"})}};
     gather(d.parameters, "Motion",

@@ -219,6 +219,14 @@ public:
         return {};
     }
 
+    /// From a state that was simulated elsewhere: what was simulated of later frames did not begin there.
+    void begin_at(int frame, ContentKey history, FrameState state) {
+        store_.points[frame] = {{}, state.time, state.broken};
+        store_.ends = {};
+        store_.frames.give(frame, {history, std::make_shared<const FrameState>(std::move(state)), {}},
+                           context_.cache_limit());
+    }
+
     void put(int frame, ContentKey history, FrameState state, const StepReport& report) {
         store_.points[frame] = {report, state.time, state.broken};
         store_.frames.put(frame, {history, std::make_shared<const FrameState>(std::move(state)), report},
@@ -324,6 +332,11 @@ public:
         io_value.pieces = std::make_shared<const std::vector<PieceMotion>>(
             piece_motions(io_value.scene->rest, *(*ends)[0].state, *(*ends)[1].state, *io_value.state));
         io_value.scale_rate = context_.slope("time_scale", io_value.frame) / context_.seconds(1);
+        // A step's velocity is that of its way, which was its own half of it before the end. How long steps by a budget
+        // were, no state tells.
+        const SolverSettings settings = settings_of(context_.parameters());
+        if (io_value.at.is_on_grid() && io_value.at.grid() > context_.start_frame() && settings.error_budget == 0)
+            io_value.velocity_lag = 0.5 * context_.seconds(1) / settings.substeps;
         return {};
     }
 
@@ -362,7 +375,7 @@ Status seed(CookContext& context, int frame, FrameState state) {
     if (Status ok = solver.check_state(state); !ok) return ok;
     Result<ContentKey> history = solver.history(frame);
     if (!history) return history.error();
-    solver.put(frame, *history, std::move(state), {});
+    solver.begin_at(frame, *history, std::move(state));
     return {};
 }
 

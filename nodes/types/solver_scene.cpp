@@ -296,12 +296,12 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
     for (size_t i = 0; i < pins_end->size(); ++i) {
         const PinValue &from = *(*pins_begin)[i], &to = *(*pins_end)[i];
         input.pins.push_back({from.pose, to.pose, to.active, to.pivot, {from.grip, to.grip, to.release_time}});
-        if (!to.vertices || !to.active) continue;
-        const auto begin = to.vertices->at_frame(frame - 1), end = to.vertices->at_frame(frame);
+        if (!to.motion || !to.active) continue;
+        const auto begin = to.motion->at_frame(frame - 1), end = to.motion->at_frame(frame);
         if (!begin) return in_source(to.name, begin.error());
         if (!end) return in_source(to.name, end.error());
         input.pin_sources.resize(pins_end->size());
-        input.pin_sources[i] = {*begin, *end, to.vertices->center()};
+        input.pin_sources[i] = {*begin, *end, to.motion->center()};
     }
 
     const auto colliders_begin = context.inputs_as<ColliderValue>("colliders", frame - 1);

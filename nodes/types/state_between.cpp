@@ -94,6 +94,7 @@ public:
     FrameState run() {
         out_.time = time_between(a_.time, b_.time, way_.share);
         break_edges();
+        for (size_t i = 0; i < b_.inactive.size(); ++i) out_.inactive[i].followed = b_.inactive[i].followed;
         find_pieces();
         for_each_piece([&](std::span<const uint32_t> particles) { move_piece(particles); });
         for (size_t i = 0; i < out_.rigid_bodies.size(); ++i) move_rigid_body(i);

@@ -17,8 +17,8 @@ inline double time_between(double a, double b, double share) { return a + share 
 /// What hangs together at the end moves as a whole: its centre along a parabola where both velocities fit one
 /// acceleration and straight where they do not, its turn steadily, as many times round as its spin tells; so it keeps
 /// its shape. What it deforms besides is blended in the frame that moves with it. Velocities are those of this motion,
-/// of simulated time. Plastic strain, strain and stiffness are blended, edges break at their own time, and all else is
-/// as in `a`. A piece that is the same in both keeps its bits.
+/// of simulated time. Plastic strain, strain and stiffness are blended, edges break at their own time, what is let go
+/// on the way tells when, and all else is as in `a`. A piece that is the same in both keeps its bits.
 FrameState state_between(const SimulationMesh& rest, const FrameState& a, const FrameState& b, double share);
 
 /// Of each particle, how the piece that it belongs to turns and accelerates on the way from `a` to `b`, about where

@@ -1,5 +1,8 @@
 #include "nodes/types/state_cache.h"
 
+#include <algorithm>
+#include <limits>
+
 namespace sunder {
 
 size_t memory_of(const FrameState& state) {
@@ -13,8 +16,12 @@ size_t memory_of(const FrameState& state) {
            bytes(state.layer_strain) + bytes(state.edge_offset);
 }
 
+bool StateCache::is_given(int frame) const { return std::ranges::find(given_, frame) != given_.end(); }
+
+bool StateCache::is_at_an_end(int frame) const { return frame == newest_put_ || frame == entries_.begin()->first; }
+
 bool StateCache::is_kept(int frame) const {
-    return frame == newest_put_ || frame == entries_.begin()->first || (frame - entries_.begin()->first) % stride_ == 0;
+    return is_at_an_end(frame) || is_given(frame) || (frame - entries_.begin()->first) % stride_ == 0;
 }
 
 void StateCache::put(int frame, Entry entry, size_t limit) {
@@ -27,14 +34,23 @@ void StateCache::put(int frame, Entry entry, size_t limit) {
     thin(limit);
 }
 
+void StateCache::give(int frame, Entry entry, size_t limit) {
+    for (auto it = entries_.upper_bound(frame); it != entries_.end() && !is_given(it->first);) erase((it++)->first);
+    put(frame, std::move(entry), std::numeric_limits<size_t>::max());
+    given_.push_back(frame);
+    thin(limit);
+}
+
 void StateCache::thin(size_t limit) {
-    while (bytes_ > limit && entries_.size() > 2) {
+    const auto may_go = [&](const auto& kept) { return !is_at_an_end(kept.first) && !is_given(kept.first); };
+    while (bytes_ > limit && std::ranges::any_of(entries_, may_go)) {
         stride_ *= 2;
         for (auto it = entries_.begin(); it != entries_.end();) {
             const int frame = (it++)->first;
             if (!is_kept(frame)) erase(frame);
         }
     }
+    while (bytes_ > limit && given_.size() > 1) erase(given_.front());
 }
 
 const StateCache::Entry* StateCache::at(int frame) const {
@@ -53,6 +69,7 @@ void StateCache::erase(int frame) {
     const auto found = entries_.find(frame);
     if (found == entries_.end()) return;
     bytes_ -= memory_of(*found->second.state);
+    std::erase(given_, frame);
     entries_.erase(found);
 }
 

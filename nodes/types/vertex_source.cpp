@@ -31,21 +31,48 @@ Result<VertexFrames> frames_of_values(CookContext& context, size_t n_vertices) {
     return frames;
 }
 
+/// What is wired to "mesh", and where it is.
+struct AnimatedMesh {
+    std::shared_ptr<const TriMesh> mesh;
+    VertexFrames frames;
+};
+
+Result<AnimatedMesh> animated_mesh(CookContext& context, const std::string& prefix, const std::string& mend) {
+    const Result<std::vector<Value>> wired = context.inputs("mesh", context.start_frame());
+    if (!wired) return wired.error();
+    if (wired->empty()) return context.error("mesh", "is not wired", mend);
+    AnimatedMesh animated = {std::get<std::shared_ptr<const TriMesh>>(wired->front()), {}};
+    Result<VertexFrames> frames = vertex_frames(context, prefix, animated.mesh->positions.size());
+    if (!frames) return frames.error();
+    animated.frames = frames.take();
+    return animated;
+}
+
+template <class Motion>
+Result<std::shared_ptr<const Motion>> known(CookContext& context, const std::string& prefix,
+                                            KnownMotion<Motion>& io_known, Result<std::shared_ptr<const Motion>> made) {
+    if (!made)
+        return context.error(vertex_parameter(context.parameters(), prefix), made.error().what, made.error().mend);
+    io_known = {context.key(), context.start_frame(), made.take()};
+    return io_known.motion;
+}
+
 }  // namespace
 
-ParameterDescription motion_parameter(std::string sentence) {
+ParameterDescription motion_parameter(std::string sentence, std::vector<JsonValue> choices) {
     return {.name = "motion",
             .label = "Motion",
             .type = ParameterType::choice,
             .default_value = "transform",
             .sentence = std::move(sentence),
-            .choices = {"transform", "vertices"}};
+            .choices = std::move(choices)};
 }
 
-bool is_of_vertices(const Parameters& p) { return p.text("motion") == "vertices"; }
+bool is_of_places(const Parameters& p) { return p.text("motion") != "transform"; }
 
-std::vector<ParameterDescription> vertex_parameters(const std::string& prefix, std::vector<Condition> needs) {
-    needs.push_back(is("motion", {"vertices"}));
+std::vector<ParameterDescription> vertex_parameters(const std::string& prefix, std::vector<Condition> needs,
+                                                    std::vector<JsonValue> motions) {
+    needs.push_back(is("motion", std::move(motions)));
     std::vector<ParameterDescription> all = {
         {.name = prefix + "source",
          .label = prefix.empty() ? "Source" : "Motion Source",
@@ -85,7 +112,7 @@ std::vector<ParameterDescription> vertex_parameters(const std::string& prefix, s
 
 Status check_vertex_source(const std::string& node, const Parameters& p, const std::string& prefix) {
     const std::string path = prefix + "path";
-    if (is_of_vertices(p) && is_of_file(p, prefix) && p.text(path).empty())
+    if (is_of_places(p) && is_of_file(p, prefix) && p.text(path).empty())
         return node_error(node, path, "no file is given", "a .npy file of shape (frames, vertices, 3)");
     return {};
 }
@@ -104,20 +131,26 @@ Result<VertexFrames> vertex_frames(CookContext& context, const std::string& pref
 Result<std::shared_ptr<const VertexMotion>> body_motion(CookContext& context, const std::string& prefix,
                                                         const BodyValue& body, SourceStrain strain,
                                                         std::span<const uint32_t> fragments, BodyMotion& io_known) {
-    if (io_known.motion && io_known.node == context.key()) return io_known.motion;
-    const Result<std::vector<Value>> wired = context.inputs("mesh", context.start_frame());
-    if (!wired) return wired.error();
-    if (wired->empty())
-        return context.error("mesh", "is not wired",
-                             "wire the mesh that the body was cut from: it tells whose places these are");
-    const TriMesh& mesh = *std::get<std::shared_ptr<const TriMesh>>(wired->front());
-    Result<VertexFrames> frames = vertex_frames(context, prefix, mesh.positions.size());
-    if (!frames) return frames.error();
-    auto motion = VertexMotion::make({*body.fragments, *body.rest, body.pose}, mesh, frames.take(), strain, fragments);
-    if (!motion)
-        return context.error(vertex_parameter(context.parameters(), prefix), motion.error().what, motion.error().mend);
-    io_known = {context.key(), motion.take()};
-    return io_known.motion;
+    if (io_known.is_of(context)) return io_known.motion;
+    Result<AnimatedMesh> animated =
+        animated_mesh(context, prefix, "wire the mesh that the body was cut from: it tells whose places these are");
+    if (!animated) return animated.error();
+    return known(context, prefix, io_known,
+                 VertexMotion::make({*body.fragments, *body.rest, body.pose}, *animated->mesh,
+                                    std::move(animated->frames), strain, fragments));
+}
+
+Result<std::shared_ptr<const SurfaceAttachment>> attached_motion(CookContext& context, const std::string& prefix,
+                                                                 const BodyValue& body,
+                                                                 std::span<const uint32_t> fragments,
+                                                                 KnownMotion<SurfaceAttachment>& io_known) {
+    if (io_known.is_of(context)) return io_known.motion;
+    Result<AnimatedMesh> animated =
+        animated_mesh(context, prefix, "wire the mesh that they go with: it tells whose places these are");
+    if (!animated) return animated.error();
+    return known(context, prefix, io_known,
+                 SurfaceAttachment::make(*body.rest, fragments, *animated->mesh, std::move(animated->frames),
+                                         context.start_frame()));
 }
 
 }  // namespace sunder

@@ -152,7 +152,8 @@ SUNDER_API sunder_status sunder_graph_evaluate_all_at(sunder_graph* graph, const
                                                       sunder_value** out_values);
 /* A state frame that a bake wrote. Errors are told by the graph. */
 SUNDER_API sunder_status sunder_graph_read_state(sunder_graph* graph, const char* path, sunder_value** out_value);
-/* Makes a solver continue from a state (of "solver.state", or read from a file) at a frame. */
+/* Makes a solver continue from a state (of "solver.state", or read from a file) at a frame. What was simulated of later
+ * frames is forgotten; the state given last stays, however small the cache. */
 SUNDER_API sunder_status sunder_graph_seed_state(sunder_graph* graph, const char* node, int32_t frame,
                                                  const sunder_value* state);
 

@@ -1,6 +1,7 @@
 // Where a given motion has the fragments of a body, at the frames of an animation and between them.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "solver/data/math.h"
@@ -16,6 +17,11 @@ struct SourcePose {
 
     bool operator==(const SourcePose& other) const;
 };
+
+/// Takes the mean motion of the fragments, by their masses (kg), out of `own` into `whole`. `rest_center`: of each
+/// (n_fragments), m; `center`: their mean.
+void gather_whole(std::span<const double> mass, std::span<const Vec3> rest_center, const Vec3& center,
+                  SourcePose& io_pose);
 
 /// Where something is at `share` of its way, in [0, 1]: the orientation turns steadily (slerp) and the pivot moves
 /// along a straight line.

@@ -88,4 +88,45 @@ class Deforming(RiggedCase):
         self.refusal(tree)
 
 
+    def on_the_arm(self):
+        """A cube beside the arm's upper end, all of it pinned to the arm's mesh."""
+        thing, rig = self.arm(degrees=50, shift=0)
+        cube = self.cube(size=0.2, location=(0.25, 0, 1.1))
+        tree, nodes = self.tree(cube, pieces=8)
+        pin = self.node(tree, "pin", motion="surface", region="box", box_min=(-1, -1, 0), box_max=(1, 1, 2))
+        pin.source, pin.motion_object = "VALUES", thing
+        self.connect(nodes["body"], "body", pin, "body")
+        self.connect(pin, "pin", nodes["solver"], "pins")
+        nodes["solver"].set_parameters(gravity=(0, 0, 0))
+        return tree, pin, thing, rig
+
+    def test_a_pin_holds_what_another_objects_rig_takes_along(self):
+        tree, pin, thing, rig = self.on_the_arm()
+        state = self.graph(tree).evaluate("solver.state", frame=LAST)
+        angle = math.radians(50)
+        c, s = math.cos(angle), math.sin(angle)
+        wanted = (state.rest_position - [0, 0, 0.6]) @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]]) + [0, 0, 0.6]
+        # The arm is rigid from 0.9 m on, and the cube lies beside that.
+        self.assertLess(np.abs(state.position - wanted).max(), 1e-5)
+        self.assertGreater(np.abs(state.position - state.rest_position).max(), 0.3)
+        self.bake(tree)
+        self.assertIs(self.status(tree).is_stale, False)
+        rig.animation_data.action.fcurves[0].keyframe_points[1].co.y += 0.2
+        bpy.context.view_layer.update()
+        self.assertIs(self.status(tree).is_stale, True)
+
+    def test_a_pin_refuses_another_object_that_is_no_mesh_or_changes_its_vertices(self):
+        tree, pin, thing, _ = self.on_the_arm()
+        levels = thing.modifiers.new("more", "SUBSURF")
+        for frame, value in ((1, 1), (3, 2)):
+            levels.levels = value
+            levels.keyframe_insert("levels", frame=frame)
+        self.refusal(tree)
+        self.assertRegex(pin.error, "vertices at frame [23].*must keep their number")
+        bpy.ops.object.empty_add()
+        pin.motion_object = bpy.context.object
+        self.refusal(tree)
+        self.assertIn("not a mesh", pin.error)
+
+
 main()

@@ -281,3 +281,149 @@ def test_a_pin_says_what_is_wrong_of_its_own_fragments_alone(tmp_path):
     description["nodes"]["pin"].pop("mesh")
     with pytest.raises(package.Error, match="'pin', parameter 'mesh'.*is not wired"):
         package.Graph.from_dict(description, str(tmp_path)).evaluate("solver.state", frame=2)
+
+
+# Pins that go with another mesh.
+
+def carried(tmp_path, motion, pin=None, last=12):
+    """The bar, pinned to the plate, which lies 0.37 m above it and goes as `motion`(points, frame) says."""
+    description = bar(tmp_path)
+    (tmp_path / "plate.obj").write_text(obj_text(VERTICES.tolist(), FACES))
+    np.save(tmp_path / "motion.npy", np.stack([motion(VERTICES + [0.521, 0.013, 0.37], frame) for frame in range(1, last + 1)]))
+    description["nodes"]["plate"] = {"type": "mesh_file", "path": "plate.obj"}
+    description["nodes"]["pin"].update(mesh="@plate.mesh", motion="surface", motion_path="motion.npy", **(pin or {}))
+    return description
+
+
+def turned(axis, angle):
+    x, y, z = axis / np.linalg.norm(axis)
+    across = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * across + (1 - np.cos(angle)) * across @ across
+
+
+def swinging(points, frame):
+    return points @ turned(np.array([1.0, 2, -1]), 0.2 * (frame - 1)).T + np.array([0.1, 0, 0.03]) * (frame - 1)
+
+
+def curling(points, frame):
+    """Bends about y, is sheared and stretched in its plane, and swings besides."""
+    t = 0.05 * (frame - 1)
+    angle = (t + 1e-9) * points[:, 0]
+    out = np.c_[np.sin(angle) * (1 / (t + 1e-9) - points[:, 2]), points[:, 1] * (1 + t) + t * points[:, 0],
+                (1 - np.cos(angle)) / (t + 1e-9) + points[:, 2] * np.cos(angle)]
+    return swinging(out, frame)
+
+
+def matrices(orientation):
+    w, x, y, z = orientation.T
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                     [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                     [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]).transpose(2, 0, 1)
+
+
+def triangles_of_plate():
+    return np.array([(face[0], *pair) for face in FACES for pair in zip(face[1:], face[2:])]) - 1
+
+
+def in_the_plate(points, corners):
+    """Of triangles that lie in a plane of equal z, which each point lies above, and its weights there."""
+    a, b, c = corners.transpose(1, 0, 2)
+    edges = np.stack([b - a, c - a], axis=2)[:, :2]
+    flat = np.abs(np.linalg.det(edges)) > 1e-9
+    found = []
+    for point in points:
+        u, v = np.einsum("nij,nj->in", np.linalg.inv(edges[flat]), (point - a[flat])[:, :2])
+        inside = np.flatnonzero(flat)[(u >= 0) & (v >= 0) & (u + v <= 1)]
+        best = inside[np.argmin(np.abs(a[inside, 2] - point[2]))]
+        at = np.flatnonzero(np.flatnonzero(flat) == best)[0]
+        found.append((best, np.array([1 - u[at] - v[at], u[at], v[at]])))
+    return found
+
+
+def frame_matrix(a, b, c):
+    normal = np.cross(b - a, c - a)
+    return np.stack([b - a, c - a, normal / np.linalg.norm(normal)], axis=1)
+
+
+@pytest.mark.parametrize("motion", [swinging, curling])
+def test_pinned_fragments_go_as_the_nearest_triangle_takes_them(tmp_path, motion):
+    graph = package.Graph.from_dict(carried(tmp_path, motion), str(tmp_path))
+    rest = graph.evaluate("solver.state", frame=1)
+    pinned = held(rest)
+    center, own = rest.rest_position[pinned], matrices(rest.orientation[pinned])
+    places = np.load(tmp_path / "motion.npy")
+    triangles = triangles_of_plate()
+    ties = in_the_plate(center, places[0][triangles])
+    assert pinned.sum() > 5 and len({triangle for triangle, _ in ties}) > 3
+    for frame in (1, 2, 7, 12):
+        state = graph.evaluate("solver.state", frame=frame)
+        for k, (triangle, weight) in enumerate(ties):
+            before, now = (places[f][triangles[triangle]] for f in (0, frame - 1))
+            left, _, right = np.linalg.svd(frame_matrix(*now) @ np.linalg.inv(frame_matrix(*before)))
+            turn = left @ right  # its best rotation
+            wanted = weight @ now + turn @ (center[k] - weight @ before)
+            assert np.abs(state.position[pinned][k] - wanted).max() < 1e-9, frame
+            assert np.abs(matrices(state.orientation[pinned][k:k + 1])[0] - turn @ own[k]).max() < 1e-9, frame
+
+
+def test_it_is_let_go_as_fast_as_the_other_mesh_took_it_along(tmp_path):
+    graph = package.Graph.from_dict(carried(tmp_path, swinging, {"release_frame": 6, "box_max": [3, 1, 1]}), str(tmp_path))
+    at, after = (graph.evaluate("solver.state", frame=frame) for frame in (6, 7))
+    assert np.abs(at.position - swinging(at.rest_position, 6)).max() < 1e-12
+    drawn = (swinging(at.rest_position, 6) - swinging(at.rest_position, 5)) * RATE  # in a frame the centre goes straight
+    going, wanted = ((at.mass[:, None] * v).sum(axis=0) / at.mass.sum() for v in (after.velocity, drawn))
+    assert np.linalg.norm(going - wanted) < 1e-9 * np.linalg.norm(wanted)
+    assert np.abs(after.position - swinging(at.rest_position, 7)).max() > 0.003  # it goes on by itself
+
+
+def test_a_pin_on_another_mesh_has_the_same_bits_by_any_threads_and_resumed(sunder, scene, tmp_path):
+    description = carried(tmp_path, curling, {"release_frame": 6, "release_frames": 2})
+    assert np.array_equal(state_of(description, tmp_path, 9).position, state_of(description, tmp_path, 9, threads=3).position)
+    scene(description)
+    for folder, frames in (("whole", ["1:9"]), ("parts", ["1:3", "1:7", "1:9"])):
+        for some in frames:
+            done = sunder("bake", "scene.json", "-o", folder, "--frames", some, "--resume")
+            assert done.status == 0, done.err
+    assert contents(tmp_path / "whole") == contents(tmp_path / "parts")
+
+
+def test_a_pin_on_another_mesh_belongs_to_it_as_both_are_at_the_first_frame(tmp_path):
+    description = carried(tmp_path, swinging)
+    states = {}
+    for start in (1, 4):
+        description["frame_range"] = [start, 12]
+        states[start] = state_of(description, tmp_path, start)
+        assert np.abs(states[start].position - states[start].rest_position).max() < 1e-12
+    later = state_of(description, tmp_path, 7)
+    pinned = held(later)
+    turn = turned(np.array([1.0, 2, -1]), 0.6)
+    assert np.abs(matrices(later.orientation)[pinned] - turn @ matrices(states[4].orientation)[pinned]).max() < 1e-9
+
+
+def test_what_is_wrong_with_another_mesh_is_told(tmp_path):
+    description = carried(tmp_path, swinging)
+    places = np.load(tmp_path / "motion.npy")
+
+    def refused(given, match, frame=8):
+        np.save(tmp_path / "motion.npy", given)
+        with pytest.raises(package.Error, match=match):
+            state_of(description, tmp_path, frame)
+
+    refused(places[:, :-1], "'pin', parameter 'motion_path'.*vertices a frame")
+    infinite = places.copy()
+    infinite[3, 5, 0] = np.inf
+    refused(infinite, "vertex 5 is not finite at frame 4")
+    flat = places.copy()
+    flat[6] = flat[6, :1] + (flat[6] - flat[6, :1]) * 0  # all of it is a point
+    refused(flat, "'pin'.*triangle of vertices [0-9]+, [0-9]+ and [0-9]+, with which fragment [0-9]+ goes, is squeezed flat at frame 7")
+    np.save(tmp_path / "motion.npy", flat)
+    state_of(description, tmp_path, 6)  # and not before
+    far = places.copy()  # a corner of the plate, with which nothing goes
+    corner = np.argmax(places[0] @ [1, 1, -1])
+    far[6, corner] = far[6, (corner + 1) % len(VERTICES)]
+    np.save(tmp_path / "motion.npy", far)
+    state_of(description, tmp_path, 8)
+    description["nodes"]["pin"].pop("mesh")
+    refused(places, "'pin', parameter 'mesh'.*is not wired", 2)
+    description["nodes"]["pin"]["motion_path"] = ""
+    refused(places, "no file is given", 2)

@@ -123,6 +123,62 @@ def test_nothing_jumps_where_it_is_let_go(rig):
     assert np.linalg.norm(told - (bent(VERTICES, LAST) - bent(VERTICES, LAST - 1))[of], axis=1).max() < 1e-4 * fastest
 
 
+def slowly(graph, scaled):
+    """Where each of the artist's vertices is in tenths of frames 18 to 23, of slow motion or between frames, and how fast."""
+    places, rates = [], []
+    for tenth in range(10 * (LAST - 2), 10 * (LAST + 3) + 1):
+        mesh = graph.evaluate("deformer.mesh", tenth - 9 if scaled else tenth / 10)
+        own, which = artists(mesh)
+        for values, all_of in ((mesh.positions, places), (mesh.velocities, rates)):
+            row = np.full((len(VERTICES), 3), np.nan)
+            row[which] = values[own]
+            all_of.append(row)
+    return np.array(places), np.array(rates) / RATE * (1 if scaled else 0.1)
+
+
+# What is let go, and when: all as frame 21 begins; half of it; all within that frame, by what it hits.
+LEAVING = {
+    "soft": {"body": {"youngs_modulus": 0.01}},
+    "stiff": {},
+    "elastic": {"follow": {"source_strain": "elastic"}},
+    "half": {"follow": {"frame": None}, "after": [{"region": "box", "box_min": [-1, -1, 1], "box_max": [1, 1, 3], "frame": LAST + 1}]},
+    "hit": {"body": {"toughness": 1e6}, "follow": {"frame": None}, "after": [{"mode": "held", "until": "contact"}]},
+}
+
+
+@pytest.mark.parametrize("scaled", [False, True], ids=["between", "slow"])
+@pytest.mark.parametrize("case", LEAVING)
+def test_nothing_jumps_between_the_frames_in_which_it_is_let_go(rig, case, scaled):
+    description = shot(**LEAVING[case])
+    nodes = description["nodes"]
+    if case == "hit":
+        reach = bent(VERTICES, LAST + 0.4)[:, 0].max()
+        nodes["wall"] = {"type": "collider", "shape": "box", "size": [1, 9, 9], "position": [reach + 0.5, 0, 0]}
+        nodes["solver"]["colliders"] = ["@wall.collider"]
+    whole = graph_of(description, rig)
+    kept = [whole.evaluate("solver.state", frame).kept.sum() for frame in (LAST, LAST + 1)]
+    assert kept[0] > kept[1]
+    meshes = [whole.evaluate("deformer.mesh", frame) for frame in range(LAST - 2, LAST + 4)]
+    if scaled:
+        nodes["solver"]["time_scale"] = 0.1
+    places, rates = slowly(graph_of(description, rig), scaled)
+    for mesh, shown in zip(meshes, places[::10]):  # common times have their bits
+        own, of = artists(mesh)
+        assert np.array_equal(mesh.positions[own], shown[of].astype(np.float32))
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=2)
+    frames = np.linalg.norm(places[10::10] - places[:-10:10], axis=2)
+    assert np.isfinite(steps).all() and len(frames) == 5
+    # A tenth of the way there, but for arcs of 0.06 rad and what gains speed on the way.
+    for k, way in enumerate(frames):
+        assert steps[10 * k:10 * k + 10].max() < 1.05 * way.max() / 10, k
+    # What springs back gains speed in the next frames, too.
+    across, around = steps[20:30].max(), max(steps[:20].max(), steps[30:].max())
+    assert across < 1.05 * around
+    # Velocities are those of what is seen.
+    seen = (places[22:30] - places[20:28]) / 2
+    assert np.abs(rates[21:29] - seen).max() < 0.02 * across
+
+
 def test_its_momentum_is_kept_from_there(rig):
     graph = graph_of(shot(), rig)
     states = [graph.evaluate("solver.state", frame=frame) for frame in range(LAST + 1, 29)]

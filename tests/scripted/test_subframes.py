@@ -172,6 +172,21 @@ def test_rigid_bodies_of_exports_go_straight_where_no_state_was_baked(sunder, sc
     assert np.allclose(found[2.25], (1 - share) * found[low] + share * found[high], atol=1e-12)
 
 
+@pytest.mark.parametrize("limit", [1, 2**30])
+def test_what_begins_at_a_state_goes_on_from_it_whatever_was_simulated_before(limit):
+    graph, other = (package.Graph.from_dict(block_scene((1, 9))) for _ in range(2))
+    third, plain = graph.evaluate("sim.state", 3), graph.evaluate("sim.state", 9)
+    graph.evaluate("sim.state", 6.5)
+    graph.set_cache_limit(limit)
+    for each in (graph, other):
+        each.seed_state("sim", 5, third)
+    for frame in (5, 5.5, 6, 6.5, 9, 5, 6, 3, 5):  # and again, when a small cache has forgotten what it could
+        assert same(graph.evaluate("sim.state", frame), other.evaluate("sim.state", frame)), frame
+        if frame == 5:
+            assert np.array_equal(graph.evaluate("sim.state", 5).position, third.position)
+    assert not np.array_equal(graph.evaluate("sim.state", 9).position, plain.position)
+
+
 def test_nothing_goes_on_from_what_lies_between_two_frames():
     graph = package.Graph.from_dict(block_scene((1, 9)))
     with pytest.raises(package.Error, match="lies between two simulated frames"):

@@ -634,18 +634,18 @@ class AddsNodes:
         hold: Literal["pose", "position"] = ...,
         release_frame: Optional[_Integer] = ...,
         release_frames: _Integer = ...,
-        motion: Literal["transform", "vertices"] = ...,
+        motion: Literal["transform", "vertices", "surface"] = ...,
         motion_source: Literal["file", "values"] = ...,
         motion_path: _Path = ...,
         positions: _Points = ...,
         first_frame: _Integer = ...,
     ) -> Node:
         """Holds the particles whose rest centre lies in its region, and moves them rigidly about its pivot, or each with
-        the vertices of an animated mesh. Region, pivot and motion are given in the scene, with the body as placed at
-        the first frame.
+        an animated mesh, their own or another. Region, pivot and motion are given in the scene, with the body as placed
+        at the first frame.
 
         body: The body that is held.
-        mesh: Of `motion` vertices: the mesh that the body was cut from.
+        mesh: Of `motion` vertices the mesh that the body was cut from, of surface any other.
         region: box takes `box_min` and `box_max`; sphere takes `center` and `radius`; group takes `group`.
         box_min: Lowest corner of the box [m]. Needs region = box.
         box_max: Highest corner of the box [m]. Needs region = box.
@@ -664,13 +664,16 @@ class AddsNodes:
         rotation: How far the held particles are turned about the pivot; Euler angles XYZ: about x first, then y, then z
             [degrees]. Needs motion = transform.
         motion: transform: what is held moves as one, by `position` and `rotation`; vertices: each fragment goes where
-            the vertices of its mesh take it, which are where `motion_path` or `positions` say.
-        motion_source: file: places stand in a file of their own; values: in the graph. Needs motion = vertices.
+            the vertices of its own mesh take it; surface: each goes as the triangle of another mesh takes it that is
+            nearest at the first frame. Where the mesh is, `motion_path` or `positions` say.
+        motion_source: file: places stand in a file of their own; values: in the graph. Needs motion = vertices or
+            surface.
         motion_path: A .npy file of shape (frames, vertices, 3), floats, m, in the scene; relative to the graph file's
-            folder. Needs motion = vertices and motion_source = file.
+            folder. Needs motion = vertices or surface and motion_source = file.
         positions: Where each vertex of the mesh is in the scene, in the order of the mesh as read, equal positions
-            being one; frame after frame [m]. Needs motion = vertices and motion_source = values.
-        first_frame: Of the first of these; before it, and after the last, the mesh stands. Needs motion = vertices.
+            being one; frame after frame [m]. Needs motion = vertices or surface and motion_source = values.
+        first_frame: Of the first of these; before it, and after the last, the mesh stands. Needs motion = vertices or
+            surface.
         """
 
     @overload

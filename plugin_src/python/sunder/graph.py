@@ -320,7 +320,8 @@ class Graph(AddsNodes):
         return self.frame_range[0] if frame is None else frame_number(frame)
 
     def seed_state(self, node: str, frame: SupportsInt, state: State) -> None:
-        """Makes a solver continue from a State at a frame."""
+        """Makes a solver continue from a State at a frame. What was simulated of later frames is forgotten; the state given last
+        stays, however small the cache."""
         if not isinstance(state, State):
             raise Error("bad_usage", f"{state!r} is no State")
         self._call("graph_seed_state", encode(node), integer("frame", frame, FRAMES), state._handle.pointer)

@@ -72,6 +72,20 @@ TEST(StateBetween, a_free_flight_with_any_spin_is_what_it_is) {
     }
 }
 
+TEST(StateBetween, what_is_let_go_on_the_way_tells_when_and_stays_what_it_was) {
+    const SimulationMesh rest = row(2);
+    FrameState a = placed(rest, Vec3::Zero(), Quat::Identity(), Vec3::Zero(), Vec3::Zero()), b = a;
+    b.time = kFrame;
+    a.inactive.assign(2, {.what = Inactivity::kHeld});
+    b.inactive = {{.what = 0, .followed = 0.3 * kFrame}, a.inactive[1]};
+    for (const double share : {0.1, 0.9}) {
+        const FrameState between = state_between(rest, a, b, share);
+        EXPECT_EQ(between.inactive[0].followed, 0.3 * kFrame);
+        EXPECT_EQ(between.inactive[1], a.inactive[1]);
+        EXPECT_EQ(between.inactive[0].what, Inactivity::kHeld);
+    }
+}
+
 TEST(StateBetween, what_lands_does_not_dip_below_where_it_lands) {
     const SimulationMesh rest = row(1);
     FrameState a = placed(rest, Vec3(0, 0, 0.01), Quat::Identity(), Vec3(0, 0, -5), Vec3::Zero());

@@ -71,5 +71,41 @@ TEST(StateCache, going_back_under_the_bound_keeps_working) {
     EXPECT_LE(cache.bytes(), limit);
 }
 
+TEST(StateCache, what_is_given_outlives_what_is_made_of_it_under_the_bound) {
+    StateCache cache;
+    const size_t limit = 4 * memory_of(*entry(0).state);
+    for (int f = 1; f <= 6; ++f) cache.put(f, entry(f), limit);
+    cache.give(7, entry(700), limit);
+    for (int f = 8; f <= 100; ++f) {
+        cache.put(f, entry(f), limit);
+        ASSERT_TRUE(cache.at(7)) << f;
+        ASSERT_TRUE(cache.at(f));
+        ASSERT_LE(cache.bytes(), limit);
+    }
+    EXPECT_EQ(cache.at(7)->history, ContentKey{700});
+}
+
+TEST(StateCache, what_is_given_forgets_what_was_made_after_it_but_nothing_that_was_given) {
+    StateCache cache;
+    for (int f = 1; f <= 5; ++f) cache.put(f, entry(f), 1u << 20);
+    cache.give(6, entry(600), 1u << 20);
+    for (int f = 7; f <= 9; ++f) cache.put(f, entry(f), 1u << 20);
+    cache.give(3, entry(300), 1u << 20);
+    EXPECT_EQ(cache.at(3)->history, ContentKey{300});
+    for (const int f : {1, 2, 6, 7, 8, 9}) EXPECT_TRUE(cache.at(f)) << f;
+    for (const int f : {4, 5}) EXPECT_FALSE(cache.at(f)) << f;
+}
+
+TEST(StateCache, of_what_is_given_the_last_stays_however_small_the_bound) {
+    StateCache cache;
+    const size_t one = memory_of(*entry(0).state);
+    for (int f = 100; f > 0; --f) cache.give(f, entry(f), 10 * one);
+    EXPECT_LE(cache.bytes(), 10 * one);
+    for (int f = 1; f <= 10; ++f) EXPECT_TRUE(cache.at(f)) << f;
+    cache.give(5, entry(500), 10);
+    EXPECT_EQ(cache.at(5)->history, ContentKey{500});
+    EXPECT_EQ(cache.size(), 1u);
+}
+
 }  // namespace
 }  // namespace sunder

@@ -273,6 +273,13 @@ class _Compiler:
         self.nodes[node.graph_name]["mesh"] = f"@{source.graph_name}.mesh"
         self._follow_vertices(node.graph_name, node, thing, self.geometries[source.graph_name], path)
 
+    def _follow_another(self, node, depsgraph):
+        """By each vertex of an object of the node's own, whose mesh comes beside it."""
+        name = f"{node.graph_name}:mesh"
+        self.nodes[name] = {"type": "mesh_file", **self._solid(name, node.motion_object, depsgraph, node)}
+        self.nodes[node.graph_name]["mesh"] = f"@{name}.mesh"
+        self._follow_vertices(node.graph_name, node, node.motion_object, self.geometries[name], "motion_path")
+
     def _add_follow(self, node, depsgraph):
         if not node.from_object:
             return
@@ -391,9 +398,11 @@ class _Compiler:
             thing = scene_input.objects_of(node)[0]
             scene_input.check_evaluated(thing, depsgraph, node)
             self._region(node, *scene_input.world_bounds(thing, depsgraph))
-        if pickers.takes_vertices(node):
+        if pickers.goes_with_another(node):
+            self._follow_another(node, depsgraph)
+        elif pickers.takes_vertices(node):
             self._follow_its_object(node, depsgraph, "motion_path")
-        if node.motion == "vertices":
+        if node.motion != "transform":
             return
         mover = node.motion_object
         if mover is None:

@@ -81,7 +81,10 @@ def _points(node):
 def _objects(node):
     described = _groups(node) + _points(node)
     if node.sunder_type == "follow" and node.from_object or node.sunder_type == "pin" and pickers.takes_vertices(node):
-        thing = scene_input.placed_by(node)
+        is_another = node.sunder_type == "pin" and pickers.goes_with_another(node)
+        thing = node.motion_object if is_another else scene_input.placed_by(node)
+        if is_another:
+            described.append(_mesh_hash(thing, True))
         described += [True] if thing is None else [animation.describe_motion(thing), *animation.describe_deformation(thing)]
     if not pickers.has_source(node):
         return described

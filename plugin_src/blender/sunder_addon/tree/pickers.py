@@ -160,8 +160,8 @@ def _own_properties(node_type, changed):
         return {
             "source": _source("The bounding box of", ("Values", "Numbers"), VALUES, False, changed),
             "object": thing("Region", "Its bounding box at the first frame: an empty or a mesh"),
-            "motion_object": thing("Moved By", "What is held follows this object's animation; none: it is held still, or "
-                                   "as position and rotation tell"),
+            "motion_object": thing("Moved By", "What is held follows this object's animation, or with motion surface each "
+                                   "fragment the nearest face of its mesh; none: it is held still, or as numbers tell"),
             "from_object": BoolProperty(
                 name="Follow Its Object", default=True, options=set(), update=changed,
                 description="Hold each fragment where the object that the body was cut from takes it, with all that deforms "
@@ -209,9 +209,14 @@ def uses_motion(node):
 
 def takes_vertices(node):
     """Whether a collider or pin deforms as an object does."""
-    if node.motion != "vertices":
-        return False
-    return node.from_object if node.sunder_type == "pin" else node.shape == "mesh" and node.source != VALUES
+    if node.sunder_type == "pin":
+        return node.motion == "vertices" and node.from_object or goes_with_another(node)
+    return node.motion == "vertices" and node.shape == "mesh" and node.source != VALUES
+
+
+def goes_with_another(node):
+    """Whether a pin's fragments go with the mesh of an object that is not their own."""
+    return node.motion == "surface" and node.motion_object is not None
 
 
 _OF_MOTION = {"follow": ("position", "rotation", "source", "path", "positions", "first_frame"),
@@ -220,8 +225,9 @@ _OF_MOTION = {"follow": ("position", "rotation", "source", "path", "positions", 
 
 def is_replaced(node, parameter):
     """Whether an object stands in for a parameter's value."""
-    if getattr(node, "from_object", False) and parameter in _OF_MOTION[node.sunder_type]:
-        return True
+    if node.sunder_type == "follow" and node.from_object or node.sunder_type == "pin" and takes_vertices(node):
+        if parameter in _OF_MOTION[node.sunder_type]:
+            return True
     if uses_motion(node) and parameter in ("velocity", "angular_velocity"):
         return True
     if node.sunder_type == "pin" and node.motion_object and parameter in ("pivot", "position", "rotation"):
