@@ -17,20 +17,12 @@ double bent_energy(const LiveModel& model, std::span<const MovingParticle> parti
 
 }  // namespace
 
-double group_energy(const LiveModel& model, std::span<const MovingParticle> particles, const Quat& start,
-                    ParticleIndex g) {
+GroupEnergy::GroupEnergy(const LiveModel& model, ParticleIndex g) : model_(model), group_(g) {
     const LiveTopology& live = model.live;
-    const GroupShapes& shapes = model.shapes;
-    const GroupShape& shape = shapes.group[g];
-    if (model.bends(g)) return bent_energy(model, particles, g);
-    if (live.count(g) == 1 || model.is_thin(g)) return 0;
-    const GroupMoments A = group_moments(live, shapes, particles, g);
+    if (live.count(g) == 1 || model.is_thin(g)) return;
     Mat3 A_qq = Mat3::Zero();
     for (uint32_t s = live.begin(g); s < live.end(g); ++s)
-        A_qq += shapes.member_mass(live, s) * shapes.member[s].q * shapes.member[s].q.transpose();
-    const Mat3 isotropy = to_matrix(shape.isotropy);
-    const Mat3 R =
-        optimal_rotation(A.positions * isotropy + kOrientationWeight * A.ellipsoids, start).toRotationMatrix();
+        A_qq += model.shapes.member_mass(live, s) * model.shapes.member[s].q * model.shapes.member[s].q.transpose();
     const Eigen::SelfAdjointEigenSolver<Mat3> eigen(A_qq);
     const double most = eigen.eigenvalues().maxCoeff();
     Vec3 inverse, flat;
@@ -39,8 +31,22 @@ double group_energy(const LiveModel& model, std::span<const MovingParticle> part
         inverse(i) = is_flat ? 0 : 1 / eigen.eigenvalues()(i), flat(i) = is_flat;
     }
     const Mat3& E = eigen.eigenvectors();
-    const Mat3 F =
-        A.positions * (E * inverse.asDiagonal() * E.transpose()) + R * (E * flat.asDiagonal() * E.transpose());
+    inverse_ = E * inverse.asDiagonal() * E.transpose(), flat_ = E * flat.asDiagonal() * E.transpose();
+    trace_ = A_qq.trace();
+}
+
+double GroupEnergy::at(std::span<const MovingParticle> particles, const Quat& start) const {
+    const ParticleIndex g = group_;
+    const LiveTopology& live = model_.live;
+    const GroupShapes& shapes = model_.shapes;
+    const GroupShape& shape = shapes.group[g];
+    if (model_.bends(g)) return bent_energy(model_, particles, g);
+    if (live.count(g) == 1 || model_.is_thin(g)) return 0;
+    const GroupMoments A = group_moments(live, shapes, particles, g);
+    const Mat3 isotropy = to_matrix(shape.isotropy);
+    const Mat3 R =
+        optimal_rotation(A.positions * isotropy + kOrientationWeight * A.ellipsoids, start).toRotationMatrix();
+    const Mat3 F = A.positions * inverse_ + R * flat_;
     double sum = ((F - R) * to_matrix(shape.stiffness_moment) * (F - R).transpose()).trace();
     for (uint32_t s = live.begin(g); s < live.end(g); ++s) {
         const ParticleId j = live.member(s);
@@ -48,9 +54,9 @@ double group_energy(const LiveModel& model, std::span<const MovingParticle> part
         const Mat3 M = to_matrix(shapes.member_moment(live, s));
         sum += 2 * kOrientationWeight * (M.trace() - (particles[j].d.toRotationMatrix() * M * R.transpose()).trace());
     }
-    const GroupStiffness& own = model.stiffness[g];
+    const GroupStiffness& own = model_.stiffness[g];
     const double pressed = (R.transpose() * A.positions * to_matrix(shape.volume_gradient)).trace() - shape.volume_rest;
-    return own.k / 2 * (sum + own.volume_ratio / 3 * A_qq.trace() * pressed * pressed);
+    return own.k / 2 * (sum + own.volume_ratio / 3 * trace_ * pressed * pressed);
 }
 
 }  // namespace sunder

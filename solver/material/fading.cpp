@@ -12,7 +12,7 @@ constexpr double kLeft = 0.02;  // of an edge that bears no more of its toughnes
 double tension_of(const Mat3& strain, const Vec3& normal, double nu, double least) {
     const Mat3 stress =
         strain / (1 + nu) + nu / ((1 + nu) * (1 - 2 * nu)) * strain.trace() * Mat3::Identity();  // over E
-    if (!(stress.squaredNorm() >= least * least)) return 0;
+    if (!((stress * normal).squaredNorm() >= least * least)) return 0;
     const Eigen::SelfAdjointEigenSolver<Mat3> principal(stress);
     Vec3 pull = Vec3::Zero();
     for (int i = 0; i < 3; ++i) {
@@ -77,10 +77,17 @@ double tension(const StretchedEdge& edge, const GroupStretch& a, const GroupStre
     return std::max(tension_of(own + bent, n, nu, least), tension_of(own - bent, n, nu, least));
 }
 
+double fading_tension(double damage, double toughness, double length, double d0) {
+    const double of_end = 1 / (1 + length / d0), end = toughness / of_end;
+    const double rises = toughness / ((1 - damage) * (1 - of_end) + of_end), parts = end - kLeft * (end - toughness);
+    return parts < rises ? parts : rises;
+}
+
 double damage(double tension, double toughness, double length, double d0) {
     if (!(tension > toughness)) return 0;
     const double end = toughness * (1 + length / d0);
     if (tension >= end) return 1;
+    if (end == kNever) return 1 - toughness / tension;
     const double left = (end - tension) / (end - toughness);  // of the stress that it bore, -
     return left > kLeft ? 1 - toughness / tension * left : 1;
 }

@@ -41,13 +41,16 @@ struct StretchedEdge {
 };
 
 /// Tension on the interface over E, -: of the rings' mean strain, made to fit this edge, the stress of those principal
-/// directions that pull, on the plane across the edge. What moves across a sheet shears a solid and bends a sheet: of
-/// it counts the strain at the faces of a clamped beam. Of two faces the one that is pulled more. 0 where no stress of
-/// it comes to `least`.
+/// directions that pull, on the plane across the edge; 0 where all stress on it does not come to `least`. What moves
+/// across a sheet shears a solid and bends a sheet: of it counts the strain at the faces of a clamped beam. Of two
+/// faces the one that is pulled more.
 double tension(const StretchedEdge& edge, const GroupStretch& a, const GroupStretch& b, double poisson_ratio,
                double least);
 
 /// d, 0 .. 1, of an edge of length d0 (m) whose tension was that at most; 1: parted.
 double damage(double tension, double toughness, double opening_length, double d0);
+
+/// The tension from which on an edge of that damage, < 1, fades on or parts.
+double fading_tension(double damage, double toughness, double opening_length, double d0);
 
 }  // namespace sunder

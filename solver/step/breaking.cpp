@@ -19,7 +19,7 @@ namespace {
 constexpr double kLeastRise = 1e-4;  // of damage, that is worth another rest shape
 constexpr double kMuch = 0.05;       // a rise of damage that others must see before they fade on
 constexpr double kMostGiven = 2.5;   // stiffness that a group gets back, over what it had
-constexpr double kStressed = 0.5;    // of the toughness: less stress than that, in all directions, tears nothing
+constexpr double kStressed = 0.99;   // of the tension from which on an edge fades: less stress across it tears nothing
 
 class FadeSearch {
 public:
@@ -66,9 +66,10 @@ Fade FadeSearch::look_at(EdgeId e) const {
     const bool bends = model_.bends(edge.a) || model_.bends(edge.b);
     if (!(tau < kNever) || (had == 0 && !bends && at.is_pressed())) return {e, had, 0, tau};
     const Material& material = pass_.context.material(edge.a);
-    const double pull =
-        tension(at, breaking_.stretch[edge.a], breaking_.stretch[edge.b], material.poisson_ratio, kStressed * tau);
-    const double now = damage(pull, tau, opening_length(material, sound), at.rest.norm());
+    const double opening = opening_length(material, sound), d0 = at.rest.norm();
+    const double pull = tension(at, breaking_.stretch[edge.a], breaking_.stretch[edge.b], material.poisson_ratio,
+                                kStressed * fading_tension(had, tau, opening, d0));
+    const double now = damage(pull, tau, opening, d0);
     return {e, now == 1 || now > had + kLeastRise ? now : had, pull, tau};
 }
 
@@ -114,7 +115,7 @@ class Books {
 public:
     Books(const Pass& pass, std::span<const Fade> fades, const Movables& movables, std::span<const GroupGoal> goals,
           const LiveModel& model)
-        : movables_(movables), goals_(goals), model_(model) {
+        : state_(pass.state), movables_(movables), goals_(goals), model_(model) {
         if (fades.empty()) return;
         for (const Fade& fade : fades) {
             const Edge& edge = pass.context.scene.rest.edges[fade.edge];
@@ -133,18 +134,21 @@ public:
 
 private:
     struct Energies {
-        double end = 0, start = 0;  // where things are, and where the step began, J
+        double end = 0, start = 0;  // where things are; of what may get stiffness, where the step began, J
     };
+    bool may_get(ParticleId g) const { return kMostGiven / state_.stiffness_factor[g] > 1; }  // any stiffness
     std::vector<Energies> energies() const {
         std::vector<Energies> of(groups_.size());
         for (size_t i = 0; i < of.size(); ++i) {
+            const GroupEnergy energy(model_, groups_[i]);
             const Quat& R = goals_[groups_[i]].rotation;
-            of[i] = {group_energy(model_, movables_.moving, R, groups_[i]),
-                     group_energy(model_, start_, R, groups_[i])};
+            of[i].end = energy.at(movables_.moving, R);
+            if (may_get(groups_[i])) of[i].start = energy.at(start_, R);
         }
         return of;
     }
 
+    const FrameState& state_;
     const Movables& movables_;
     std::span<const GroupGoal> goals_;
     const LiveModel& model_;
@@ -165,7 +169,7 @@ double Books::close(const StepContext& context, LiveModel& io_model, FrameState&
         double given = 1;  // over the present factor
         if (after[i].end > before_[i].end && before_[i].end > 0)
             given = before_[i].end / after[i].end;
-        else
+        else if (may_get(g))
             given = std::max(1.0, std::min({kMostGiven / factor, lost / factor, most(before_[i].end, after[i].end),
                                             most(before_[i].start, after[i].start)}));
         const double taken = before_[i].end - given * after[i].end;

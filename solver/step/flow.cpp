@@ -259,15 +259,20 @@ Found flow_and_measure(const Pass& pass, double seconds, const LiveModel& model,
 }
 
 void BeforeFlow::keep(const FrameState& s) {
+    strain_ = s.strain;
+    may_flow_ = std::ranges::any_of(s.yield, [](double yield) { return yield < kNever; });
+    if (!may_flow_) return;
     plastic_deformation_ = s.plastic_deformation, plastic_curvature_ = s.plastic_curvature;
     layer_strain_ = s.layer_strain, edge_offset_ = s.edge_offset;
-    yield_ = s.yield, strain_ = s.strain;
+    yield_ = s.yield;
 }
 
 void BeforeFlow::give_back(FrameState& s) const {
+    s.strain = strain_;
+    if (!may_flow_) return;
     s.plastic_deformation = plastic_deformation_, s.plastic_curvature = plastic_curvature_;
     s.layer_strain = layer_strain_, s.edge_offset = edge_offset_;
-    s.yield = yield_, s.strain = strain_;
+    s.yield = yield_;
 }
 
 }  // namespace sunder

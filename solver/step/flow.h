@@ -22,13 +22,14 @@ struct Found {
 Found flow_and_measure(const Pass& pass, double seconds, const LiveModel& model, const Movables& movables,
                        Breaking& io_breaking, std::vector<GroupGoal>& io_goals, FrameState& io_state);
 
-/// What flow changes of a state, as it was.
+/// What flow changes of a state, as it was. Of what does not yield that is its strain alone.
 class BeforeFlow {
 public:
     void keep(const FrameState& state);
     void give_back(FrameState& o_state) const;
 
 private:
+    bool may_flow_ = false;
     std::vector<Mat3> plastic_deformation_, plastic_curvature_;
     std::vector<LayerStrain> layer_strain_;
     std::vector<double> yield_, strain_;

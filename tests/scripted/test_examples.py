@@ -91,14 +91,41 @@ def test_the_arm_swings_as_it_was_animated_and_then_breaks_its_back():
     assert (gone.position[:, 2] > 0).all()
 
 
-def test_the_wall_parts_into_large_pieces_and_chunks():
-    torn, = states("wall", 5)
+@pytest.fixture(scope="module")
+def hit_wall():
+    """Where its fragments and interfaces were, and the wall four frames after the hit."""
+    graph = sunder.Graph.load(str(EXAMPLES / "wall.json"))
+    return graph.evaluate("solver.state", frame=1).position, graph.evaluate("cut.fragments"), graph.evaluate("solver.state", frame=5)
+
+
+def test_the_wall_parts_into_large_pieces_and_chunks(hit_wall):
+    _, _, torn = hit_wall
     sizes = sizes_of_pieces(torn)
     n = len(torn.piece)
     assert sizes[-1] < 0.7 * n                          # a crack has gone through it
     assert np.sum(sizes[sizes >= 10]) > 0.8 * n         # 85 % of all fragments here; by groups a hole and crumbs
     assert np.count_nonzero(sizes >= 10) >= 5
     assert np.count_nonzero(sizes == 1) < 0.1 * n
+
+
+def test_its_cracks_run_to_the_corners_of_its_openings_and_to_its_edge(hit_wall):
+    position, cut, torn = hit_wall
+    places = cut.interface_centroid[:, [0, 2]]
+
+    def broken_near(place, least, most):
+        near = np.linalg.norm(places - place, axis=1)
+        return 1 - np.mean(torn.edge_intact[(near >= least) & (near < most)])
+
+    elsewhere = broken_near([2.6, 1.6], 0.8, 9)  # but where it is hit: a quarter
+    corners = [(1, 2.1), (1.9, 2.1), (3.2, 1), (4.6, 1), (3.2, 2.1), (4.6, 2.1)]  # of the door, and of the window
+    assert sum(broken_near(corner, 0, 0.3) > 1.4 * elsewhere for corner in corners) >= 5
+    ends = torn.piece[cut.edges]
+    parted = places[ends[:, 0] != ends[:, 1]]
+    near = [np.linalg.norm(parted - corner, axis=1).min() for corner in corners]
+    assert sum(distance < 0.2 for distance in near) >= 4  # fragments are 0.14 m apart: those beside the hit
+    # Along the upper edge lie several large pieces: cracks go from the openings through the lintel.
+    size = np.bincount(torn.piece)[torn.piece]
+    assert len(np.unique(torn.piece[(position[:, 2] > 2.8) & (size >= 10)])) >= 2
 
 
 def test_the_blast_makes_a_hole_and_throws_what_was_in_it():

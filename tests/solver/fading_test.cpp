@@ -35,6 +35,17 @@ TEST(Fading, an_edge_takes_the_fracture_energy) {
     }
 }
 
+TEST(Fading, goes_on_from_the_tension_that_made_its_damage) {
+    constexpr double tau = 0.01;
+    for (const double opening : {0.0, 1e-3, 0.1, 10.0, kNever})
+        for (const double d0 : {0.01, 0.1})
+            for (const double had : {0.0, 0.3, 0.7, 0.97}) {
+                const double from = fading_tension(had, tau, opening, d0);
+                EXPECT_GT(damage(from * (1 + 1e-6), tau, opening, d0), had) << opening << " " << had;
+                EXPECT_LE(damage(from * (1 - 1e-6), tau, opening, d0), had) << opening << " " << had;
+            }
+}
+
 TEST(Fading, without_a_fracture_energy_an_edge_parts_at_its_toughness) {
     EXPECT_EQ(damage(0.00999, 0.01, 0, 0.1), 0);
     EXPECT_EQ(damage(0.01001, 0.01, 0, 0.1), 1);
@@ -115,7 +126,7 @@ TEST(Fading, the_energy_of_a_group_is_that_of_theory) {
     }
     for (uint32_t g = 0; g < state.n_particles(); ++g) {
         const double wanted = test::detail::elastic_energy(rest, m, state, g);
-        EXPECT_NEAR(group_energy(model, moving, Quat::Identity(), g), wanted, 1e-9 * wanted) << g;
+        EXPECT_NEAR(GroupEnergy(model, g).at(moving, Quat::Identity()), wanted, 1e-9 * wanted) << g;
     }
 }
 
