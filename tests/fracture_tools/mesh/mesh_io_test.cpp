@@ -105,7 +105,7 @@ TEST_F(MeshIo, obj_numbers_may_begin_with_their_point) {
     };
     same_as_wanted("v 7 .5 7\nv 0 0 0\nv 0.5 0 0\nv 0 -0.5 0\nv 0 0 0.5\nv 9 9 9\n" + zeros);
     same_as_wanted(
-        "v 7 .5 7\nv 0 0 0\nv\t.5 0 0\nv 0 -.5 \\\n .0\r\n  v 0 0 +.5 # .5 is a half\nv 9 9 9 # 1\n"
+        "v 7 .5 7\nv 0 0 0\nv\t.5 0 0\nv 0 -.5 \\\n .0\r\nv 0 0 +.5 # .5 is a half\nv 9 9 9 # 1\n"
         "vt .25 .5\nvt 0 .75\nvt 1 0\nvn .6 0 .8\n" +
         faces);
 }
