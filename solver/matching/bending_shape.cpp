@@ -326,21 +326,25 @@ Unexplained unexplained(const BendingShapes& shapes, const LiveTopology& live, P
 }
 
 void pull_back(const BendingShapes& shapes, const LiveTopology& live, ParticleIndex g, const BentGroup& of,
-               std::span<BentMember> io_members) {
+               const Yielding& yielding, std::span<BentMember> io_members) {
     SUNDER_ASSERT(io_members.size() == live.count(g));
     const BendingShape& s = shapes.shape(g);
     const uint32_t begin = live.begin(g);
     const Mat3 RP = of.R * s.spanned;
-    const double stretch = (RP.transpose() * of.F).trace() - s.rank;
-    const Mat3 stress = s.volume * (2 * s.mu * (of.F - RP) + s.pressure() * stretch * RP);
-    const Mat3 elastic = of.K - s.plastic_curvature;
+    // To the first order in the flow R stays: R^T F and the flow are symmetric.
+    const double stretch = (RP.transpose() * of.F).trace() - s.rank - yielding.flowed.stretch.trace();
+    const Mat3 stress =
+        s.volume * (2 * s.mu * (of.F - RP - of.R * yielding.flowed.stretch) + s.pressure() * stretch * RP);
+    const Mat3 elastic = of.K - s.plastic_curvature - yielding.flowed.K;
+    const Vec3 shift_left = s.softness.cwiseProduct(yielding.shift_left(s)),
+               turn_left = s.turn_moment.cwiseProduct(yielding.turn_left(s));
     Mat3 moment;
     Eigen::Map<Vec9>(moment.data()) = s.bending * Eigen::Map<const Vec9>(elastic.data());
     Vec3 total = Vec3::Zero(), torque = Vec3::Zero();
     for (size_t j = 0; j < io_members.size(); ++j) {
         const BendingMember& rest = shapes.member(begin + j);
         BentMember& m = io_members[j];
-        m.force = s.k * rest.weight * s.softness.cwiseProduct(m.r) + stress * rest.pull;
+        m.force = s.k * rest.weight * shift_left.cwiseProduct(m.r) + stress * rest.pull;
         total += m.force;
         torque += m.p.cross(m.force);
         moment -= m.arc_rate.transpose() * m.force * rest.arm.transpose();
@@ -354,8 +358,8 @@ void pull_back(const BendingShapes& shapes, const LiveTopology& live, ParticleIn
             cell = j;
             continue;
         }
-        const Vec3 turned = m.turn_rate.transpose() *
-                            (moment * rest.pull_arm + s.k * rest.weight * s.turn_moment.cwiseProduct(m.sigma));
+        const Vec3 turned =
+            m.turn_rate.transpose() * (moment * rest.pull_arm + s.k * rest.weight * turn_left.cwiseProduct(m.sigma));
         m.torque = -(of.axes * turned);
         torque += turned;
     }

@@ -93,6 +93,34 @@ struct Unexplained {
     double bend = 0;     // of what bends: as a mean through the thickness
 };
 
+/// Strain of a section, in the fragment's axes: in its plane or along it, and its curvature, rad/m.
+struct SectionStrain {
+    Mat3 stretch = Mat3::Zero(), K = Mat3::Zero();
+};
+
+/// What of a group flows by the end of a step (section_flow.h).
+struct Yielding {
+    SectionStrain flowed;
+    double hardening = 0;                      // deviator that flows, in the mean; 0: nothing flows
+    double stretch_share = 0, bend_share = 0;  // what becomes so for good of what no bent shape explains, -
+
+    bool flows() const { return hardening > 0; }
+    /// The share that is left of what no bent shape explains: of r and of sigma, along and about each axis.
+    Vec3 shift_left(const BendingShape& s) const;
+    Vec3 turn_left(const BendingShape& s) const;
+};
+
+inline Vec3 Yielding::shift_left(const BendingShape& s) const {
+    Vec3 left;
+    for (int i = 0; i < 3; ++i) left[i] = 1 - (s.shift_stretches(i) ? stretch_share : bend_share);
+    return left;
+}
+inline Vec3 Yielding::turn_left(const BendingShape& s) const {
+    Vec3 left;
+    for (int i = 0; i < 3; ++i) left[i] = 1 - (s.turn_stretches(i) ? stretch_share : bend_share);
+    return left;
+}
+
 /// The rest shapes of all thin groups.
 class BendingShapes {
 public:
@@ -137,8 +165,8 @@ BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<
 Unexplained unexplained(const BendingShapes& shapes, const LiveTopology& live, ParticleIndex g,
                         std::span<const BentMember> members);
 
-/// Forces and torques of the energy on the members.
+/// Forces and torques on the members: of the energy, without what `yielding` takes of elastic strain.
 void pull_back(const BendingShapes& shapes, const LiveTopology& live, ParticleIndex g, const BentGroup& group,
-               std::span<BentMember> io_members);
+               const Yielding& yielding, std::span<BentMember> io_members);
 
 }  // namespace sunder

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "solver/data/rotations.h"
+#include "solver/matching/section_flow.h"
 
 namespace sunder {
 namespace {
@@ -39,6 +40,17 @@ Sym3 turned(const Mat3& axes, const Mat3& block, double factor) {
 
 void add(const Sym3& other, Sym3& io_sum) {
     for (size_t i = 0; i < 6; ++i) io_sum[i] += other[i];
+}
+
+// What of a group flows in the step, were its particles to stay where they are.
+Yielding yielding_of(const SweepInput& in, ParticleIndex g, const BentGroup& group,
+                     std::span<const BentMember> members) {
+    if (!in.flow || (!in.tether.empty() && in.tether[g] > 0)) return {};
+    const double yield = in.flow->yield[g], share = in.flow->share[in.rest.material_of(g)];
+    if (yield == kNever || share == 0) return {};
+    const BendingShape& s = in.bending->shape(g);
+    return flow_section(s, section_strain(s, group, s.plastic_curvature), in.flow->layers[g],
+                        unexplained(*in.bending, in.live, g, members), yield, share);
 }
 
 }  // namespace
@@ -109,7 +121,8 @@ void BendingUnit<Real>::linearise(const SweepInput& in, std::span<const MovingPa
             if (g == kNone) continue;
             members.resize(in.live.count(g));
             const BentGroup group = bend(*in.bending, in.live, particles, g, members);
-            pull_back(*in.bending, in.live, g, group, members);
+            const Yielding yielding = yielding_of(in, g, group, members);
+            pull_back(*in.bending, in.live, g, group, yielding, members);
             put(in, g, lane, group, members);
             if (!io_goals.empty())
                 io_goals[g].rotation =

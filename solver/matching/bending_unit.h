@@ -18,7 +18,8 @@ public:
     /// From now on this unit, as it stands; false if no group of it bends.
     bool open(const SweepInput& input, const LaneLayout& layout, size_t unit);
 
-    /// Energy, slope and Hessian of the groups: goal rotations (where not empty), and forces.
+    /// Energy, slope and Hessian of the groups: goal rotations (where not empty), and forces. What flows by the end of
+    /// the step is taken off the forces; the Hessian stays elastic, which bounds what is left from above.
     void linearise(const SweepInput& input, std::span<const MovingParticle> particles, const UnitBlocks& blocks,
                    std::span<GroupGoal> io_goals);
     /// Adds the forces to the residuals, and what they are measured by; after gather_residual.

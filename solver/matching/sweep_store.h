@@ -14,6 +14,7 @@ namespace sunder {
 constexpr uint32_t kLanes = LaneLayout::kLanes;
 
 class BendingShapes;
+struct FlowWithin;
 
 struct SweepInput {
     const SimulationMesh& rest;
@@ -28,6 +29,7 @@ struct SweepInput {
     // that of its turns); or empty: none.
     std::span<const double> tether = {};
     const BendingShapes* bending = nullptr;  // of thin groups, which shape matching leaves alone; null: there are none
+    const FlowWithin* flow = nullptr;        // of thin groups, what flows by the end of the step; null: nothing does
 };
 
 /// One unit of a layout; blocks and lanes are counted from its first.

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "solver/data/frame_state.h"
-#include "solver/matching/bending_shape.h"
+#include "solver/matching/section_flow.h"
 #include "solver/material/fracture.h"
 #include "solver/scene/scene.h"
 
@@ -25,19 +25,15 @@ struct FaceStrains {
 };
 
 /// What a thin group's flow did.
-struct BentFlow {
-    FaceStrains faces;   // after it
-    bool flows = false;  // something did
-    // Of what no bent shape explains, what became so for good, -:
-    double stretch_share = 0, bend_share = 0;
+struct BentFlow : Yielding {
+    FaceStrains faces;  // after it
 };
 
-/// Lets a section's layers flow for `h` seconds, each above the yield surface as `flow` of plasticity.h does: five of
-/// equal weight through a sheet, z = t/2 (2i - 4) / sqrt(24), so that sum w z^2 = t^2 / 12 exactly; five by five
-/// through a rod. F_P takes their mean, K_P their moment over t^2 / 12, each layer keeps the rest. Layers without
-/// weight lie at the faces. What no bent shape explains counts in each layer as a uniaxial strain at right angles to
-/// the layer's own, and flows by the same share: one material. What it has of bending grows with the distance from the
-/// middle as the layers' own does.
+/// Of the excess above the yield surface what flows in h seconds.
+double flowing_share(const Material& material, double h);
+
+/// Lets a section flow for `h` seconds, as `flow` of plasticity.h does (flow_section). F_P takes the mean of its
+/// layers, K_P their moment over t^2 / 12, each layer keeps the rest.
 BentFlow flow_bending(const BendingShape& shape, const BentGroup& group, const Unexplained& rest,
                       const Material& material, double h, BendingPlasticity& io_plastic);
 

@@ -18,12 +18,12 @@ namespace {
 
 class Flow {
 public:
-    Flow(const Pass& pass, double seconds, const LiveModel& model, const Movables& movables, Breaking& io_breaking,
+    Flow(const Pass& pass, const LiveModel& model, const Movables& movables, Breaking& io_breaking,
          std::vector<GroupGoal>& io_goals, FrameState& io_state)
         : context_(pass.context),
           kept_(pass.slice.kept),
           measures_(pass.time.measure),
-          seconds_(seconds),
+          seconds_(pass.flow_seconds),
           model_(model),
           movables_(movables),
           strains_(io_breaking.strains),
@@ -202,7 +202,7 @@ Found Flow::flow_bent(ParticleIndex g) {
     const BentFlow flow = flow_bending(shape, group, unexplained(model_.bending, model_.live, g, members), own,
                                        movables_.tethers.hold(g) ? 0 : seconds_, plastic);
     const FaceStrains& faces = flow.faces;
-    found.changed = flow.flows;
+    found.changed = flow.flows();
     state_.strain[g] = 0;
     for (size_t face = 0; face < faces.n; ++face) {
         const Eigen::SelfAdjointEigenSolver<Mat3> principal(faces.strain[face]);
@@ -233,11 +233,7 @@ Found Flow::flow_bent(ParticleIndex g) {
 // members is of no account: the fragment's own share is taken off them.
 void Flow::let_members_go(ParticleIndex g, const BendingShape& shape, const BentFlow& flow,
                           std::span<const BentMember> members) {
-    Vec3 shift_share, turn_share;
-    for (int i = 0; i < 3; ++i) {
-        shift_share[i] = shape.shift_stretches(i) ? flow.stretch_share : flow.bend_share;
-        turn_share[i] = shape.turn_stretches(i) ? flow.stretch_share : flow.bend_share;
-    }
+    const Vec3 shift_share = Vec3::Ones() - flow.shift_left(shape), turn_share = Vec3::Ones() - flow.turn_left(shape);
     const uint32_t begin = model_.live.begin(g);
     Vec3 cell = Vec3::Zero();
     for (size_t j = 0; j < members.size(); ++j)
@@ -253,9 +249,9 @@ void Flow::let_members_go(ParticleIndex g, const BendingShape& shape, const Bent
 
 }  // namespace
 
-Found flow_and_measure(const Pass& pass, double seconds, const LiveModel& model, const Movables& movables,
-                       Breaking& breaking, std::vector<GroupGoal>& goals, FrameState& state) {
-    return Flow(pass, seconds, model, movables, breaking, goals, state).run();
+Found flow_and_measure(const Pass& pass, const LiveModel& model, const Movables& movables, Breaking& breaking,
+                       std::vector<GroupGoal>& goals, FrameState& state) {
+    return Flow(pass, model, movables, breaking, goals, state).run();
 }
 
 void BeforeFlow::keep(const FrameState& s) {

@@ -16,11 +16,10 @@ struct Found {
     bool changed = false, overloaded = false;  // a rest shape flowed; a group is to break
 };
 
-/// Optimal stretch of every group that takes the pass, where things came to lie; flow above the yield strain, over so
-/// many seconds; and the load towards
-/// breaking, or, where edges fade, the stretch of groups.
-Found flow_and_measure(const Pass& pass, double seconds, const LiveModel& model, const Movables& movables,
-                       Breaking& io_breaking, std::vector<GroupGoal>& io_goals, FrameState& io_state);
+/// Optimal stretch of every group that takes the pass, where things came to lie; flow above the yield strain; and
+/// the load towards breaking, or, where edges fade, the stretch of groups.
+Found flow_and_measure(const Pass& pass, const LiveModel& model, const Movables& movables, Breaking& io_breaking,
+                       std::vector<GroupGoal>& io_goals, FrameState& io_state);
 
 /// What flow changes of a state, as it was. Of what does not yield that is its strain alone.
 class BeforeFlow {

@@ -7,6 +7,7 @@
 #include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
 #include "solver/matching/gauss_seidel.h"
+#include "solver/material/bending_flow.h"
 #include "solver/pieces/piece_motion.h"
 #include "solver/pieces/push_division.h"
 #include "solver/pieces/standing_loads.h"
@@ -152,6 +153,15 @@ SweepInput sweep_input(const SimulationMesh& rest, const LiveModel& model, const
             model.bending_shapes()};
 }
 
+// Of thin groups, what flows by the end of the step. False where nothing may.
+bool flows_within(const Pass& pass, const LiveModel& model, FlowWithin& o_flow) {
+    if (model.thin.empty() || pass.flow_seconds == 0) return false;
+    o_flow.yield = pass.state.yield, o_flow.layers = pass.state.layer_strain;
+    o_flow.share.clear();
+    for (const Material& m : pass.context.input.materials) o_flow.share.push_back(flowing_share(m, pass.flow_seconds));
+    return true;
+}
+
 void take_newton_step(const Pass& pass, int sweep, std::span<const uint8_t> smooth, const LiveModel& model,
                       const ContactProblem& problem, Matching& matching, Movables& movables, const Pieces& pieces) {
     const StepContext& context = pass.context;
@@ -170,8 +180,9 @@ void take_newton_step(const Pass& pass, int sweep, std::span<const uint8_t> smoo
             movables.moving[g].x_inertial += problem.brace[g] * fall_of(g);  // braces hold where it was
         });
     }
-    matching.newton.apply(sweep == 0, sweep_input(context.scene.rest, model, problem, matching, movables),
-                          context.workers, matching.goals, movables.moving);
+    SweepInput input = sweep_input(context.scene.rest, model, problem, matching, movables);
+    if (flows_within(pass, model, matching.flow)) input.flow = &matching.flow;
+    matching.newton.apply(sweep == 0, input, context.workers, matching.goals, movables.moving);
     if (sweep > 0) return;
     for_all(context, context.n_particles(), [&](size_t g) {
         if (starts_unloaded(g)) movables.moving[g].x_inertial -= problem.brace[g] * fall_of(g);

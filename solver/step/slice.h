@@ -27,6 +27,7 @@ struct Pass {
     const StepTime& time;
     const FrameState& state;
     const Slice& slice;
+    double flow_seconds;  // for which material is yet to flow in this step: 0 once it has
 };
 
 /// Before a pass is taken again: what the last one made of contacts and pieces is the former.

@@ -30,7 +30,7 @@ public:
     Result<StepOutcome> run();
 
 private:
-    Pass pass() const { return {context_, time_, state_, m_.slice}; }
+    Pass pass() const { return {context_, time_, state_, m_.slice, has_flowed_ ? 0 : time_.h}; }
     StepOutcome begin_pass(bool is_first);
     bool lets_go(const StepPair& begun);
     std::vector<Woken> find();
@@ -143,8 +143,7 @@ void Stepper::match() {
 std::vector<ParticleId> Stepper::flow_and_break(double leading) {
     Stopwatch watch(report_.fracture_s);
     if (may_divide_) m_.before_flow.keep(state_);
-    const Found found = flow_and_measure(pass(), has_flowed_ ? 0 : time_.h, m_.model, m_.movables, m_.breaking,
-                                         m_.matching.goals, state_);
+    const Found found = flow_and_measure(pass(), m_.model, m_.movables, m_.breaking, m_.matching.goals, state_);
     has_flowed_ = true;
     if (!found.changed && !found.overloaded && m_.breaking.stretch.empty()) return {};
     Breaks breaks = find_breaks(pass(), leading, m_.movables, m_.matching.goals, m_.model, m_.breaking);

@@ -5,129 +5,13 @@
 #include <Eigen/Dense>
 #include <random>
 
-#include "solver/lanes/instruction_set.h"
-#include "solver/matching/bending_unit.h"
-#include "solver/matching/thin_groups.h"
-#include "solver/scene/motion.h"
-#include "tests/support/lattice_scene.h"
+#include "tests/support/thin_sheet.h"
 
 namespace sunder {
 namespace {
 
-// One layer of fragments, or a row of them, somewhere askew in space.
-struct Sheet {
-    SimulationMesh rest;
-    LiveTopology live;
-    GroupShapes shapes;
-    BendingShapes bending;
-    std::vector<GroupStiffness> stiffness;
-    std::vector<uint8_t> pinned;
-    std::vector<Mat3> plastic, curvature;
-    std::vector<EdgeOffsets> offset;
-    WorkerPool workers{1};
-    double poisson_ratio;
-
-    Sheet(int nx, int ny, double nu, bool with_pin) : poisson_ratio(nu) {
-        rest = test::lattice_mesh({{nx, ny, 1}, 0.05, 6, 1000, {Vec3(3, -2, 1), rotation_of(Vec3(0.3, -0.8, 0.4))}});
-        build_one_rings(rest);
-        live.reset(rest, std::vector<uint8_t>(rest.n_edges(), 1));
-        plastic.assign(rest.n_particles(), Mat3::Identity());
-        curvature.assign(rest.n_particles(), Mat3::Zero());
-        pinned.assign(rest.n_particles(), 0);
-        if (with_pin) pinned[0] = 1;
-        update();
-    }
-    void update() {
-        shapes.reset(rest, live, plastic);
-        Material material;
-        material.youngs_modulus = 1e6, material.poisson_ratio = poisson_ratio;
-        stiffness.clear();
-        for (size_t g = 0; g < rest.n_particles(); ++g)
-            stiffness.push_back(group_stiffness(shapes.group[g], shapes.rest_trace[g], rest.volume[g], material));
-        const std::vector<uint8_t> thin = thin_groups(rest);
-        bending.update(rest, live, shapes, stiffness, {thin, pinned, plastic, curvature, offset}, workers);
-    }
-    // What no bent shape explains of where things are becomes their rest.
-    void let_go(std::span<const MovingParticle> at) {
-        offset.assign(rest.n_edges(), EdgeOffsets());
-        for (uint32_t g = 0; g < rest.n_particles(); ++g) {
-            if (!bending.pulls(g)) continue;
-            std::vector<BentMember> members(live.count(g));
-            bend(bending, live, at, g, members);
-            const auto own = live.members().subspan(live.begin(g), members.size());
-            const Vec3 cell = members[static_cast<size_t>(std::ranges::find(own, g) - own.begin())].r;
-            for (uint32_t k = 0; k < members.size(); ++k)
-                if (const EdgeId e = live.edge(live.begin(g) + k); !e.is_none())
-                    offset[e][rest.edges[e].b == g] = {members[k].r - cell, members[k].sigma};
-        }
-        update();
-    }
-    // At rest, moved as a whole and then each by as much.
-    std::vector<MovingParticle> moved(double amount) const {
-        std::mt19937 random(1);
-        std::normal_distribution<double> normal;
-        const auto vector = [&] { return Vec3(normal(random), normal(random), normal(random)); };
-        std::vector<MovingParticle> at(rest.n_particles());
-        const Quat turn = rotation_of(Vec3(1, 2, -0.5));
-        for (size_t i = 0; i < at.size(); ++i) {
-            at[i].x = turn * Vec3(rest.rest_position[i] + amount * 0.05 * 0.05 * vector());
-            at[i].d = turn * rotation_of(0.2 * amount * vector());
-        }
-        return at;
-    }
-    double energy(std::span<const MovingParticle> at) const {
-        double sum = 0;
-        for (uint32_t g = 0; g < rest.n_particles(); ++g) {
-            std::vector<BentMember> members(live.count(g));
-            if (bending.pulls(g)) sum += bend(bending, live, at, g, members).energy();
-        }
-        return sum;
-    }
-    // Minus the slope, by particle: force, then torque.
-    Eigen::VectorXd forces(std::span<const MovingParticle> at) const {
-        Eigen::VectorXd all = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * rest.n_particles()));
-        for (uint32_t g = 0; g < rest.n_particles(); ++g) {
-            if (!bending.pulls(g)) continue;
-            std::vector<BentMember> members(live.count(g));
-            const BentGroup group = bend(bending, live, at, g, members);
-            pull_back(bending, live, g, group, members);
-            for (uint32_t k = 0; k < members.size(); ++k) {
-                const uint32_t j = live.member(live.begin(g) + k);
-                all.segment<3>(6 * j) += members[k].force, all.segment<3>(6 * j + 3) += members[k].torque;
-            }
-        }
-        return all;
-    }
-};
-
-MovingParticle stepped(const MovingParticle& p, int c, double by) {
-    MovingParticle to = p;
-    const Vec3 e = by * Vec3::Unit(c % 3);
-    if (c < 3)
-        to.x += e;
-    else
-        to.d = rotation_of(e) * p.d;
-    return to;
-}
-
-// H z by the kernel.
-void multiply(const Sheet& sheet, const LaneLayout& layout, const BendingArrays<double>& a, const Eigen::VectorXd& z,
-              Eigen::VectorXd& o_product) {
-    const auto lane_of = [&](size_t j) { return layout.lane(j); };
-    for (size_t j = 0; j < sheet.rest.n_particles(); ++j)
-        for (size_t i = 0; i < 6; ++i) a.motion[8 * lane_of(j) + i + i / 3] = z[static_cast<Eigen::Index>(6 * j + i)];
-    multiply_bending<Double4>(a, layout.row_begin(0), layout.neighbours(0), 0, layout.n_blocks());
-    for (size_t block = 0; block < layout.n_blocks(); ++block)
-        for (size_t lane = 0; lane < 8; lane += 4) {
-            Double4 force[3], torque[3];
-            gather_bending(a, layout.row_begin(0), block, lane, force, torque);
-            double numbers[6][4];
-            for (int i = 0; i < 3; ++i) store(numbers[i], force[i]), store(numbers[i + 3], torque[i]);
-            for (size_t l = 0; l < 4; ++l)
-                if (const uint32_t j = layout.particle(8 * block + lane + l); j != kNone)
-                    for (Eigen::Index i = 0; i < 6; ++i) o_product[6 * j + i] = numbers[i][l];
-        }
-}
+using test::multiply, test::stepped;
+using Sheet = test::ThinSheet;
 
 TEST(bending_shape, sheets_and_rods_are_thin_and_blocks_are_not) {
     const auto count = [](int x, int y, int z) {

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "tests/support/thin_sheet.h"
+
 namespace sunder {
 namespace {
 
@@ -38,9 +40,9 @@ double square_of(double yields) { return std::pow(yields * kYield / kToDeviator,
 TEST(bending_flow, what_no_bent_shape_explains_flows_to_the_yield_surface) {
     for (const int rank : {1, 2}) {
         Section section(rank);
-        EXPECT_FALSE(section.flow({square_of(0.99), 0}).flows);
+        EXPECT_FALSE(section.flow({square_of(0.99), 0}).flows());
         const BentFlow flow = section.flow({square_of(2), 0});
-        EXPECT_TRUE(flow.flows);
+        EXPECT_TRUE(flow.flows());
         EXPECT_NEAR(flow.stretch_share, 0.5, 1e-12);  // what is left is the yield
         EXPECT_LT((section.plastic.F_P - Mat3::Identity()).norm(), 1e-15);
         EXPECT_EQ(section.plastic.K_P, Mat3::Zero());
@@ -49,7 +51,7 @@ TEST(bending_flow, what_no_bent_shape_explains_flows_to_the_yield_surface) {
 
 TEST(bending_flow, what_bends_flows_from_the_faces_inwards) {
     Section section(2);
-    EXPECT_FALSE(section.flow({0, square_of(0.99 / std::sqrt(2.0))}).flows);
+    EXPECT_FALSE(section.flow({0, square_of(0.99 / std::sqrt(2.0))}).flows());
     // The outermost of five layers bear root 2 of the mean, those beside the middle root 1/2.
     const BentFlow flow = section.flow({0, square_of(0.9)});
     const double outermost = 1 - 1 / (0.9 * std::sqrt(2.0));
@@ -61,12 +63,42 @@ TEST(bending_flow, with_the_stretch_it_yields_as_one_material) {
     for (const int rank : {1, 2}) {
         const double strain = kYield / kToDeviator;
         Section section(rank, strain), alone(rank, strain * (1 - 1e-9));
-        EXPECT_FALSE(alone.flow({}).flows);
+        EXPECT_FALSE(alone.flow({}).flows());
         const BentFlow flow = section.flow({square_of(1), 0});
         EXPECT_NEAR(flow.stretch_share, 1 - 1 / std::sqrt(2.0), 1e-9);
         EXPECT_NEAR(std::log(section.plastic.F_P(0, 0)), flow.stretch_share * kToDeviator * strain, 1e-9);
         EXPECT_NEAR(section.plastic.F_P.determinant(), 1, 1e-12);
     }
+}
+
+// A step's forces are those of the material as it has flowed by its end: to the order of its strains.
+TEST(bending_flow, leaves_the_forces_that_the_step_had) {
+    for (const auto& [nx, ny] : {std::pair(4, 3), std::pair(5, 1)})
+        for (const double share : {0.4, 1.0}) {
+            test::ThinSheet sheet(nx, ny, kNu, false);
+            const test::SheetFlow flow(sheet, 1e-4, share);
+            const std::vector<MovingParticle> at = sheet.moved(0.01);
+            const Eigen::VectorXd elastic = sheet.forces(at), within = sheet.forces(at, &flow.within);
+            sheet.offset.assign(sheet.rest.n_edges(), EdgeOffsets());
+            for (uint32_t g = 0; g < at.size(); ++g) {
+                std::vector<BentMember> members(sheet.live.count(g));
+                const BendingShape& s = sheet.bending.shape(g);
+                const BentGroup group = bend(sheet.bending, sheet.live, at, g, members);
+                Material material;
+                material.flow_rate = share < 1 ? -std::log(1 - share) : 1e9;
+                BendingPlasticity plastic;
+                plastic.yield = 1e-4;
+                const BentFlow of =
+                    flow_bending(s, group, unexplained(sheet.bending, sheet.live, g, members), material, 1, plastic);
+                EXPECT_TRUE(of.flows());
+                sheet.plastic[g] = plastic.F_P, sheet.curvature[g] = plastic.K_P;
+                sheet.offset_members(g, members, of.stretch_share, of.bend_share);
+            }
+            sheet.update();
+            const Eigen::VectorXd after = sheet.forces(at);
+            EXPECT_LT(within.norm(), (1 - 0.2 * share) * elastic.norm());
+            EXPECT_LT((after - within).norm(), 0.01 * elastic.norm()) << nx << " by " << ny << ", " << share;
+        }
 }
 
 }  // namespace

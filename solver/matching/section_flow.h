@@ -1,0 +1,44 @@
+// What of a thin group's section flows in a step: return mapping of its layers (docs/theory.md, "Sheets and rods").
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "solver/data/frame_state.h"
+#include "solver/matching/bending_shape.h"
+
+namespace sunder {
+
+/// The elastic strain of a group's section, logarithmic in its plane or along it.
+SectionStrain section_strain(const BendingShape& shape, const BentGroup& group, const Mat3& K_P);
+
+/// What flows of it: `flowed` is the mean of the layers, and their moment over t^2 / 12.
+struct SectionFlow : Yielding {
+    LayerStrain layers = {};  // what each layer flows
+};
+
+/// Five layers of equal weight through a sheet, z = t/2 (2i - 4) / sqrt(24), so that sum w z^2 = t^2 / 12 exactly; five
+/// by five through a rod. Behind them those without weight, at the faces or the edges.
+struct SectionLayers {
+    size_t n = 0, n_weighted = 0;
+};
+SectionLayers section_layers(const BendingShape& shape);
+/// A layer's own elastic strain.
+Mat3 layer_strain(const BendingShape& shape, const SectionStrain& strain, const LayerStrain& remainder, size_t layer);
+/// What the mean and the moment of a flow leave of that of each layer.
+LayerStrain remainder_of(const BendingShape& shape, const SectionFlow& flow);
+
+/// Of the excess of each layer above the yield surface `share` flows, along its deviator. What no bent
+/// shape explains counts in each layer as a uniaxial strain at right angles to the layer's own, and flows by the same
+/// share: one material. What it has of bending grows with the distance from the middle as the layers' own does.
+SectionFlow flow_section(const BendingShape& shape, const SectionStrain& strain, const LayerStrain& remainder,
+                         const Unexplained& rest, double yield, double share);
+
+/// What flows of thin groups by the end of a step.
+struct FlowWithin {
+    std::span<const double> yield;        // (n_particles)
+    std::span<const LayerStrain> layers;  // what each has kept (n_particles)
+    std::vector<double> share;            // of the excess above the yield surface, in the step (by material)
+};
+
+}  // namespace sunder
