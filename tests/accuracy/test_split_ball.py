@@ -83,8 +83,13 @@ def test_it_parts_by_the_same_area_however_finely_it_is_cut(ball, pieces, tolera
     assert np.mean([s.area for s in shots(ball, pieces, CRITICAL * over)]) == pytest.approx(fine, rel=tolerance)
 
 
-@pytest.mark.parametrize("over", [1.2, 1.5, 2])
-@pytest.mark.parametrize("pieces, tolerance", [(1000, 0.25), (300, 0.5)])
+# Of 1000 fragments 1.2 times that load is 1.4 times their own critical one: they are farther on.
+FARTHER_ON = pytest.mark.xfail(strict=True, reason="11.7 for 7.7, 7.1 for 9.6: the critical load rises with the cut (docs/lab/cracks.md)")
+
+
+@pytest.mark.parametrize("pieces, tolerance, over", [
+    pytest.param(1000, 0.25, 1.2, marks=FARTHER_ON), pytest.param(1000, 0.25, 1.5, marks=FARTHER_ON), (1000, 0.25, 2),
+    (300, 0.5, 1.2), (300, 0.5, 1.5), (300, 0.5, 2)])
 def test_and_into_as_many_large_pieces(ball, pieces, tolerance, over):
     fine = np.mean([s.n_large for s in shots(ball, 3000, CRITICAL * over)])
     assert np.mean([s.n_large for s in shots(ball, pieces, CRITICAL * over)]) == pytest.approx(fine, rel=tolerance)
