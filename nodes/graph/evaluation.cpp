@@ -4,6 +4,7 @@
 #include <exception>
 #include <new>
 #include <optional>
+#include <set>
 
 #include "nodes/files/frame_number.h"
 #include "nodes/graph/cook_groups.h"
@@ -120,6 +121,23 @@ Result<T> at_edge(const std::string& node, Function&& function) {
     return error;
 }
 
+/// Forgets the values of a node and of all that it feeds.
+void forget_values_from(const GraphImpl& graph, GraphNode& node) {
+    std::set<const GraphNode*> stale = {&node};
+    const auto is_fed = [&](const GraphNode& by) {
+        return std::ranges::any_of(by.inputs, [&](const std::vector<Wire>& socket) {
+            return std::ranges::any_of(socket, [&](const Wire& wire) { return stale.contains(wire.source); });
+        });
+    };
+    for (size_t known = 0; known < stale.size();) {
+        known = stale.size();
+        for (const auto& other : graph.nodes)
+            if (is_fed(*other)) stale.insert(other.get());
+    }
+    for (const auto& other : graph.nodes)
+        if (stale.contains(other.get())) other->cache.clear();
+}
+
 Result<WantedValue> find_output(const GraphImpl& graph, const SocketReference& reference) {
     Result<GraphNode*> node = graph.find(reference.node);
     if (!node) return node.error();
@@ -231,7 +249,10 @@ std::vector<Result<Value>> Evaluation::evaluate_all(std::span<const WantedValue>
 Status Evaluation::seed(GraphNode& node, int frame, FrameState state, const Progress& progress) {
     if (!node.type->seed) return node_error(node.name, "", "takes no saved state", "only solver nodes do");
     NodeContext context(*this, {&node, 0}, frame, progress);
-    return at_edge<void>(node.name, [&] { return node.type->seed(context, frame, std::move(state)); });
+    Status ok = at_edge<void>(node.name, [&] { return node.type->seed(context, frame, std::move(state)); });
+    if (!ok) return ok;
+    forget_values_from(graph_, node);  // keys do not tell what was seeded
+    return {};
 }
 
 Result<Value> Graph::evaluate(const std::string& name, const std::string& socket, double frame,

@@ -178,9 +178,10 @@ def test_what_begins_at_a_state_goes_on_from_it_whatever_was_simulated_before(li
     third, plain = graph.evaluate("sim.state", 3), graph.evaluate("sim.state", 9)
     graph.evaluate("sim.state", 6.5)
     graph.set_cache_limit(limit)
+    graph.evaluate("sim.state", 7)
     for each in (graph, other):
         each.seed_state("sim", 5, third)
-    for frame in (5, 5.5, 6, 6.5, 9, 5, 6, 3, 5):  # and again, when a small cache has forgotten what it could
+    for frame in (7, 5, 5.5, 6, 6.5, 9, 5, 6, 3, 5):  # and again, when a small cache has forgotten what it could
         assert same(graph.evaluate("sim.state", frame), other.evaluate("sim.state", frame)), frame
         if frame == 5:
             assert np.array_equal(graph.evaluate("sim.state", 5).position, third.position)
