@@ -139,14 +139,15 @@ Json to_json(const FragmentReport& f) {
             {"first_broken", f.n_broken ? Json(f.first_broken) : Json()}};
 }
 
-// What cracks took of what their area takes by its fracture energy; null without any, or where some is not counted.
+// Its ratio: what cracks took of what their area takes by its fracture energy; null without any, or if that is unknown.
 Json to_json(const CrackReport& c) {
+    const bool is_known = !c.from && c.cracks.broken_work;
     return {{"solver", c.solver},
             {"energy", c.cracks.taken},
             {"parted_area", c.cracks.parted_area},
             {"faded_area", c.cracks.faded_area},
             {"surface_work", c.cracks.surface_work},
-            {"ratio", c.from ? Json() : number_or_null(c.cracks.taken / c.cracks.surface_work)},
+            {"ratio", is_known ? number_or_null(c.cracks.taken / c.cracks.surface_work) : Json()},
             {"since", c.from ? Json(*c.from) : Json()}};
 }
 
@@ -238,9 +239,13 @@ Result<BreakReport> break_report(const fs::path& bake, const FragmentChoice& cho
     for (const FragmentLoads& of : *loads) {
         if (!of.cracks) continue;
         report.cracks.push_back({of.node, *of.cracks, of.cracks_from});
-        if (!of.cracks_from) continue;
-        report.note += (report.note.empty() ? "" : "; ") + ("what cracks of '" + of.node) + "' took before frame " +
-                       std::to_string(*of.cracks_from) + " is not counted";
+        const auto note = [&](const std::string& what) { report.note += (report.note.empty() ? "" : "; ") + what; };
+        if (of.cracks_from)
+            note("what cracks of '" + of.node + "' took before frame " + std::to_string(*of.cracks_from) +
+                 " is not counted");
+        if (!of.cracks->broken_work)
+            note("what seams left of the fracture energy of cracks of '" + of.node +
+                 "' is not known: an earlier Sunder baked them");
     }
     if (Status s = choose(choice, *loads, bake.string(), report); !s) return s.error();
     return report;

@@ -13,7 +13,7 @@ public:
 
     std::optional<std::string> run() {
         while (at_ < text_.size()) {
-            while (is_blank(here())) ++at_;
+            if (is_blank(here())) leave_out(is_blank);
             if (here() == 'v')
                 mend_line();
             else
@@ -30,6 +30,12 @@ private:
     char after() const { return at_ + 1 < text_.size() ? text_[at_ + 1] : '\n'; }
 
     void copy_up_to_here() { mended_.append(text_.substr(copied_, at_ - copied_)), copied_ = at_; }
+    template <class Kind>
+    void leave_out(Kind is_of_it) {
+        copy_up_to_here();
+        while (at_ < text_.size() && is_of_it(here())) ++at_;
+        copied_ = at_;
+    }
 
     /// To the next line; false where a backslash joins it to this one.
     bool end_line() {
@@ -51,9 +57,8 @@ private:
                 copy_up_to_here();
                 mended_.push_back('0');
             } else if (here() == '#') {
-                copy_up_to_here();
-                while (!ends_line(here())) ++at_;
-                copied_ = at_;
+                leave_out([](char c) { return !ends_line(c); });  // with a backslash at its end: it joins nothing
+                while (at_ < text_.size() && ends_line(here())) ++at_;
                 return;
             }
         }

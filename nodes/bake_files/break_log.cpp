@@ -172,9 +172,12 @@ bool decode(const Json& json, FrameBreaks& o_breaks) {
 }
 
 bool decode(const Json& json, Cracks& o_cracks) {
-    return take(json, "taken", o_cracks.taken) && take(json, "parted_area", o_cracks.parted_area) &&
-           take(json, "faded_area", o_cracks.faded_area) && take(json, "surface_work", o_cracks.surface_work) &&
-           take(json, "broken_work", o_cracks.broken_work);
+    if (!take(json, "taken", o_cracks.taken) || !take(json, "parted_area", o_cracks.parted_area) ||
+        !take(json, "faded_area", o_cracks.faded_area) || !take(json, "surface_work", o_cracks.surface_work))
+        return false;
+    if (json.contains("broken_work")) return take(json, "broken_work", *o_cracks.broken_work);
+    if (o_cracks.surface_work > 0) o_cracks.broken_work.reset();  // an earlier Sunder wrote it
+    return true;
 }
 
 bool decode_cracks(const Json& json, FragmentLoads& o_loads) {
@@ -220,11 +223,12 @@ bool decode_parts(const Json& json, size_t n_bodies, std::vector<FragmentParts>&
 }
 
 Json to_json(const Cracks& cracks) {
-    return {{"taken", cracks.taken},
-            {"parted_area", cracks.parted_area},
-            {"faded_area", cracks.faded_area},
-            {"surface_work", cracks.surface_work},
-            {"broken_work", cracks.broken_work}};
+    Json json = {{"taken", cracks.taken},
+                 {"parted_area", cracks.parted_area},
+                 {"faded_area", cracks.faded_area},
+                 {"surface_work", cracks.surface_work}};
+    if (cracks.broken_work) json["broken_work"] = *cracks.broken_work;
+    return json;
 }
 
 Json to_json(const FragmentParts& parts) {
@@ -296,19 +300,21 @@ void add_cracks(const StateValue& value, std::span<const Material> materials, st
     const FrameState& state = *value.state;
     if (state.edge_damage.empty()) return;
     const std::vector<PieceId> pieces = connected_pieces(rest, state.edge_intact);
-    Cracks now{.taken = value.report.cracks_J, .broken_work = broken_work(value, materials)};
-    if (io_cracks) now.taken += io_cracks->taken, now.broken_work += io_cracks->broken_work;
-    now.surface_work = now.broken_work;
+    Cracks now = io_cracks.value_or(Cracks());
+    now.taken += value.report.cracks_J;
+    if (now.broken_work) *now.broken_work += broken_work(value, materials);
+    now.surface_work = now.broken_work.value_or(0), now.parted_area = now.faded_area = 0;
     for (EdgeId e(0); e < rest.n_edges(); ++e) {
         const Edge& edge = rest.edges[e];
         const Material& material = materials[rest.material_of(edge.a)];
         if (!(material.fracture_energy < kNever)) continue;
-        if (pieces[edge.a] != pieces[edge.b])
-            now.parted_area += edge.area;
-        else
-            now.faded_area += edge.area * state.edge_damage[e];
+        const bool is_parted = pieces[edge.a] != pieces[edge.b];
+        const double area = edge.area * (is_parted ? 1 : state.edge_damage[e]);
+        (is_parted ? now.parted_area : now.faded_area) += area;
         if (state.edge_intact[e])
             now.surface_work += state.edge_damage[e] * work_of(edge, material, bonds.empty() ? 1 : bonds[e]);
+        else if (!now.broken_work)
+            now.surface_work += material.fracture_energy * area;
     }
     io_cracks = now;
 }

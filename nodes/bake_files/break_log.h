@@ -71,7 +71,9 @@ struct Cracks {
     double parted_area = 0;   // of interfaces between pieces, m2
     double faded_area = 0;    // of those within pieces, each by its damage, m2
     double surface_work = 0;  // what those areas take by their fracture energy, J: what a seam weakens by f, f^2 of it
-    double broken_work = 0;   // of edges that broke up to this frame, J
+    // Of edges that broke up to this frame, J; none: an earlier Sunder did not keep it, and surface_work has their
+    // areas as if no seam had weakened them.
+    std::optional<double> broken_work = 0.0;
     bool operator==(const Cracks&) const = default;
 };
 

@@ -150,7 +150,7 @@ void print_cracks(const BreakReport& report) {
                     of.solver.c_str(), c.parted_area, c.faded_area, c.taken);
         if (of.from)
             std::printf(" from frame %d on", *of.from);
-        else if (c.surface_work > 0)
+        else if (c.broken_work && c.surface_work > 0)
             std::printf(", %.2f times their fracture energy", c.taken / c.surface_work);
         std::printf("\n");
     }

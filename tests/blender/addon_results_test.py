@@ -200,6 +200,21 @@ class Shown(ObjectCase):
         plain = 1 - np.clip(state.strain / tough, 0, 1)
         self.assertGreater(np.abs(left - plain[mesh.vertex_fragment]).max(), 0.01)
 
+        for path in (folder / "state").iterdir():  # as before states held it, when the add-on noted factors
+            data = path.read_bytes()
+            header, rows = data.split(b"end_header\n", 1)
+            at = header.index(b"element strength ")
+            n = int(header[at:].split()[2])
+            self.assertEqual(header[at:].split()[3:], [b"property", b"double", b"toughness"])
+            path.write_bytes(header[:at] + b"end_header\n" + rows[:-8 * n])
+        cache = addon("bake.cache")
+        factors = {"fragment": cut.toughness_factor, "edge": body.edge_toughness_factor}
+        noted = {"body": {n: [float(f) if f < np.inf else None for f in factors[n]] for n in factors}}
+        cache.write_note(str(folder), {**cache.note(str(folder)), "toughness_factors": noted}, graph.to_dict())
+        shown.sunder.use_exact_normals = False  # so that it is written anew
+        self.scene.frame_set(4)
+        np.testing.assert_allclose(attribute(shown, "toughness_left"), left, atol=1e-5)
+
     def test_break_surfaces_know_their_interface_and_how_near_the_rim_is(self):
         tree, nodes = self.tree()
         nodes["prefracture"].set_parameters(rim_width=0.05)

@@ -269,6 +269,28 @@ def test_it_says_where_energy_of_cracks_is_missing(sunder, tmp_path):
     assert package.report(tmp_path / "late")["cracks"][0]["since"] == 18
 
 
+def test_a_log_from_before_seams_counted_is_read_and_gone_on_with(sunder, tmp_path):
+    graph, bake = strip(fracture_energy=100), tmp_path / "parts"
+    full = baked(graph, tmp_path / "whole")["cracks"][0]
+    package.bake(package.Graph.from_dict(graph), bake, frames=(1, 22))
+    before = package.report(bake)
+    assert before["broken"] and before["cracks"][0]["ratio"]  # else there is nothing that could be lost
+    file = logs(bake)[1]
+    for wrong in (None, "1"):
+        stamped(bake, file, changed((bake / file).read_text(), lambda content: content["cracks"].update(broken_work=wrong)))
+        with pytest.raises(package.Error, match="is not a whole log of loads"):
+            package.report(bake)
+    stamped(bake, file, changed((bake / file).read_text(), lambda content: content["cracks"].pop("broken_work")))
+    note = "what seams left of the fracture energy of cracks of 'sim' is not known: an earlier Sunder baked them"
+    told = package.report(bake)
+    assert told["cracks"] == [{**before["cracks"][0], "ratio": None}] and told["note"] == note
+    package.bake(package.Graph.from_dict(graph), bake, resume=True)
+    told = package.report(bake)
+    assert told["cracks"] == [{**full, "ratio": None, "surface_work": pytest.approx(full["surface_work"], rel=1e-9)}]
+    out = sunder("report", bake).out
+    assert told["note"] == note and note in out and "times their fracture energy" not in out
+
+
 @pytest.mark.parametrize("states", [True, False])
 def test_resumed_or_killed_it_tells_the_same(scene, sunder, tmp_path, states):
     graph = block_scene((1, 60)) if states else without_states(block_scene((1, 60)))

@@ -108,6 +108,19 @@ TEST_F(MeshIo, obj_numbers_may_begin_with_their_point) {
         "v 7 .5 7\nv 0 0 0\nv\t.5 0 0\nv 0 -.5 \\\n .0\r\nv 0 0 +.5 # .5 is a half\nv 9 9 9 # 1\n"
         "vt .25 .5\nvt 0 .75\nvt 1 0\nvn .6 0 .8\n" +
         faces);
+    same_as_wanted("v 7 0.5 7\nv 0 0 0 # c \\\nv .5 0 0 # c \\\r\nv 0 -.5 0\nv 0 0 .5\nv 9 9 9\n" + zeros);
+}
+
+// assimp passes such lines over.
+TEST_F(MeshIo, obj_lines_may_be_indented) {
+    const std::string solid = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    const TriMesh want = read(write("plain.obj", solid)),
+                  mesh = read(write("indented.obj",
+                                    "  # solid\n \n\tv 0 0 0\n  v 1 0 0\nv 0 1\\\n 0\r\n v 0 0 1\n  f 1 3 2\nf 1 2\\\n"
+                                    "   4\n \tf 1 4 3\nf 2 3 4\n  "));
+    ASSERT_EQ(want.triangles.size(), 4u);
+    EXPECT_EQ(mesh.positions, want.positions);
+    EXPECT_EQ(mesh.triangles, want.triangles);
 }
 
 TEST_F(MeshIo, obj_materials_are_found_beside_a_file_that_is_mended) {

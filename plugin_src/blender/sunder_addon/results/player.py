@@ -242,7 +242,26 @@ def _attributes(folder, manifest, shown, node, frame):
     index = [bake_reader.body_of(graph, b) for b in ([bodies] if isinstance(bodies, str) else bodies)].index(name)
     if "strength" in state:  # where it differs within bodies
         toughness = state["strength"]["toughness"][state["particle"]["body"] == index]
+    elif toughness is not None and (noted := cache.note(folder).get("toughness_factors", {}).get(name)):
+        toughness = toughness * _noted_factors(state, index, noted)
     return result_mesh.state_attributes(state, index, frame, toughness)
+
+
+def _noted_factors(state, body, noted):
+    """Of each particle of a body, from what was noted beside bakes before states held `strength`, {"fragment", "edge"}: factors,
+    None for infinite: the particle's own times that of the weakest edge that holds there."""
+    of_fragment, of_edge = (np.array([np.inf if f is None else f for f in noted[n]]) for n in ("fragment", "edge"))
+    mine, edge = np.flatnonzero(state["particle"]["body"] == body), state["edge"]
+    edge = edge[np.isin(edge["a"], mine)]
+    holds = edge["intact"] != 0
+    if "inactive" in state:  # what is glued at the frame
+        glued = (state["inactive"]["what"] & 4) != 0
+        of_edge = np.where(glued[edge["a"]] | glued[edge["b"]], np.inf, of_edge)
+    weakest = np.full(len(state["particle"]), np.inf)
+    for end in "ab":
+        np.minimum.at(weakest, edge[end][holds], of_edge[holds])
+    weakest[~np.isin(np.arange(len(weakest)), (edge["a"][holds], edge["b"][holds]))] = 1
+    return of_fragment[state["particle"]["fragment"][mine]] * weakest[mine]
 
 
 def _show_rigid_body(thing, folder, manifest, shown, after):
