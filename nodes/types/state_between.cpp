@@ -94,7 +94,8 @@ public:
     FrameState run() {
         out_.time = time_between(a_.time, b_.time, way_.share);
         break_edges();
-        for (size_t i = 0; i < b_.inactive.size(); ++i) out_.inactive[i].followed = b_.inactive[i].followed;
+        for (size_t i = 0; i < std::min(out_.inactive.size(), b_.inactive.size()); ++i)  // a of a file may have none
+            out_.inactive[i].followed = b_.inactive[i].followed;
         find_pieces();
         for_each_piece([&](std::span<const uint32_t> particles) { move_piece(particles); });
         for (size_t i = 0; i < out_.rigid_bodies.size(); ++i) move_rigid_body(i);
