@@ -329,15 +329,16 @@ struct VisualMeshBuilder::Impl {
         if (frame.piece.empty()) return;
         const size_t n = mesh.skin->n_vertices();
         auto& slot = accelerations.take(n, topology->n_fans());
-        auto* const caught_up = frame.time.velocity_lag > 0 ? &later_velocities.take(n, topology->n_fans()) : nullptr;
-        const auto [scale, scale_rate, lag] = frame.time;
+        const bool any_lags = std::ranges::any_of(frame.piece, [](const PieceMotion& p) { return p.velocity_lag > 0; });
+        auto* const caught_up = any_lags ? &later_velocities.take(n, topology->n_fans()) : nullptr;
+        const auto [scale, scale_rate] = frame.time;
         const std::span<const uint32_t> follows = mesh.vertex_fragment.vector();
-        run(n, 4096, [&, scale = scale, scale_rate = scale_rate, lag = lag](size_t begin, size_t end) {
+        run(n, 4096, [&, scale = scale, scale_rate = scale_rate](size_t begin, size_t end) {
             for (size_t v = begin; v < end; ++v) {
                 const size_t i = is_constant ? topology->vertex_of_fan(static_cast<uint32_t>(v)) : v;
                 const PieceMotion& piece = frame.piece[follows[v]];
                 const Vec3 &x = motion->positions()[i], a = piece.acceleration_at(x);
-                const Vec3 seen = motion->velocities()[i] + scale * lag * a;
+                const Vec3 seen = motion->velocities()[i] + scale * piece.velocity_lag * a;
                 if (caught_up) (*caught_up->object)[v] = seen.cast<float>();
                 // x(s(t))'' = x'' s'^2 + x' s''. Where time stands still no velocity is seen: it is the piece's.
                 const Vec3 velocity = scale > 0 ? Vec3(seen / scale) : piece.velocity_at(x);

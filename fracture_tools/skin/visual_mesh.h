@@ -67,6 +67,7 @@ struct VisualMesh {
 struct PieceMotion {
     Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero(), acceleration = Vec3::Zero();  // m, m/s, m/s2
     Vec3 spin = Vec3::Zero();                                                          // rad/s
+    double velocity_lag = 0;  // how long before the frame a state's velocities are those of, s
 
     Vec3 velocity_at(const Vec3& position) const { return velocity + spin.cross(position - centre); }
     Vec3 acceleration_at(const Vec3& position) const {
@@ -77,8 +78,7 @@ struct PieceMotion {
 /// How fast simulated time runs in a frame.
 struct ShownTime {
     double scale = 1;
-    double scale_rate = 0;    // 1/s
-    double velocity_lag = 0;  // s of simulated time: how long before the frame its velocities are those of
+    double scale_rate = 0;  // 1/s
 };
 
 /// What the skinning reads of one body at one frame; arrays are the body's slice of a FrameState.

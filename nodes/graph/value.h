@@ -128,10 +128,10 @@ struct StateValue {
     StepReport report = {};                  // of the step that ended in this frame; zeros at the start
     std::vector<std::string> warnings = {};  // of what the method leaves out, of settling, of blasts
     std::vector<std::shared_ptr<const VertexMotion>> motions = {};  // of scene->bodies that follow a mesh; else null
-    // Where accelerations are asked for, else null and 0: of each particle's piece, how fast the time scale grows, 1/s,
-    // and how long before the state its velocities are those of, s of simulated time
+    // Where accelerations are asked for, else null and 0: of each particle's piece, and how fast the time scale grows,
+    // 1/s
     std::shared_ptr<const std::vector<PieceMotion>> pieces = {};
-    double scale_rate = 0, velocity_lag = 0;
+    double scale_rate = 0;
     std::vector<BrokenEdge> broken = {};  // of a solver: since the frame before, in all simulated frames that end here
     std::shared_ptr<const FrameState> kept = {};  // of a solver: its latest grid point up to here; most often `state`
 };

@@ -99,7 +99,7 @@ struct Inputs {
                 .angular_velocity = seen(angular_velocity, s.angular_velocity),
                 .source = motion ? &moment : nullptr,
                 .piece = pieces,
-                .time = {state->at.scale, state->scale_rate, state->velocity_lag}};
+                .time = {state->at.scale, state->scale_rate}};
     }
 };
 

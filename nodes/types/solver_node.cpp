@@ -332,11 +332,6 @@ public:
         io_value.pieces = std::make_shared<const std::vector<PieceMotion>>(
             piece_motions(io_value.scene->rest, *(*ends)[0].state, *(*ends)[1].state, *io_value.state));
         io_value.scale_rate = context_.slope("time_scale", io_value.frame) / context_.seconds(1);
-        // A step's velocity is that of its way, which was its own half of it before the end. How long steps by a budget
-        // were, no state tells.
-        const SolverSettings settings = settings_of(context_.parameters());
-        if (io_value.at.is_on_grid() && io_value.at.grid() > context_.start_frame() && settings.error_budget == 0)
-            io_value.velocity_lag = 0.5 * context_.seconds(1) / settings.substeps;
         return {};
     }
 

@@ -94,7 +94,8 @@ public:
     FrameState run() {
         out_.time = time_between(a_.time, b_.time, way_.share);
         break_edges();
-        for (size_t i = 0; i < b_.inactive.size(); ++i) out_.inactive[i].followed = b_.inactive[i].followed;
+        for (size_t i = 0; i < std::min(out_.inactive.size(), b_.inactive.size()); ++i)  // a of a file may have none
+            out_.inactive[i].followed = b_.inactive[i].followed;
         find_pieces();
         for_each_piece([&](std::span<const uint32_t> particles) { move_piece(particles); });
         for (size_t i = 0; i < out_.rigid_bodies.size(); ++i) move_rigid_body(i);
@@ -109,10 +110,12 @@ public:
             if (rests(particles)) return;
             const Placement a = placement(a_, particles), b = placement(b_, particles);
             const Placement now = placement(shown, particles);
-            const PieceMotion motion = {.centre = now.position,
-                                        .velocity = now.velocity,
-                                        .acceleration = acceleration_of(a, b, way_.duration),
-                                        .spin = motion_of(a, b, turn(particles), way_).spin};
+            const Motion begins = motion_of(a, b, turn(particles), way_);
+            PieceMotion motion = {.centre = now.position,
+                                  .velocity = now.velocity,
+                                  .acceleration = acceleration_of(a, b, way_.duration),
+                                  .spin = begins.spin};
+            if (shown.time == a_.time && shown.time > 0) motion.velocity_lag = velocity_lag(particles, begins, motion);
             for (const uint32_t i : particles) of_particle[i] = motion;
         });
         return of_particle;
@@ -180,6 +183,20 @@ private:
         }
         const double length = sum.norm();
         return length > 0 ? Quat(Eigen::Vector4d(sum / length)) : Quat::Identity();
+    }
+
+    // A step's velocity is that of its way: half a step before, but where steps go in pairs. No state tells which and
+    // how long they were. What is blended does, from a state on: where it begins faster by lag times acceleration
+    // (least squares over the piece). A lag is half a step, and so half the way, at most.
+    double velocity_lag(std::span<const uint32_t> particles, const Motion& begins, const PieceMotion& motion) const {
+        double along = 0, size = 0;
+        for (const uint32_t i : particles) {
+            const Vec3 acceleration = motion.acceleration_at(a_.position[i]);
+            const Vec3 velocity = begins.velocity + begins.spin.cross(a_.position[i] - motion.centre);
+            along += rest_.mass[i] * acceleration.dot(velocity - a_.velocity[i]);
+            size += rest_.mass[i] * acceleration.squaredNorm();
+        }
+        return size > 0 ? std::clamp(along / size, 0.0, 0.5 * way_.duration) : 0;
     }
 
     void move_piece(std::span<const uint32_t> particles) {

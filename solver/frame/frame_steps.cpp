@@ -32,15 +32,19 @@ void FrameSteps::go_on(const StepContext& whole, const FrameState& state, StepPa
         memory_.pair = std::move(pair);
 }
 
+// What does so between two steps, the first of a frame among them.
+void FrameSteps::let_go(const StepContext& whole, FrameState& io_state) {
+    if (io_state.inactive.empty()) return;
+    if (anything_sleeps(io_state))
+        awake_.let_go_between_steps(whole, io_state);
+    else
+        let_go_between_steps(scene_, whole.input, io_state.broken, io_state);
+}
+
 // A step of all that is awake, anew as long as it wakes something. Where a hit asks for parts the state is as before.
 Result<Hit> FrameSteps::advance(const StepContext& whole, const StepTime& time, FrameState& io_state,
                                 StepReport& io_report) {
-    if (time.stage != Stage::second && !io_state.inactive.empty()) {  // a pair ends as it began
-        if (anything_sleeps(io_state))
-            awake_.let_go_between_steps(whole, io_state);
-        else
-            let_go_between_steps(scene_, whole.input, io_state.broken, io_state);
-    }
+    if (time.stage != Stage::second) let_go(whole, io_state);  // a pair ends as it began
     while (anything_sleeps(io_state)) {
         if (awake_.empty()) {
             awake_.state().time += time.h;
@@ -101,6 +105,7 @@ bool FrameSteps::plan(const StepContext& whole, SolverSettings& io_effort, Frame
                       StepReport& io_report) {
     const bool reduced = anything_sleeps(io_state);
     const double duration = whole.input.duration;
+    let_go(whole, io_state);  // the trial is a step
     if (reduced) awake_.cover(whole, duration, 1, io_state);
     FrameState& state = reduced ? awake_.state() : io_state;
     FramePlan plan =

@@ -25,6 +25,7 @@ private:
     void enter(const StepContext& whole, const FrameState& state);
     StepPair pair(const WorkerPool& threads, const FrameState& state);
     void go_on(const StepContext& whole, const FrameState& state, StepPair pair);
+    void let_go(const StepContext& whole, FrameState& io_state);
     bool plan(const StepContext& whole, SolverSettings& io_effort, FrameState& io_state, StepReport& io_report);
     Result<Hit> advance(const StepContext& whole, const StepTime& time, FrameState& io_state, StepReport& io_report);
     Result<bool> advance_local_hit(const StepContext& whole, const Hit& hit, const StepTime& time,

@@ -173,9 +173,11 @@ std::vector<MovableId> rested(const Scene& scene, const FrameInput& input, const
 // Whether it hardly moved in a frame.
 bool is_still(const Scene& scene, const FrameInput& input, const FrameState& before, const FrameState& s,
               MovableIndex i) {
-    const bool flows = i < s.n_particles() &&
-                       (s.plastic_deformation[i] != before.plastic_deformation[i] ||
-                        (!s.plastic_curvature.empty() && s.plastic_curvature[i] != before.plastic_curvature[i]));
+    const auto curvature = [i](const FrameState& of) {  // a state of a file may have none
+        return of.plastic_curvature.empty() ? Mat3(Mat3::Zero()) : of.plastic_curvature[i];
+    };
+    const bool flows = i < s.n_particles() && (s.plastic_deformation[i] != before.plastic_deformation[i] ||
+                                               (!s.plastic_curvature.empty() && curvature(s) != curvature(before)));
     const double most = input.duration * still_speed(size_of(scene, i), acceleration_of(input), flows);
     if (!((position_of(s, i) - position_of(before, i)).norm() <= most)) return false;
     // Twice the sine of half the angle: the angle, where that is small.

@@ -61,6 +61,19 @@ def test_half_a_frame_drawn_with_them_is_nearer_to_what_is_shown_there(turns, sh
             assert errors[1] < share * errors[0] + 1e-6, (frame, half, errors)  # m: single precision
 
 
+@pytest.mark.parametrize("substeps", [4, 16])
+@pytest.mark.parametrize("stiffness", [1e3, 1e5, 1e9])
+def test_what_falls_is_as_fast_as_its_way_says_however_its_steps_go(substeps, stiffness):
+    """Velocities of steps in pairs do not lag."""
+    graph = thrown(0, substeps=substeps)
+    graph["nodes"]["cut"] = {"type": "lattice", "size": [0.3, 0.3, 0.3], "cells": [3, 3, 3]}
+    graph["nodes"]["bar"]["youngs_modulus"] = stiffness
+    graph = package.Graph.from_dict(graph)
+    before, mesh, after = (mesh_at(graph, frame) for frame in (5, 6, 7))
+    error = mesh.velocities.mean(axis=0) - (after.positions - before.positions).astype(float).mean(axis=0) * RATE / 2
+    assert np.linalg.norm(error) < 1e-2 * 9.81 / RATE / 16, error
+
+
 def test_they_are_those_that_are_seen_where_the_time_scale_changes():
     """x(s(t)): v s'' + a s'^2, s'' from the keys. Without gravity and spin all of it is v s''."""
     ramp = {"keys": [[1, 1], [7, 0.4], [9, 0.4]]}

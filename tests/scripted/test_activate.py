@@ -82,6 +82,18 @@ def test_a_seam_breaks_all_its_edges_at_its_frame_and_no_other():
     assert np.array_equal(np.flatnonzero(after.edge_intact == 0), wanted)
 
 
+@pytest.mark.parametrize("effort", [{"substeps": 1}, {"substeps": 4}, {"error_budget": 0.1}])
+def test_what_waits_beside_a_seam_goes_in_the_frame_in_which_it_is_cut(effort):
+    waits = ("activate", {"mode": "held", "until": "neighbour"})
+    cut = ("seam", {"between": "box", "box_min": [-0.05, -1, -1], "box_max": [0.05, 1, 2], "frame": 5})
+    row = shot(waits, cut, solver=effort)
+    row["nodes"]["cut"] = {"type": "lattice", "size": [0.6, 0.1, 0.1], "cells": [6, 1, 1], "center": [0, 0, 1]}
+    four, five = states(row, 4, 5)
+    assert four.edge_intact.all() and four.kept.all()
+    assert five.edge_intact.tolist() == [1, 1, 0, 1, 1] and five.kept.tolist() == [1, 0, 0, 0, 0, 1]
+    assert (five.position[1:-1, 2] < 1).all()
+
+
 def test_a_report_names_the_seam(sunder, scene, tmp_path):
     scene(shot(("seam", {"between": "curve", "points": [[0, 0, 0], [0, 0, 1]], "distance": 0.04, "frame": 5})))
     assert sunder("bake", "scene.json", "-o", "shot", "--frames", "1:6").status == 0

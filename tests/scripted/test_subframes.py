@@ -194,6 +194,31 @@ def test_nothing_goes_on_from_what_lies_between_two_frames():
         graph.seed_state("sim", 5, graph.evaluate("sim.state", 5.5))
 
 
+@pytest.mark.parametrize("kept", [False, True])
+@pytest.mark.parametrize("curvature", [False, True])
+@pytest.mark.parametrize("fracture_energy", [None, 50])
+def test_a_state_begins_where_more_is_simulated_than_made_it(kept, curvature, fracture_energy):
+    """It has nothing of what keeps fragments, bends or fades; neither do the states that are blended from it."""
+    def sheet(**body):
+        return {"sunder": 2, "frame_rate": 24, "frame_range": [1, 12], "nodes": {
+            "cut": {"type": "lattice", "size": [0.6, 0.6, 0.02], "cells": [6, 6, 1], "center": [0, 0, 0.012]},
+            "body": {"type": "body", "fragments": "@cut.fragments", "youngs_modulus": 1e6, **body},
+            "floor": {"type": "collider", "shape": "plane"},
+            "sim": {"type": "solver", "bodies": ["@body.body"], "colliders": ["@floor.collider"]}}}
+
+    more = sheet(curvature=curvature, fracture_energy=fracture_energy)
+    if kept:
+        more["nodes"]["hold"] = {"type": "activate", "body": "@body.body", "mode": "glued", "until": "frame", "frame": 7}
+        more["nodes"]["sim"]["bodies"] = ["@hold.body"]
+    graph = package.Graph.from_dict(more)
+    graph.seed_state("sim", 5, package.Graph.from_dict(sheet(curvature=False, fracture_energy=None)).evaluate("sim.state", 5))
+    for frame in (5, 5.5, 6, 6.5):
+        state, has = graph.evaluate("sim.state", frame), frame >= 6
+        assert len(state.kept) == 36 * (kept and has), frame
+        assert len(state.plastic_curvature) == 36 * (curvature and has), frame
+        assert len(state.edge_damage) == 60 * (fracture_energy is not None and has), frame
+
+
 def test_any_frame_may_be_asked_for():
     graph = package.Graph.from_dict(block_scene((1, 9)))
     tenths = {**block_scene((1, 81))}

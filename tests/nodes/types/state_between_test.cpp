@@ -86,6 +86,22 @@ TEST(StateBetween, what_is_let_go_on_the_way_tells_when_and_stays_what_it_was) {
     }
 }
 
+// A state of a file may be of a scene that kept nothing.
+TEST(StateBetween, what_one_end_alone_keeps_is_as_at_the_beginning) {
+    const SimulationMesh rest = row(2);
+    FrameState plain = placed(rest, Vec3::Zero(), Quat::Identity(), Vec3::Zero(), Vec3::Zero()), keeps = plain;
+    keeps.inactive.assign(2, {.what = Inactivity::kHeld, .followed = 0});
+    keeps.edge_damage = {0.2}, keeps.edge_hold = {0.9}, keeps.stiffness_factor = {1, 1};
+    keeps.plastic_curvature.assign(2, Mat3::Identity()), keeps.layer_strain.resize(2), keeps.edge_offset.resize(1);
+    keeps.edge_intact = {0}, keeps.broken = {{EdgeId(0), 0.25 * kFrame, 0.1}};
+    FrameState end = keeps;
+    end.time = kFrame;
+    const FrameState between = state_between(rest, plain, end, 0.5);
+    EXPECT_TRUE(between.inactive.empty() && between.edge_damage.empty() && between.plastic_curvature.empty());
+    EXPECT_EQ(between.edge_intact[0], 0);
+    EXPECT_EQ(piece_motions(rest, plain, end, between).size(), 2u);
+}
+
 TEST(StateBetween, what_lands_does_not_dip_below_where_it_lands) {
     const SimulationMesh rest = row(1);
     FrameState a = placed(rest, Vec3(0, 0, 0.01), Quat::Identity(), Vec3(0, 0, -5), Vec3::Zero());
