@@ -56,8 +56,8 @@ class FragmentLoad(TypedDict):
 class Cracks(TypedDict):
     """What cracks of a solver's bodies took, of those that have a fracture energy. `energy`: elastic energy, J; `parted_area`: of
     interfaces between pieces, m2; `faded_area`: within pieces, each by its damage; `surface_work`: what those areas take by
-    their fracture energy, J; `ratio`: energy over that, None without any, or where it is not known; `since`: None, or the frame before which no energy was
-    counted, and then there is no ratio."""
+    their fracture energy, J; `ratio`: energy over that, None without any, or where it is not known; `since`: None, or the frame
+    before which no energy was counted, and then there is no ratio."""
 
     solver: str
     energy: float
