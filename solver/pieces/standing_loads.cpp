@@ -39,12 +39,12 @@ uint32_t side_b(const Contact& c) { return has_movable_b(c) ? c.b : Contact::kSt
 uint32_t bearer(const Contact& c, const Bearing& at) { return at.of_a ? c.a : side_b(c); }
 uint32_t other(const Contact& c, const Bearing& at) { return at.of_a ? side_b(c) : c.a; }
 
-// m
-double least_size(const SimulationMesh& rest, std::span<const MovableId> movables) {
+// m/s; a fall by half of the smallest fragment; `least`: where that is less.
+double standing_speed(const StepContext& context, double least, std::span<const MovableId> movables) {
     double volume = std::numeric_limits<double>::max();
     for (const MovableId i : movables)
-        if (i < rest.n_particles()) volume = std::min(volume, rest.volume[i]);
-    return math::cbrt(volume);
+        if (i < context.scene.rest.n_particles()) volume = std::min(volume, context.scene.rest.volume[i]);
+    return std::max(least, speed_of_fall(math::cbrt(volume), acceleration_of(context.input)));
 }
 
 Vec3 motion_of_ground(const ActiveContact& c, uint32_t ground, const Movables& movables) {
@@ -90,7 +90,7 @@ bool find_bearings(const StepContext& context, double h, const LiveModel& model,
     for_places(problem, island, [&](uint32_t, ActiveContact& c, Bearing& io_at) {
         if (io_at.of != Bearing::Of::load) return;
         const StandingLoads::OfMovable& load = of(other(c.contact, io_at));
-        if (!load.is_load || load.on.is_none() || (load.held_up.dot(down) >= 0 && !b.pieces[load.on].is_held()))
+        if (!load.is_load || load.on.is_none() || load.held_up.dot(down) >= 0)
             io_at.of = Bearing::Of::nothing;
         else
             any |= b.pieces[load.on].is_held() || load.pull * b.inverse_mass[other(c.contact, io_at)] < kFirm;
@@ -130,16 +130,11 @@ void find_standing_loads(const StepContext& context, double h, std::span<const d
         std::ranges::count_if(problem.islands.pieces_of(island), [&](uint32_t p) { return !b.pieces[p].rigid; });
     if (!any || give == 0) return;
     const double resting = resting_speed(h, acceleration_of(context.input));
-    const double size = least_size(context.scene.rest, problem.islands.movables_of(island));
-    const double standing = std::max(resting, speed_of_fall(size, acceleration_of(context.input)));
-    const bool on_pins = give == 1 && std::ranges::any_of(problem.islands.pieces_of(island), [&](uint32_t p) {
-                             return !b.pieces[p].rigid && b.pieces[p].is_held();
-                         });
-    const double fastest = on_pins ? std::max(standing, size / (2 * h)) : standing;  // m/s
-    if (approach > std::max(fastest, kTrembling * standing)) return;
+    const double standing = standing_speed(context, resting, problem.islands.movables_of(island));
+    if (approach > kTrembling * standing) return;
     int& steps = problem.loads.newton_steps[island];
     if (is_crushed(model.live, b, problem.islands.pieces_of(island), strain)) steps = kNewtonSteps;
-    if (approach > fastest) return;
+    if (approach > standing) return;
     if (give > 1) steps = kNewtonSteps;
     How& how = problem.loads.how[island];
     if (give == 1 && find_bearings(context, h, model, b, island, problem))

