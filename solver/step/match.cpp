@@ -181,9 +181,8 @@ void take_newton_step(const Pass& pass, int sweep, std::span<const uint8_t> smoo
         });
     }
     SweepInput input = sweep_input(context.scene.rest, model, problem, matching, movables);
-    // The first begins where inertia takes things, beside pins as far from where they come as pins move: what would
-    // flow there never does.
-    if (sweep > 0 && flows_within(pass, model, matching.flow)) input.flow = &matching.flow;
+    // The first two are not near enough to where things come to: of what would flow there most never does.
+    if (sweep > 1 && flows_within(pass, model, matching.flow)) input.flow = &matching.flow;
     matching.newton.apply(sweep == 0, input, context.workers, matching.goals, movables.moving);
     if (sweep > 0) return;
     for_all(context, context.n_particles(), [&](size_t g) {

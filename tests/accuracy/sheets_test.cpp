@@ -221,14 +221,14 @@ double force_of_drawn_strip(double yields, int iterations) {
 }
 
 // What yields in a substep bears what it bears in many: what it is strained by beyond flows within the substep, from
-// the second Newton step on.
+// the third Newton step on.
 TEST(sheets, bear_their_yield_stress_however_far_a_substep_strains_them) {
-    for (const int iterations : {2, 8})
+    for (const int iterations : {4, 8})
         for (const double yields : {0.03, 0.3}) {
             const double share = force_of_drawn_strip(yields, iterations);
             std::printf("drawn by %g of its yield a substep of %d iterations: %.3f of its section's yield stress\n",
                         yields, iterations, share);
-            EXPECT_NEAR(share, 1, iterations > 2 ? 0.03 : 0.1) << yields;  // after the step: 1.29 at 0.3
+            EXPECT_NEAR(share, 1, iterations > 4 ? 0.03 : 0.05) << yields;  // after the step: 1.29 at 0.3
         }
 }
 
