@@ -77,17 +77,6 @@ Status SurfaceAttachment::check_triangle(std::span<const Vec3> position, const T
                      "mend the animation there, or let it go earlier");
 }
 
-Result<std::shared_ptr<const SourcePose>> SurfaceAttachment::at_frame(int frame) const {
-    const size_t k = frames_.index_of(frame);
-    const std::lock_guard lock(kept_mutex_);
-    std::shared_ptr<const SourcePose>& kept = kept_[k];
-    if (kept) return kept;
-    Result<SourcePose> pose = pose_at(k);
-    if (!pose) return pose.error();
-    kept = std::make_shared<const SourcePose>(pose.take());
-    return kept;
-}
-
 Result<SourcePose> SurfaceAttachment::pose_at(size_t k) const {
     const std::vector<Vec3> position = places(k);
     SourcePose pose;

@@ -1,8 +1,6 @@
 // Fragments that are attached to an animated mesh that is not the body's own: each to the triangle that is nearest.
 #pragma once
 
-#include <map>
-#include <mutex>
 #include <vector>
 
 #include "fracture_tools/skin/fragment_motion.h"
@@ -23,10 +21,6 @@ public:
                                                                  std::span<const uint32_t> fragments,
                                                                  const TriMesh& mesh, VertexFrames frames, int start);
 
-    /// Kept. An error names a fragment whose triangle is squeezed flat, the triangle's vertices and the frame.
-    Result<std::shared_ptr<const SourcePose>> at_frame(int frame) const override;
-    const Vec3& center() const override { return center_; }
-
 private:
     struct Tie {
         uint32_t fragment;
@@ -38,18 +32,15 @@ private:
     };
     SurfaceAttachment() = default;
     Status tie(const SimulationMesh& rest, std::span<const uint32_t> fragments, const TriMesh& mesh, int start);
-    Result<SourcePose> pose_at(size_t frame_index) const;
+    /// An error names a fragment whose triangle is squeezed flat, the triangle's vertices and the frame.
+    Result<SourcePose> pose_at(size_t frame_index) const override;
     std::vector<Vec3> places(size_t frame_index) const;
     Status check_triangle(std::span<const Vec3> position, const Tie& tie, size_t frame_index) const;
 
-    VertexFrames frames_;
     double diagonal_ = 0;  // of the mesh at the start, m
     std::vector<Tie> tie_;
     std::vector<Vec3> rest_center_;  // of all fragments                   (n_fragments), m
     std::vector<double> mass_;       // kg; 0: it is not attached
-    Vec3 center_ = Vec3::Zero();
-    mutable std::mutex kept_mutex_;
-    mutable std::map<size_t, std::shared_ptr<const SourcePose>> kept_;  // by frame index
 };
 
 }  // namespace sunder

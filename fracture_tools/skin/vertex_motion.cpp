@@ -203,17 +203,6 @@ Vec3 VertexMotion::on_mesh(size_t k, const Tie& tie) const {
            tie.weight[2] * frames_.at(k, t[2]);
 }
 
-Result<std::shared_ptr<const SourcePose>> VertexMotion::at_frame(int frame) const {
-    const size_t k = index_of(frame);
-    const std::lock_guard lock(kept_mutex_);
-    std::shared_ptr<const SourcePose>& kept = kept_[k];
-    if (kept) return kept;
-    Result<SourcePose> pose = pose_at(k);
-    if (!pose) return pose.error();
-    kept = std::make_shared<const SourcePose>(pose.take());
-    return kept;
-}
-
 Result<SourcePose> VertexMotion::pose_at(size_t k) const {
     std::vector<Vec3> vertex(tie_.size());
     for (size_t v = 0; v < tie_.size(); ++v)

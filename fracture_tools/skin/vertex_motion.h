@@ -4,7 +4,6 @@
 
 #include <map>
 #include <memory>
-#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -52,13 +51,6 @@ public:
                                                             VertexFrames frames, SourceStrain strain,
                                                             std::span<const uint32_t> fragments = {});
 
-    const VertexFrames& frames() const { return frames_; }
-    const Vec3& center() const override { return center_; }
-
-    /// Of the body's fragments at a frame; kept. An error names the one of its fragments that is turned inside out or
-    /// squeezed flat, a vertex of it and the frame. To be called from any thread.
-    Result<std::shared_ptr<const SourcePose>> at_frame(int frame) const override;
-
     /// A moment, between two frames or at one.
     struct Moment {
         int frame = 0;     // at or before it
@@ -100,10 +92,11 @@ private:
                      std::span<const Vec3> point);
     size_t index_of(int frame) const { return frames_.index_of(frame); }
     Vec3 on_mesh(size_t frame_index, const Tie& tie) const;
-    Result<SourcePose> pose_at(size_t frame_index) const;
+    /// An error names the one of its fragments that is turned inside out or squeezed flat, a vertex of it and the
+    /// frame.
+    Result<SourcePose> pose_at(size_t frame_index) const override;
     std::vector<Mat3> set_of(std::span<const Vec3> position, std::span<const Mat3> turn) const;
 
-    VertexFrames frames_;
     SourceStrain strain_ = SourceStrain::all_is_rest;
     std::vector<uint8_t> is_told_;  // that it must be sound           (n_fragments)
     std::vector<Triangle> triangles_;
@@ -114,9 +107,6 @@ private:
     std::vector<double> mass_;       // kg
     std::vector<uint32_t> ring_offset_;
     std::vector<ParticleId> ring_member_;
-    Vec3 center_ = Vec3::Zero();
-    mutable std::mutex kept_mutex_;
-    mutable std::map<size_t, std::shared_ptr<const SourcePose>> kept_;  // by frame index
 };
 
 }  // namespace sunder

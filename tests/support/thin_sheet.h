@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <random>
+#include <span>
 
 #include "solver/lanes/instruction_set.h"
 #include "solver/matching/bending_unit.h"
@@ -156,6 +157,20 @@ inline void multiply(const ThinSheet& sheet, const LaneLayout& layout, const Ben
                 if (const uint32_t j = layout.particle(8 * block + lane + l); j != kNone)
                     for (Eigen::Index i = 0; i < 6; ++i) o_product[6 * j + i] = numbers[i][l];
         }
+}
+
+// What forces and torques on particles add up to, about the first.
+struct Sums {
+    Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+};
+inline Sums sums_of(const Eigen::VectorXd& forces, std::span<const MovingParticle> at) {
+    Sums sums;
+    for (size_t j = 0; j < at.size(); ++j) {
+        const auto first = static_cast<Eigen::Index>(6 * j);
+        const Vec3 f = forces.segment<3>(first);
+        sums.force += f, sums.moment += (at[j].x - at[0].x).cross(f) + forces.segment<3>(first + 3);
+    }
+    return sums;
 }
 
 }  // namespace sunder::test

@@ -321,7 +321,7 @@ class Graph(AddsNodes):
 
     def seed_state(self, node: str, frame: SupportsInt, state: State) -> None:
         """Makes a solver continue from a State at a frame. What was simulated of later frames is forgotten; the state given last
-        stays, however small the cache."""
+        stays, however small the cache, and those before it as long as they fit (`set_cache_limit`)."""
         if not isinstance(state, State):
             raise Error("bad_usage", f"{state!r} is no State")
         self._call("graph_seed_state", encode(node), integer("frame", frame, FRAMES), state._handle.pointer)

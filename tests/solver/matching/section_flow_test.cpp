@@ -56,13 +56,9 @@ TEST(section_flow, forces_of_what_flows_have_no_sum_and_no_moment) {
     const std::vector<MovingParticle> at = sheet.moved(1);
     const Eigen::VectorXd forces = sheet.forces(at, &flow.within);
     EXPECT_LT(forces.norm(), 0.9 * sheet.forces(at).norm());
-    Vec3 force = Vec3::Zero(), moment = force;
-    for (size_t j = 0; j < at.size(); ++j) {
-        const Vec3 f = forces.segment<3>(static_cast<Eigen::Index>(6 * j));
-        force += f, moment += (at[j].x - at[0].x).cross(f) + forces.segment<3>(static_cast<Eigen::Index>(6 * j + 3));
-    }
-    EXPECT_LT(force.norm(), 1e-12 * forces.norm());
-    EXPECT_LT(moment.norm(), 1e-12 * forces.norm());
+    const test::Sums sums = test::sums_of(forces, at);
+    EXPECT_LT(sums.force.norm(), 1e-12 * forces.norm());
+    EXPECT_LT(sums.moment.norm(), 1e-12 * forces.norm());
 }
 
 }  // namespace
