@@ -23,8 +23,8 @@ constexpr double kOfTheMargin = 1e-4, kOfTheFall = 0.003;
 // Largest share of its way that a correction may end beyond the implicit step. With a third and more velocities grow
 // from step to step; Poisson's ratio adds to the share.
 constexpr double kFarthestBeyond = 0.2;
-// Newton steps before material of thin groups flows within the step. Where the first two begin is not near enough to
-// where things come to: of what would flow there most never does.
+// Newton steps before material of thin groups flows within the step, where more are asked for. Where the first two
+// begin is not near enough to where things come to: of what would flow there most never does.
 constexpr int kElasticSteps = 2;
 
 using Which = ContactRound::Which;
@@ -184,7 +184,9 @@ void take_newton_step(const Pass& pass, int sweep, std::span<const uint8_t> smoo
         });
     }
     SweepInput input = sweep_input(context.scene.rest, model, problem, matching, movables);
-    if (sweep >= kElasticSteps && flows_within(pass, model, matching.flow)) input.flow = &matching.flow;
+    if (sweep >= kElasticSteps && context.settings.iterations > kElasticSteps &&
+        flows_within(pass, model, matching.flow))
+        input.flow = &matching.flow;
     matching.newton.apply(sweep == 0, input, context.workers, matching.goals, movables.moving);
     if (sweep > 0) return;
     for_all(context, context.n_particles(), [&](size_t g) {
