@@ -289,8 +289,10 @@ public:
             const auto ends = ends_of(at->grid());
             if (!ends) return ends.error();
             value.kept = (*ends)[0].state;
+            const auto carried = carried_at(context_, *value.scene, *(*ends)[1].state, *at);
+            if (!carried) return carried.error();
             value.state = std::make_shared<const FrameState>(
-                state_between(value.scene->rest, *value.kept, *(*ends)[1].state, at->share()));
+                state_between(value.scene->rest, *value.kept, *(*ends)[1].state, at->share(), *carried));
         }
         if (context_.parameters(frame).boolean("accelerations"))
             if (Status ok = add_motion(value); !ok) return ok.error();
@@ -329,8 +331,10 @@ public:
     Status add_motion(StateValue& io_value) {
         const auto ends = ends_of(io_value.at.grid());
         if (!ends) return ends.error();
+        const auto carried = carried_at(context_, *io_value.scene, *(*ends)[1].state, io_value.at);
+        if (!carried) return carried.error();
         io_value.pieces = std::make_shared<const std::vector<PieceMotion>>(
-            piece_motions(io_value.scene->rest, *(*ends)[0].state, *(*ends)[1].state, *io_value.state));
+            piece_motions(io_value.scene->rest, *(*ends)[0].state, *(*ends)[1].state, *io_value.state, *carried));
         io_value.scale_rate = context_.slope("time_scale", io_value.frame) / context_.seconds(1);
         return {};
     }

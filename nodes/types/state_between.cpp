@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "solver/data/disjoint_sets.h"
 #include "solver/data/math_functions.h"
@@ -88,8 +89,14 @@ double blend(double a, double b, double t) { return a == b || !std::isfinite(b -
 /// The particles of a state on their way.
 class Between {
 public:
-    Between(const SimulationMesh& rest, const FrameState& a, const FrameState& b, double share)
-        : rest_(rest), a_(a), b_(b), way_{b.time - a.time, share}, out_(a) {}
+    Between(const SimulationMesh& rest, const FrameState& a, const FrameState& b, double share,
+            std::span<const Carried> carried)
+        : rest_(rest), a_(a), b_(b), way_{b.time - a.time, share}, out_(a), held_(a.n_particles()) {
+        for (uint32_t i = 0; i < a.n_particles(); ++i)
+            if (a.position[i] == b.position[i]) held_[i] = Carried{ParticleId(i), a.position[i], a.velocity[i]};
+        for (const Carried& c : carried)
+            if (a.position[c.particle] != b.position[c.particle]) held_[c.particle] = c;
+    }
 
     FrameState run() {
         out_.time = time_between(a_.time, b_.time, way_.share);
@@ -116,7 +123,17 @@ public:
                                   .acceleration = acceleration_of(a, b, way_.duration),
                                   .spin = begins.spin};
             if (shown.time == a_.time && shown.time > 0) motion.velocity_lag = velocity_lag(particles, begins, motion);
-            for (const uint32_t i : particles) of_particle[i] = motion;
+            motion.acceleration -= mean_of_held(particles, [&](uint32_t i) {
+                return Vec3(motion.acceleration_at(shown.position[i]) - held_[i]->acceleration);
+            });
+            for (const uint32_t i : particles) {
+                of_particle[i] = motion;
+                if (!held_[i]) continue;
+                of_particle[i] = {.centre = held_[i]->position,
+                                  .velocity = held_[i]->velocity,
+                                  .acceleration = held_[i]->acceleration};
+                if (turns(i)) of_particle[i].spin = motion.spin;
+            }
         });
         return of_particle;
     }
@@ -155,10 +172,20 @@ private:
         std::ranges::stable_sort(order_, {}, [&](uint32_t i) { return piece_[i]; });
     }
 
+    bool turns(uint32_t i) const { return !same(a_.orientation[i], b_.orientation[i]); }
     bool rests(std::span<const uint32_t> particles) const {
-        return std::ranges::all_of(particles, [&](uint32_t i) {
-            return a_.position[i] == b_.position[i] && same(a_.orientation[i], b_.orientation[i]);
-        });
+        return std::ranges::all_of(particles,
+                                   [&](uint32_t i) { return a_.position[i] == b_.position[i] && !turns(i); });
+    }
+
+    // Zero if none is held.
+    template <class Value>
+    Vec3 mean_of_held(std::span<const uint32_t> particles, Value&& value) const {
+        Vec3 sum = Vec3::Zero();
+        double n = 0;
+        for (const uint32_t i : particles)
+            if (held_[i]) sum += value(i), ++n;
+        return n > 0 ? Vec3(sum / n) : sum;
     }
 
     Placement placement(const FrameState& s, std::span<const uint32_t> particles) const {
@@ -217,6 +244,23 @@ private:
             out_.group_rotation[i] =
                 (m.turned * slerp(a_.group_rotation[i], t, back * b_.group_rotation[i])).normalized();
         }
+        hold(particles);
+    }
+
+    // What is held goes its own way, and the rest of its piece along with that: a plank that sags from a wall is no
+    // flight, whose parabola would take the wall's end along.
+    void hold(std::span<const uint32_t> particles) {
+        const Vec3 away =
+            mean_of_held(particles, [&](uint32_t i) { return Vec3(out_.position[i] - held_[i]->position); });
+        const Vec3 speed =
+            mean_of_held(particles, [&](uint32_t i) { return Vec3(out_.velocity[i] - held_[i]->velocity); });
+        for (const uint32_t i : particles) {
+            out_.position[i] = held_[i] ? held_[i]->position : Vec3(out_.position[i] - away);
+            out_.velocity[i] = held_[i] ? held_[i]->velocity : Vec3(out_.velocity[i] - speed);
+            if (!held_[i] || turns(i)) continue;
+            out_.orientation[i] = a_.orientation[i];
+            out_.angular_velocity[i] = a_.angular_velocity[i];
+        }
     }
 
     void move_rigid_body(size_t i) {
@@ -250,18 +294,20 @@ private:
     const FrameState &a_, &b_;
     const Way way_;
     FrameState out_;
+    std::vector<std::optional<Carried>> held_;  // what is carried, or is at the same place in both (n_particles)
     std::vector<uint32_t> piece_, order_;
 };
 
 }  // namespace
 
-FrameState state_between(const SimulationMesh& rest, const FrameState& a, const FrameState& b, double share) {
-    return Between(rest, a, b, share).run();
+FrameState state_between(const SimulationMesh& rest, const FrameState& a, const FrameState& b, double share,
+                         std::span<const Carried> carried) {
+    return Between(rest, a, b, share, carried).run();
 }
 
 std::vector<PieceMotion> piece_motions(const SimulationMesh& rest, const FrameState& a, const FrameState& b,
-                                       const FrameState& shown) {
-    return Between(rest, a, b, 0).motions(shown);
+                                       const FrameState& shown, std::span<const Carried> carried) {
+    return Between(rest, a, b, 0, carried).motions(shown);
 }
 
 }  // namespace sunder

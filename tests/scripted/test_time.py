@@ -221,6 +221,29 @@ def test_keys_of_all_else_are_in_simulated_frames():
     assert z[6] == pytest.approx(0.2, abs=1e-6) and z[7] == pytest.approx(0.25, abs=1e-3)
 
 
+@pytest.mark.parametrize("moves", [{}, {"position": {"keys": [[1, [0, 0, 0]], [11, [0.5, 0, 0.3]]]}},
+                                   {"rotation": {"keys": [[1, [0, 0, 0]], [11, [0, 0, 90]]]}}], ids=["still", "moved", "turned"])
+def test_what_is_pinned_is_where_its_pin_is_between_frames(moves):
+    """A plank falls about its clamp, and is torn to and fro: its clamped end is where a shot of ten times the rate has it."""
+    def shot(n, **solver):
+        slow = {name: {"keys": [[1 + (f - 1) * n, v] for f, v in keys["keys"]]} for name, keys in moves.items()}
+        return package.Graph.from_dict({"sunder": 2, "frame_rate": 24 * n, "frame_range": [1, 200], "nodes": {
+            "cut": {"type": "lattice", "size": [1.2, 0.2, 0.2], "cells": [12, 2, 2], "center": [0.6, 0, 0]},
+            "plank": {"type": "body", "fragments": "@cut.fragments"},
+            "clamp": {"type": "pin", "body": "@plank.body", "region": "box", "box_min": [-1, -1, -1], "box_max": [0.1, 1, 1], **slow},
+            "sim": {"type": "solver", "bodies": ["@plank.body"], "pins": ["@clamp.pin"], **solver}}})
+    slow, fine = states(shot(1, time_scale=0.1), range(1, 102)), states(shot(10), range(1, 102))
+    pinned = slow[1].rest_position[:, 0] < 0.1
+    assert pinned.sum() == 4
+    # Euler angles go by their keys in ten steps, or turn steadily in one: the same about one axis.
+    for f, s in slow.items():
+        assert np.abs(s.position[pinned] - fine[f].position[pinned]).max() < 1e-12, f
+    tip = np.array([s.position[-1] for s in slow.values()])
+    assert np.linalg.norm(np.diff(tip[::10], axis=0), axis=1).max() > 0.1  # m a frame: or else it would be no trial
+    if not moves:
+        assert all(np.array_equal(s.position[pinned], slow[1].position[pinned]) for s in slow.values())
+
+
 def test_velocities_of_meshes_are_those_that_are_seen():
     graph = spinning(0.01, time_scale=0.25)
     graph["nodes"]["skin"] = {"type": "deformer", "body": "@bar.body", "state": "@sim.state"}
