@@ -117,6 +117,9 @@ Status add_bodies(CookContext& context, SceneInput& io_input, KeyHasher& io_hash
     if (!bodies) return bodies.error();
     Scene& scene = io_input.scene;
     for (const auto& value : *bodies) {
+        if (std::ranges::find(scene.bodies, value->name, &Body::name) != scene.bodies.end())
+            return context.error("bodies", "body '" + value->name + "' comes by two wires",
+                                 "leave the one from the last of the nodes behind it");
         Body body;
         body.name = value->name;
         body.particle_begin = static_cast<uint32_t>(scene.rest.n_particles());

@@ -180,3 +180,11 @@ def test_what_keeps_nothing_changes_no_bit():
     assert not plain.edge_intact.all()
     for name in ("position", "orientation", "velocity", "strain", "edge_intact", "edge_damage", "rigid_velocity"):
         assert getattr(plain, name).tobytes() == getattr(same, name).tobytes(), name
+
+
+def test_a_body_that_comes_before_and_behind_its_node_is_refused():
+    graph = shot(("activate", {"frame": 9}))
+    graph["nodes"]["solver"]["bodies"] = ["@body.body", "@it0.body"]
+    with pytest.raises(package.Error, match="body 'body' comes by two wires") as caught:
+        states(graph, 1)
+    assert (caught.value.node, caught.value.parameter) == ("solver", "bodies")
