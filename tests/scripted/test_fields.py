@@ -325,12 +325,18 @@ BAD = {
 }
 
 
+@pytest.mark.parametrize("whole", [False, True])
 @pytest.mark.parametrize("name", BAD)
-def test_what_makes_no_sense_is_named_on_its_node(name):
+def test_what_makes_no_sense_is_named_on_its_node(name, whole):
     kind, given, parameter = BAD[name]
     with pytest.raises(sunder.Error) as caught:
         graph = spheres(ARMS)
-        graph.add(kind, "field", **given)
+        if whole:
+            description = graph.to_dict()
+            description["nodes"]["field"] = {"type": kind, **given}
+            graph = sunder.Graph.from_dict(description)
+        else:
+            graph.add(kind, "field", **given)
         graph["sim"]["forces"] = ["@field.force"]
         graph.evaluate("sim.state", frame=3)
     assert caught.value.node == "field" and caught.value.parameter == parameter, caught.value

@@ -26,6 +26,7 @@ from .library import (
     check,
     decode,
     dump,
+    dump_graph,
     encode,
     frame_number,
     frame_pair,
@@ -173,7 +174,7 @@ class Graph(AddsNodes):
     def from_dict(cls, description: Union[dict[str, Any], str], base_folder: Path = "", name: str = "graph") -> Graph:
         """A graph from what a graph file holds, as a dict or JSON text."""
         graph = cls()
-        text = encode(description) if isinstance(description, str) else dump(description)
+        text = encode(description) if isinstance(description, str) else dump_graph(description)
         graph._call("graph_parse", text, encode(name), encode(base_folder))
         return graph
 

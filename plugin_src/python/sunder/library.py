@@ -331,6 +331,18 @@ def dump(value: object, node: str = "", parameter: str = "") -> bytes:
         raise refusal("bad_input", f"a value is not finite or refers to itself: {error}") from error
 
 
+def dump_graph(description: Any) -> bytes:
+    """What a graph file holds, as JSON text; errors name the node's parameter."""
+    try:
+        return dump(description)
+    except Error:
+        nodes = description.get("nodes") if isinstance(description, dict) else None
+        for node, fields in nodes.items() if isinstance(nodes, dict) else ():
+            for parameter, value in fields.items() if isinstance(fields, dict) else ():
+                dump(value, node, parameter)
+        raise
+
+
 FRAMES = (-1_000_000, 1_000_000)  # the library's own limits; ctypes would cut off what does not fit C's integers
 THREADS = (0, 1024)
 CLUSTERS = (-(2**31) + 1, 2**31 - 1)
