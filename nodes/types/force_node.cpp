@@ -1,5 +1,6 @@
 // force: acceleration fields and wind.
 #include "nodes/graph/node_list.h"
+#include "nodes/types/force_parameters.h"
 #include "solver/scene/curl_noise.h"
 
 namespace sunder {
@@ -12,7 +13,7 @@ Result<Value> cook_force(CookContext& context) {
     force.wind = p.vector3("wind");
     force.drag = p.number("drag");
     if (const double gusts = p.number("gusts"); gusts > 0) {
-        const double time = context.frame() / context.frame_rate() / p.number("gust_time");
+        const double time = noise_time(context, p.number("gust_time"));
         force.wind *= 1 + gusts * noise_in_time(time, static_cast<uint32_t>(p.integer("gust_seed")));
     }
     return make_value(force);

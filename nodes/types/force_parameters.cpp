@@ -101,4 +101,8 @@ Value local_force(const CookContext& context, LocalForce::Kind kind, double drag
     return make_value(std::move(force));
 }
 
+double noise_time(const CookContext& context, double seconds) {
+    return (context.frame() - context.start_frame() + 1) / context.frame_rate() / seconds;
+}
+
 }  // namespace sunder

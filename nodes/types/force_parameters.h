@@ -21,4 +21,8 @@ std::vector<ParameterDescription> acting_parameters();
 /// 0 of an acceleration, 1/s; none of a wind that takes nothing along.
 std::optional<double> drag_of(const Parameters& parameters);
 
+/// Where noise is that changes within so many seconds, in those: it runs from the frame before the first, whatever that
+/// is called.
+double noise_time(const CookContext& context, double seconds);
+
 }  // namespace sunder

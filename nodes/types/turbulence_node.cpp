@@ -11,7 +11,7 @@ Result<Value> cook_turbulence(CookContext& context) {
     TurbulenceField field;
     field.strength = p.number("strength"), field.size = p.number("size"), field.octaves = p.integer("octaves");
     field.seed = static_cast<uint32_t>(p.integer("seed"));
-    if (!p.is_null("period")) field.time = context.frame() / context.frame_rate() / p.number("period");
+    if (!p.is_null("period")) field.time = noise_time(context, p.number("period"));
     if (!p.is_null("reach")) field.reach = p.number("reach"), field.center = p.vector3("position");
     const std::optional<double> drag = drag_of(p);
     if (!drag || (field.strength == 0 && *drag == 0)) return local_force(context, Nothing());

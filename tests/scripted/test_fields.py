@@ -112,6 +112,19 @@ def test_a_gust_grows_and_drops_the_wind_alike_on_every_run():
     assert gusty == speeds(gusts=0.5, gust_time=0.1) != speeds(gusts=0.5, gust_time=0.1, gust_seed=1)
 
 
+@pytest.mark.parametrize("air", [{"type": "force", "wind": [3, 0, 0], "drag": 5, "gusts": 0.5, "gust_time": 0.1},
+                                 {"type": "turbulence", "period": 0.2, "drag": 5}], ids=["gusts", "turbulence"])
+@pytest.mark.parametrize("first", [0, -5, 1001])
+def test_noise_is_the_same_wherever_the_shot_begins(air, first):
+    def way(first):
+        description = spheres(ARMS, air=air).to_dict()
+        description["frame_range"] = [first, first + 9]
+        graph = sunder.Graph.from_dict(description)
+        return np.array([graph.evaluate("sim.state", frame=first + f).velocity for f in range(10)])
+
+    assert np.array_equal(way(first), way(1)) and np.ptp(way(1)) > 1
+
+
 def broken_scene(**guide):
     """A block that a ball breaks, and a guide to it."""
     graph = block_scene((1, 60))
