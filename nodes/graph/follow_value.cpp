@@ -9,6 +9,4 @@ Result<std::shared_ptr<const SourcePose>> FollowValue::at_frame(int frame) const
 
 Vec3 FollowValue::pivot() const { return vertices ? vertices->center() : center; }
 
-bool FollowValue::goes_on(int frame) const { return !vertices || frame <= vertices->frames().last_frame(); }
-
 }  // namespace sunder

@@ -47,7 +47,6 @@ struct FollowValue {
     /// Of its fragments at a frame, which is that asked for where it moves as one.
     Result<std::shared_ptr<const SourcePose>> at_frame(int frame) const;
     Vec3 pivot() const;
-    bool goes_on(int frame) const;  // it tells of that frame
 };
 
 /// What the fragments of a region have in place of their body's material, at the frame asked for.

@@ -6,6 +6,7 @@
 #include "nodes/graph/field_parameters.h"
 #include "solver/presets.h"
 #include "solver/scene/local_force.h"
+#include "solver/scene/rest_conditions.h"
 #include "solver/scene/scene_fields.h"
 
 namespace sunder {
@@ -289,7 +290,9 @@ Result<FrameInput> frame_input(CookContext& context, int frame) {
         const auto begin = from.follows->at_frame(frame - 1), end = to.follows->at_frame(frame);
         if (!begin) return in_source(to.follows->name, begin.error());
         if (!end) return in_source(to.follows->name, end.error());
-        input.sources.push_back({*begin, *end, to.follows->pivot(), to.follows->goes_on(frame)});
+        FrameInput::SourceDrive drive{*begin, *end, to.follows->pivot()};
+        drive.goes_on = moves(drive);  // one that stands has ended, be it by its keys or with its file
+        input.sources.push_back(std::move(drive));
     }
 
     const auto pins_begin = context.inputs_as<PinValue>("pins", frame - 1);

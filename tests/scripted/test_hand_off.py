@@ -267,6 +267,25 @@ def test_a_place_is_followed_round_a_turn(tmp_path):
     assert np.allclose(gone.angular_velocity, [0, 0, np.radians(20) * RATE], rtol=1e-3, atol=1e-6)
 
 
+@pytest.mark.parametrize("last_key", [9, 10, 20])
+def test_keys_that_end_where_it_is_let_go_take_no_speed_from_it(tmp_path, last_key):
+    """10 is let go: keys to 9 tell of no later frame, as an array of vertices that ends there."""
+    turn, way = 5, 0.2  # degrees, m a frame
+    nodes = {
+        "cut": {"type": "lattice", "size": [0.4, 0.4, 0.4], "cells": [2, 2, 2]},
+        "body": {"type": "body", "fragments": "@cut.fragments"},
+        "rig": {"type": "follow", "body": "@body.body", "frame": 10,
+                "position": {"keys": [[1, [0, 0, 0]], [last_key, [way * (last_key - 1), 0, 0]]]},
+                "rotation": {"keys": [[1, [0, 0, 0]], [last_key, [0, 0, turn * (last_key - 1)]]]}},
+        "solver": {"type": "solver", "bodies": ["@rig.body"], "gravity": [0, 0, 0]},
+    }
+    graph = package.Graph.from_dict({"sunder": 2, "frame_rate": RATE, "frame_range": [1, 12], "nodes": nodes}, str(tmp_path))
+    gone = graph.evaluate("solver.state", frame=10)
+    assert not gone.kept.any()
+    assert np.allclose(gone.velocity.mean(axis=0), [way * RATE, 0, 0], atol=1e-9)
+    assert np.allclose(gone.angular_velocity, [0, 0, np.radians(turn) * RATE], rtol=1e-3, atol=1e-6)
+
+
 def test_activations_say_what_goes_and_the_rest_goes_on(rig):
     upper = {"region": "box", "box_min": [-1, -1, 1], "box_max": [1, 1, 3], "frame": 10}
     graph = graph_of(shot({"frame": None}, after=[upper]), rig)
