@@ -137,6 +137,34 @@ class Follow(RiggedCase):
         self.refusal(tree)
         self.assertRegex(follow.error, "vertices at frame [23].*must keep their number")
 
+    def test_objects_that_go_by_one_another_are_refused_on_the_node(self):
+        thing, other = self.cube(location=(0, 0, 1)), bpy.data.objects.new("Leader", None)
+        self.scene.collection.objects.link(other)
+        thing.constraints.new("COPY_LOCATION").target = other
+        tree, _, _ = self.following(thing)
+        self.assertEqual(self.bake(tree), {"FINISHED"})
+        back = other.constraints.new("COPY_ROTATION")
+        back.target = thing
+        self.refusal(tree)
+        self.assertRegex(self.status_of_nodes(tree), "'Leader'.*by one another")
+        back.mute = True
+        self.assertEqual(self.bake(tree), {"FINISHED"})
+
+    def test_an_object_that_goes_by_what_its_tree_makes_is_refused_on_the_node(self):
+        thing = self.cube(location=(0, 0, 1))
+        tree, _, _ = self.following(thing, motion="vertices")
+        result, = self.results(tree)
+        self.assertEqual(self.bake(tree), {"FINISHED"})
+        clings = thing.modifiers.new("clings", "SHRINKWRAP")
+        clings.target = result
+        self.refusal(tree)
+        self.assertRegex(self.status_of_nodes(tree), f"goes by '{result.name}', which shows what this tree makes")
+        thing.modifiers.remove(clings)
+        self.assertEqual(self.bake(tree), {"FINISHED"})
+
+    def status_of_nodes(self, tree):
+        return " ".join(node.error for node in tree.nodes)
+
     def test_numbers_count_where_the_object_does_not(self):
         tree, follow, _ = self.following(self.cube())
         follow.from_object = False

@@ -11,7 +11,7 @@ from mathutils import Euler, Matrix, Vector
 
 from ..base import core
 from ..tree import conditions, edits, pickers, wiring
-from . import mesh_export
+from . import leaders, mesh_export
 
 
 def _is_enabled(thing, layer):
@@ -32,6 +32,18 @@ def check_evaluated(thing, depsgraph, node):
         raise core.Refused(
             f"object '{thing.name}' is disabled in viewports, or not in this view layer: enable it (it may be hidden "
             "with the eye)", node.graph_name)
+    _check_leaders(thing, node)
+
+
+def _check_leaders(thing, node):
+    """What goes round in a circle is where Blender happens to have begun; what a bake takes from itself, where the last one left it."""
+    circle = leaders.circle(thing)
+    if circle:
+        names = ", ".join(f"'{o.name}'" for o in circle)
+        raise core.Refused(f"objects {names} have their places by one another: remove a parent or a constraint", node.graph_name)
+    made = leaders.results_of(thing, node.id_data)
+    if made:
+        raise core.Refused(f"object '{thing.name}' goes by '{made[0].name}', which shows what this tree makes", node.graph_name)
 
 
 def objects_of(node):
