@@ -156,6 +156,10 @@ SUNDER_API sunder_status sunder_graph_read_state(sunder_graph* graph, const char
  * frames is forgotten; the state given last stays, however small the cache. */
 SUNDER_API sunder_status sunder_graph_seed_state(sunder_graph* graph, const char* node, int32_t frame,
                                                  const sunder_value* state);
+/* The same for looking at that frame alone, also of a state that lies between two simulated frames: what is asked of
+ * later frames goes on from it as if it were one of these, and is of no use. */
+SUNDER_API sunder_status sunder_graph_show_state(sunder_graph* graph, const char* node, int32_t frame,
+                                                 const sunder_value* state);
 
 SUNDER_API void sunder_value_free(sunder_value* value);
 SUNDER_API void sunder_value_error(const sunder_value* value, sunder_error* out_error);

@@ -29,6 +29,20 @@ sunder_status long_call(sunder_graph* graph, bool arguments_there, const sunder_
     });
 }
 
+// Of a state that lies between two simulated frames.
+enum class Between { is_refused, is_shown };
+
+sunder_status place(sunder_graph* graph, const char* node, int32_t frame, const sunder_value* state, Between between) {
+    return long_call(graph, node && state, nullptr, [&](const sunder::Progress& p) -> Status {
+        const auto* value = std::get_if<std::shared_ptr<const sunder::StateValue>>(&state->value);
+        if (!value) return bad_usage("a " + std::string(name_of(type_of(state->value))) + " is no state");
+        if (between == Between::is_refused && !(*value)->at.is_on_grid())
+            return sunder::bad_input("state", "lies between two simulated frames: nothing goes on from it",
+                                     "take one of a whole simulated frame");
+        return graph->graph.seed_state(node, frame, *(*value)->state, p);
+    });
+}
+
 }  // namespace
 
 Status sunder::c_api::evaluate(sunder_graph& graph, const char* output, double frame, const Progress& progress,
@@ -115,14 +129,11 @@ sunder_status sunder_graph_read_state(sunder_graph* graph, const char* path, sun
 }
 
 sunder_status sunder_graph_seed_state(sunder_graph* graph, const char* node, int32_t frame, const sunder_value* state) {
-    return long_call(graph, node && state, nullptr, [&](const sunder::Progress& p) -> Status {
-        const auto* value = std::get_if<std::shared_ptr<const sunder::StateValue>>(&state->value);
-        if (!value) return bad_usage("a " + std::string(name_of(type_of(state->value))) + " is no state");
-        if (!(*value)->at.is_on_grid())
-            return sunder::bad_input("state", "lies between two simulated frames: nothing goes on from it",
-                                     "take one of a whole simulated frame");
-        return graph->graph.seed_state(node, frame, *(*value)->state, p);
-    });
+    return place(graph, node, frame, state, Between::is_refused);
+}
+
+sunder_status sunder_graph_show_state(sunder_graph* graph, const char* node, int32_t frame, const sunder_value* state) {
+    return place(graph, node, frame, state, Between::is_shown);
 }
 
 void sunder_value_free(sunder_value* value) { delete value; }

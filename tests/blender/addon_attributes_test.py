@@ -45,7 +45,7 @@ class Glued(AddonCase):
         source = data.Source(str(folder), self.manifest(self.shot).graph, "deformer")
         source.start(), source.wait()
         for frame, has_glue in ((GLUED_TO, True), (6, False)):
-            drawn = source.frame(str(folder / f"state/solver.{frame:04d}.ply"), frame, "TOUGHNESS")
+            drawn = source.frame(str(folder / f"state/solver.{frame:04d}.ply"), "TOUGHNESS")
             wanted = data.traffic_light(self.left(frame, has_glue))
             np.testing.assert_allclose(drawn.particles[:len(wanted), 3, :3], wanted, atol=1e-5)
 

@@ -392,7 +392,7 @@ class Shown(PreviewCase):
             intact = state.edge_intact.astype(bool)
             edges, ratio = state.edges[intact], np.where(chosen, 0.1, 1.0)[intact]
             for shows in ("STRENGTH", "LOAD"):
-                f = source.frame(path, n, "EDGES", 0.0, shows)
+                f = source.frame(path, "EDGES", 0.0, shows)
                 ends = data.skinned(f.edges, f.particles)[f.edges.lines] + f.center
                 np.testing.assert_allclose(ends, state.position[edges], atol=1e-5)  # what broke is left out
                 shades = f.particles[f.edges.follows[f.edges.lines[:, 0], 2], 3, :3]
@@ -401,7 +401,7 @@ class Shown(PreviewCase):
                 np.testing.assert_allclose(shades, wanted, atol=1e-4)
             weakest = np.ones(len(state.position))
             np.minimum.at(weakest, edges, ratio[:, None])
-            shown = source.frame(path, n, "TOUGHNESS").particles[:len(weakest), 3, :3]
+            shown = source.frame(path, "TOUGHNESS").particles[:len(weakest), 3, :3]
             wanted = data.traffic_light(1 - np.clip(state.strain / (0.009 * weakest), 0, 1))
             np.testing.assert_allclose(shown, wanted, atol=1e-4)
         self.assertTrue(intact.any() and not intact.all())

@@ -58,7 +58,7 @@ class PreviewCase(AddonCase):
         return source
 
     def frame(self, source, number, mode="PIECES", limit=0.0):
-        return source.frame(str(self.cached(self.shot) / f"state/solver.{number:04d}.ply"), number, mode, limit)
+        return source.frame(str(self.cached(self.shot) / f"state/solver.{number:04d}.ply"), mode, limit)
 
     def baked(self, number):
         return addon("base.bake_reader").read_mesh_frame(str(self.cached(self.shot) / f"mesh/deformer.{number:04d}.ply"))
@@ -376,7 +376,7 @@ class Meshes(PreviewCase):
         self.assertTrue(source._graph is graph and fresh._graph is not graph)
         for number in (2, 4, 3):
             path, _ = addon("results.player").state_file(folder, manifest, number, "deformer")
-            one, other = (s.frame(path, number, "STRAIN") for s in (source, fresh))
+            one, other = (s.frame(path, "STRAIN") for s in (source, fresh))
             np.testing.assert_array_equal(one.particles, other.particles)
             np.testing.assert_array_equal(one.surface.rest, other.surface.rest)
             np.testing.assert_array_equal(one.surface.influences, other.surface.influences)

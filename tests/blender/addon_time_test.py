@@ -56,6 +56,31 @@ class TimeTest(AddonCase):
         self.assertEqual(changed[:7], slow[:7])
         self.assertNotEqual(changed[11], slow[11])
 
+    def test_previews_have_the_strengths_of_the_frame_that_was_simulated(self):
+        """At half the pace frame 7 is simulated frame 4, 8 lies before 5, and 9 is 5: there a seam has weakened."""
+        tree, nodes = self.tree(pieces=20, material={"toughness": 10.0})
+        seam = self.node(tree, "seam", mode="scale", between="all")
+        for frame, factor in ((4, 1.0), (5, 0.5)):
+            seam.toughness = factor
+            self.assertTrue(seam.keyframe_insert("toughness", frame=frame))
+        for link in [link for link in tree.links if link.from_node == nodes["body"]]:
+            tree.links.remove(link)
+        self.connect(nodes["body"], "body", seam, "body")
+        for name, socket in (("solver", "bodies"), ("deformer", "body")):
+            self.connect(seam, "body", nodes[name], socket)
+        self.scene.frame_end = 11
+        nodes["solver"].set_parameters(time_scale=0.5, accelerations=True)
+        self.results(tree)
+        self.bake(tree)
+        data, folder = addon("preview.preview_source"), self.cached(tree)
+        source = data.Source(str(folder), self.manifest(tree).graph, "deformer")
+        source.start(), source.wait()
+        for frame, factor in ((7, 1.0), (8, 0.5), (9, 0.5)):
+            drawn = source.frame(str(folder / f"state/solver.{frame:04d}.ply"), "EDGES", 0.0, "STRENGTH")
+            shades = drawn.particles[drawn.edges.follows[drawn.edges.lines[:, 0], 2], 3, :3]
+            self.assertGreater(len(shades), 20)
+            np.testing.assert_allclose(shades, data.strength(np.full(len(shades), factor)), atol=1e-4, err_msg=str(frame))
+
     def test_a_scale_that_is_keyed_plays_what_is_simulated_at_its_own_time(self):
         tree, nodes = self.tree()
         result, = self.results(tree)

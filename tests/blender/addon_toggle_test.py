@@ -31,7 +31,7 @@ class Toggle(AddonCase):
     def preview(self):
         """What a viewport's preview holds of the library's, up to the graphics card."""
         self.result.sunder.preview = "PIECES"
-        key, manifest, folder, shown = addon("preview.preview")._frame_key(self.result, bpy.context.scene)
+        key, manifest, folder = addon("preview.preview")._frame_key(self.result, bpy.context.scene)
         addon("preview.preview")._source(folder, manifest, self.result.sunder.node)
 
     def at(self, frame):

@@ -162,7 +162,7 @@ def in_blender(folder):
             shader = addon("preview.preview_shader")
 
             def frame_of(n):
-                return source.frame(os.path.join(bake, manifest.frames[n]["solver:bake"]), n, "STRAIN")
+                return source.frame(os.path.join(bake, manifest.frames[n]["solver:bake"]), "STRAIN")
 
             row("preview: frame change in which edges broke", lambda: frame_of(LAST), lambda: frame_of(LAST - 1))
             row("preview: frame change in which none broke", lambda: frame_of(LAST))

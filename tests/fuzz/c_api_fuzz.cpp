@@ -228,6 +228,11 @@ private:
                  if (s.is_small_shot())
                      s.of_graph(sunder_graph_seed_state(s.graph_, s.text(1), s.small_frame(2), s.value_));
              }},
+            {"show",
+             [](Session& s) {
+                 if (s.is_small_shot())
+                     s.of_graph(sunder_graph_show_state(s.graph_, s.text(1), s.small_frame(2), s.value_));
+             }},
             {"cancel", [](Session& s) { sunder_graph_cancel(s.graph_); }},
             {"free", &Session::free},
             {"evaluate", &Session::evaluate},

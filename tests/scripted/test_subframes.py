@@ -194,6 +194,16 @@ def test_nothing_goes_on_from_what_lies_between_two_frames():
         graph.seed_state("sim", 5, graph.evaluate("sim.state", 5.5))
 
 
+def test_what_lies_between_two_frames_can_be_looked_at():
+    graph = package.Graph.from_dict(block_scene((1, 9)))
+    between = graph.evaluate("sim.state", 5.5)
+    mesh = graph.evaluate("skin.mesh", 5.5)
+    other = package.Graph.from_dict(block_scene((1, 9)))
+    other.show_state("sim", 6, between)
+    state, skin = other.evaluate_all(["sim.state", "skin.mesh"], 6)
+    assert same(state, between) and np.array_equal(skin.positions, mesh.positions)
+
+
 @pytest.mark.parametrize("kept", [False, True])
 @pytest.mark.parametrize("curvature", [False, True])
 @pytest.mark.parametrize("fracture_energy", [None, 50])

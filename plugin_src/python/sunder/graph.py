@@ -323,9 +323,17 @@ class Graph(AddsNodes):
     def seed_state(self, node: str, frame: SupportsInt, state: State) -> None:
         """Makes a solver continue from a State at a frame. What was simulated of later frames is forgotten; the state given last
         stays, however small the cache, and those before it as long as they fit (`set_cache_limit`)."""
+        self._place("graph_seed_state", node, frame, state)
+
+    def show_state(self, node: str, frame: SupportsInt, state: State) -> None:
+        """The same for looking at that frame alone, also of a State that lies between two simulated frames: later frames go on from
+        it as if it were one of these, and are of no use."""
+        self._place("graph_show_state", node, frame, state)
+
+    def _place(self, function: str, node: str, frame: SupportsInt, state: State) -> None:
         if not isinstance(state, State):
             raise Error("bad_usage", f"{state!r} is no State")
-        self._call("graph_seed_state", encode(node), integer("frame", frame, FRAMES), state._handle.pointer)
+        self._call(function, encode(node), integer("frame", frame, FRAMES), state._handle.pointer)
 
     def cancel(self) -> None:
         """From another thread: what is being evaluated or baked stops as soon as its data are whole."""

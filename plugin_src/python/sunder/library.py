@@ -154,6 +154,7 @@ _FUNCTIONS = {  # name: (result, arguments)
     "graph_evaluate_all_at": (c_int32, [c_void_p, _TEXT, c_uint32, c_double, _PROGRESS, _HANDLE]),
     "graph_read_state": (c_int32, [c_void_p, c_char_p, _HANDLE]),
     "graph_seed_state": (c_int32, [c_void_p, c_char_p, c_int32, c_void_p]),
+    "graph_show_state": (c_int32, [c_void_p, c_char_p, c_int32, c_void_p]),
     "graph_bake": (c_int32, [c_void_p, POINTER(BakeSettings), _PROGRESS, POINTER(BakeReport)]),
     "graph_start_evaluate": (c_int32, [c_void_p, c_char_p, c_int32, _HANDLE]),
     "graph_start_evaluate_all_at": (c_int32, [c_void_p, _TEXT, c_uint32, c_double, _HANDLE]),

@@ -30,14 +30,14 @@ class _Drawn:
 
 
 def _frame_key(thing, scene):
-    """(key, manifest, folder, frame shown) of what an object's preview shows now; None if there is nothing."""
+    """(key, manifest, folder) of what an object's preview shows now; None if there is nothing."""
     folder = cache.folder(thing.sunder.tree)
     manifest = cache.manifest(folder)
     shown = manifest.shown(player.nearest_frame(scene)) if manifest else None
     if shown is None:
         return None
     path, stamp = player.state_file(folder, manifest, shown, thing.sunder.node)
-    return (folder, path, stamp, thing.sunder.preview, thing.sunder.preview_limit, _edges_as(thing)), manifest, folder, shown
+    return (folder, path, stamp, thing.sunder.preview, thing.sunder.preview_limit, _edges_as(thing)), manifest, folder
 
 
 def _edges_as(thing):
@@ -94,7 +94,7 @@ def update(thing, scene):
     if wanted is None:
         problems[thing.name_full] = "nothing baked yet: the preview shows what Bake makes"
         return None
-    key, manifest, folder, shown = wanted
+    key, manifest, folder = wanted
     if drawn.key == key:
         return drawn if drawn.frame else None
     source = _source(folder, manifest, thing.sunder.node)
@@ -102,7 +102,7 @@ def update(thing, scene):
         problems[thing.name_full] = "preparing the preview ..."
         return None
     drawn.key, drawn.frame = key, None  # what fails once is not tried again with every redraw
-    frame = source.frame(key[1], shown, thing.sunder.preview, thing.sunder.preview_limit, _edges_as(thing))
+    frame = source.frame(key[1], thing.sunder.preview, thing.sunder.preview_limit, _edges_as(thing))
     if drawn.skin is None or drawn.surface is not frame.surface:
         drawn.skin, drawn.surface = preview_shader.Skin(frame.surface), frame.surface
     drawn.particles = preview_shader.texture(frame.particles, "RGBA32F")

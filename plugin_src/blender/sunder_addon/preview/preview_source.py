@@ -3,6 +3,8 @@
 The library gives what rests (vertices, whom they follow) when it changes, which is when edges broke, and the particles'
 maps at every frame. Nothing here knows of Blender's scene or of graphics.
 """
+import math
+
 import numpy as np
 
 from ..base import bake_reader, core
@@ -97,8 +99,10 @@ class Source:
             self._graph = sunder.Graph.from_dict({**graph, "nodes": nodes}, base_folder=folder)
             self._graph.set_cut_folder(cache.cuts(folder))
         self._solver, self._output = fields["state"][1:].rsplit(".", 1)
-        if self._graph[self._solver]["time_scale"] != 1:
-            self._graph[self._solver]["time_scale"] = 1  # states are those of files, each at its own frame
+        # States are those of files, each at the frame that was simulated; none is simulated to tell accelerations.
+        for name, plain in (("time_scale", 1), ("accelerations", False)):
+            if self._graph[self._solver][name] != plain:
+                self._graph[self._solver][name] = plain
         self._body = bake_reader.body_of(graph["nodes"], fields["body"])
         self._follows = _follows_a_mesh(graph["nodes"], fields["body"])
         self._first = graph["frame_range"][0]
@@ -122,11 +126,12 @@ class Source:
                 self.error = str(error)
         return self._job is None
 
-    def frame(self, state_path, number, mode, limit=0.0, edges_as="BREAKS"):
-        """A Frame of the state file of frame `number`. `limit`: strain of the hottest colour; 0: the body's toughness. edges_as: what
+    def frame(self, state_path, mode, limit=0.0, edges_as="BREAKS"):
+        """A Frame of a state file. `limit`: strain of the hottest colour; 0: the body's toughness. edges_as: what
         colours of edges tell, BREAKS, STRENGTH or LOAD; the latter two leave out what broke."""
         kept = self._sunder.read_state(state_path)
-        self._graph.seed_state(self._solver, number, kept)
+        number = math.ceil(kept.simulated_frame)  # whose keys made it
+        self._graph.show_state(self._solver, number, kept)
         state = self._graph.evaluate(f"{self._solver}.{self._output}", number)
         body, = (b for b in state.bodies if b["name"] == self._body)
         mine, own_edges = slice(*body["particles"]), slice(*body["edges"])
