@@ -333,6 +333,11 @@ private:
                 if (!known) return known.error();
                 loads = known.take();
             }
+        // The log has no loads of a solver of which nothing could break so far.
+        for (FragmentLoads& loads : loads_) {
+            loads.goes_on = loads.of.empty() && manifest_.log->from < next_frame();
+            if (loads.goes_on && manifest_.log->from > graph_.frame_range()[0]) loads.cracks_from = manifest_.log->from;
+        }
         return {};
     }
 

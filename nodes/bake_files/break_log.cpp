@@ -403,7 +403,7 @@ void add_loads(const StateValue& value, FragmentLoads& io_loads) {
     const SimulationMesh& rest = scene.rest;
     const int frame = static_cast<int>(value.frame);
     if (io_loads.of.size() != rest.n_particles()) {
-        if (value.state->time > 0) io_loads.cracks_from = frame;
+        if (value.state->time > 0 && !io_loads.goes_on) io_loads.cracks_from = frame;
         io_loads.of.clear(), io_loads.bodies.clear(), io_loads.parts.clear();
         for (const Body& body : scene.bodies) io_loads.bodies.push_back(body.name);
         for (size_t g = 0; g < rest.n_particles(); ++g)

@@ -92,6 +92,7 @@ struct FragmentLoads {
     std::vector<FragmentLoad> of;      // in the order of particles
     std::optional<Cracks> cracks;      // none: no body has a fracture energy
     std::optional<int> cracks_from;    // what they took before this frame is not counted; none: all is
+    bool goes_on = false;              // from frames in which nothing could break: none of them is missing
     bool operator==(const FragmentLoads&) const = default;
 
     /// Whether anything in it can break.

@@ -269,6 +269,20 @@ def test_it_says_where_energy_of_cracks_is_missing(sunder, tmp_path):
     assert package.report(tmp_path / "late")["cracks"][0]["since"] == 18
 
 
+@pytest.mark.parametrize("first", [1, 5])
+def test_what_cracks_took_is_known_where_nothing_could_break_when_it_was_resumed(tmp_path, first):
+    """A strip follows an animation, of which nothing breaks, until frame 10."""
+    graph = strip(fracture_energy=100)
+    graph["nodes"]["rig"] = {"type": "follow", "body": "@strip.body", "frame": 10}
+    graph["nodes"]["sim"]["bodies"] = ["@rig.body"]
+    for folder, ends in (("whole", [24]), ("parts", [7, 8, 24])):
+        for end in ends:
+            package.bake(package.Graph.from_dict(graph), tmp_path / folder, frames=(first, end), resume=True)
+    whole, parts = (package.report(tmp_path / folder) for folder in ("whole", "parts"))
+    assert whole["cracks"][0]["energy"] > 0 and whole["cracks"][0]["since"] == (None if first == 1 else first)
+    assert parts == whole and contents(tmp_path / "parts") == contents(tmp_path / "whole")
+
+
 def test_a_log_from_before_seams_counted_is_read_and_gone_on_with(sunder, tmp_path):
     graph, bake = strip(fracture_energy=100), tmp_path / "parts"
     full = baked(graph, tmp_path / "whole")["cracks"][0]
