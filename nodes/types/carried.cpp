@@ -1,6 +1,7 @@
 #include "nodes/types/carried.h"
 
 #include <algorithm>
+#include <array>
 
 #include "nodes/types/solver_scene.h"
 #include "solver/scene/motion.h"
@@ -8,16 +9,32 @@
 namespace sunder {
 namespace {
 
-/// Place of a particle at a share of the frame, m.
-template <class Place>
-Carried carried(ParticleId particle, double share, double duration, Place&& place) {
-    constexpr double kStep =
-        1e-3;  // of the frame; differences of places of 1 m are right to 1e-9 m/s2 and (kStep w h)^2
-    const double middle = std::clamp(share, kStep, 1 - kStep), dt = kStep * duration;
-    const Vec3 before = place(middle - kStep), now = place(middle), after = place(middle + kStep);
-    const Vec3 acceleration = (after - 2 * now + before) / (dt * dt);
-    return {particle, place(share), (after - before) / (2 * dt) + (share - middle) * duration * acceleration,
-            acceleration};
+constexpr double kStep = 1e-3;  // of the frame; differences of places of 1 m are right to 1e-9 m/s2 and (kStep w h)^2
+
+/// The moment that is asked for, and three about it, within the frame.
+struct Moments {
+    explicit Moments(double share) : middle(std::clamp(share, kStep, 1 - kStep)) {
+        shares = {share, middle - kStep, middle, middle + kStep};
+    }
+    double middle;
+    std::array<double, 4> shares;
+};
+
+/// `pose`: of a particle from its rest placement at one of the moments, by its number.
+template <class PoseAt>
+Carried carried(const SimulationMesh& rest, ParticleId i, const Moments& moments, double duration, PoseAt&& pose) {
+    std::array<Vec3, 4> x;
+    for (size_t m = 0; m < x.size(); ++m) x[m] = pose(m).apply(rest.rest_position[i]);
+    const double dt = kStep * duration;
+    const Vec3 acceleration = (x[3] - 2 * x[2] + x[1]) / (dt * dt);
+    const Vec3 velocity = (x[3] - x[1]) / (2 * dt) + (moments.shares[0] - moments.middle) * duration * acceleration;
+    return {i, x[0], velocity, acceleration};
+}
+
+std::vector<SourceWay> ways_of(const FrameInput::SourceDrive& drive, const Moments& moments) {
+    std::vector<SourceWay> ways;
+    for (const double share : moments.shares) ways.emplace_back(*drive.begin, *drive.end, drive.pivot, share);
+    return ways;
 }
 
 }  // namespace
@@ -25,22 +42,27 @@ Carried carried(ParticleId particle, double share, double duration, Place&& plac
 std::vector<Carried> carried_by(const Scene& scene, const FrameInput& input, const FrameState& end, double share) {
     std::vector<Carried> all;
     const SimulationMesh& rest = scene.rest;
+    const Moments moments(share);
+    const auto add = [&](ParticleId i, auto&& pose) { all.push_back(carried(rest, i, moments, input.duration, pose)); };
+    const auto add_by_source = [&](ParticleId i, const std::vector<SourceWay>& ways) {
+        add(i, [&](size_t m) { return ways[m].pose(rest.fragment[i], rest.rest_position[i]); });
+    };
     for (size_t k = 0; k < scene.sources.size(); ++k) {
-        const FrameInput::SourceDrive& drive = input.sources[k];
+        const std::vector<SourceWay> ways = ways_of(input.sources[k], moments);
         for (const ParticleId i : scene.sources[k].particles)
-            if (i < end.inactive.size() && end.inactive[i].follows())
-                all.push_back(carried(i, share, input.duration, [&](double at) {
-                    return SourceWay(*drive.begin, *drive.end, drive.pivot, at)
-                        .pose(rest.fragment[i], rest.rest_position[i])
-                        .apply(rest.rest_position[i]);
-                }));
+            if (i < end.inactive.size() && end.inactive[i].follows()) add_by_source(i, ways);
     }
-    for (size_t k = 0; k < scene.pins.size(); ++k)
-        if (input.pins[k].active && input.pins[k].grip.is_rigid())
-            for (const ParticleId i : scene.pins[k].particles)
-                all.push_back(carried(i, share, input.duration, [&](double at) {
-                    return pin_pose(scene, input, k, i, at).apply(rest.rest_position[i]);
-                }));
+    for (size_t k = 0; k < scene.pins.size(); ++k) {
+        if (!input.pins[k].active || !input.pins[k].grip.is_rigid()) continue;
+        if (const FrameInput::SourceDrive* source = input.pin_source(k)) {
+            const std::vector<SourceWay> ways = ways_of(*source, moments);
+            for (const ParticleId i : scene.pins[k].particles) add_by_source(i, ways);
+            continue;
+        }
+        std::array<Pose, 4> poses;
+        for (size_t m = 0; m < poses.size(); ++m) poses[m] = interpolate(input.pins[k], moments.shares[m]);
+        for (const ParticleId i : scene.pins[k].particles) add(i, [&](size_t m) { return poses[m]; });
+    }
     return all;
 }
 
