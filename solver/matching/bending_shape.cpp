@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 
 #include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
@@ -21,6 +22,7 @@ constexpr double kSmallestSpan = 1e-9;    // of A's largest eigenvalue: smaller 
 // The `rank` largest principal directions of A, as A^+ and as a projection.
 struct Span {
     Mat3 inverse = Mat3::Zero(), projection = Mat3::Zero();
+    Mat32 basis = Mat32::Zero();
 
     Span(const Mat3& A, int rank) {
         const Eigen::SelfAdjointEigenSolver<Mat3> of(A);
@@ -28,6 +30,7 @@ struct Span {
             if (!(of.eigenvalues()[i] > kSmallestSpan * of.eigenvalues()[2])) continue;
             const Vec3 e = of.eigenvectors().col(i);
             projection += e * e.transpose(), inverse += e * e.transpose() / of.eigenvalues()[i];
+            basis.col(2 - i) = e;
         }
     }
 };
@@ -77,37 +80,53 @@ Mat9 bending_form(const BendingShape& s, const Vec3& rho2) {
     return form;
 }
 
-// What a motion of three numbers does to a group, and the Hessian of the group's energy at rest along it.
-struct OwnMotion {
-    std::vector<Mat3> shift, turn;  // of p_j, of phi_j (members)
-    Mat3 K[3];                      // columns of K
-
-    Mat3 hessian(const BendingShape& s, std::span<const BendingMember> members) const {
-        const Mat3 X = s.softness.asDiagonal(), Gamma = s.turn_moment.asDiagonal();
-        Mat3 H = Mat3::Zero(), F[3] = {H, H, H}, mean = H;
-        for (size_t j = 0; j < members.size(); ++j) mean += members[j].mean_part * shift[j];
-        for (size_t j = 0; j < members.size(); ++j) {
-            const Mat3 own = shift[j] - mean;
-            H += s.k * members[j].weight * (own.transpose() * X * own + turn[j].transpose() * Gamma * turn[j]);
-            for (int c = 0; c < 3; ++c) F[c] += members[j].pull[c] * own;
-        }
-        const double muV2 = 2 * s.mu * s.volume;
-        Mat3 torque = Mat3::Zero();
-        Eigen::RowVector3d trace = Eigen::RowVector3d::Zero();
-        for (int c = 0; c < 3; ++c) {
-            H += muV2 * F[c].transpose() * F[c];
-            torque += muV2 * cross_matrix(s.spanned.col(c)) * F[c];
-            trace += s.spanned.col(c).transpose() * F[c];
-            for (int d = 0; d < 3; ++d) {
-                H -= s.k * s.A(c, d) * F[c].transpose() * X * F[d];
-                H += K[c].transpose() * s.bending_less_turns.block<3, 3>(3 * c, 3 * d) * K[d];
-            }
-        }
-        H += s.pressure() * s.volume * trace.transpose() * trace;
-        Mat3 held = muV2 * (s.spanned.trace() * Mat3::Identity() - s.spanned);
-        held += Mat3((s.volume * s.shear).asDiagonal());
-        return H - torque.transpose() * held.inverse() * torque;
+// The Hessian of a group's energy at rest along motions that shift its members.
+class HessianAtRest {
+public:
+    explicit HessianAtRest(const BendingShape& s)
+        : s_(s), held_((2 * s.mu * s.volume) * (s.spanned.trace() * Mat3::Identity() - s.spanned)) {
+        held_ += Mat3((s.volume * s.shear).asDiagonal());
+        held_ = held_.inverse().eval();
     }
+
+    /// What a motion of three numbers does: to the members' own places, as k w m (shift^T X shift) summed, and to the
+    /// columns of F.
+    struct Shifts {
+        Mat3 square = Mat3::Zero(), F[3] = {Mat3::Zero(), Mat3::Zero(), Mat3::Zero()};
+    };
+    /// Of one motion beside another, where `square` is of both.
+    Mat3 operator()(const Mat3& square, const Shifts& a, const Shifts& b) const {
+        const Mat3 X = s_.softness.asDiagonal();
+        const double muV2 = 2 * s_.mu * s_.volume;
+        Mat3 H = square, torque_a = Mat3::Zero(), torque_b = torque_a;
+        Eigen::RowVector3d trace_a = Eigen::RowVector3d::Zero(), trace_b = trace_a;
+        for (int c = 0; c < 3; ++c) {
+            H += muV2 * a.F[c].transpose() * b.F[c];
+            const Mat3 cross = muV2 * cross_matrix(s_.spanned.col(c));
+            torque_a += cross * a.F[c], torque_b += cross * b.F[c];
+            trace_a += s_.spanned.col(c).transpose() * a.F[c], trace_b += s_.spanned.col(c).transpose() * b.F[c];
+            Mat3 known = Mat3::Zero();
+            for (int d = 0; d < 3; ++d) known += s_.A(c, d) * b.F[d];
+            H -= s_.k * a.F[c].transpose() * X * known;
+        }
+        H += s_.pressure() * s_.volume * trace_a.transpose() * trace_b;
+        return H - torque_a.transpose() * held_ * torque_b;
+    }
+
+    /// Of a shift that F takes as shift f^T.
+    Mat3 of_shift(const Mat3& square, const Vec3& f) const {
+        const double muV2 = 2 * s_.mu * s_.volume;
+        const Vec3 spanned = s_.spanned * f;
+        const Mat3 torque = muV2 * cross_matrix(spanned);
+        Mat3 H = square - torque.transpose() * held_ * torque;
+        H += s_.pressure() * s_.volume * spanned * spanned.transpose();
+        H -= s_.k * f.dot(s_.A * f) * Mat3(s_.softness.asDiagonal());
+        return H + muV2 * f.squaredNorm() * Mat3::Identity();
+    }
+
+private:
+    const BendingShape& s_;
+    Mat3 held_;  // inverse
 };
 
 }  // namespace
@@ -121,20 +140,24 @@ void BendingShapes::update(const SimulationMesh& rest, const LiveTopology& live,
     SUNDER_ASSERT(stiffness.size() == n && shapes.revision.size() == n);
     if (member_.size() != live.n_slots() || version_ != live.version() || !std::ranges::equal(thin_, bending.thin) ||
         !std::ranges::equal(pinned_, bending.pinned)) {
-        shape_.assign(n, {}), member_.assign(live.n_slots(), {}), key_.assign(n, {});
+        shape_.assign(n, {}), member_.assign(live.n_slots(), {}), key_.assign(n, {}), offset_.clear();
+        revision_.resize(n);
+        for (uint64_t& revision : revision_) ++revision;
         curvature_.assign(n, Mat3::Zero()), thin_.assign(bending.thin.begin(), bending.thin.end());
         pinned_.assign(bending.pinned.begin(), bending.pinned.end());
         version_ = live.version();
     }
+    const bool same_offsets = std::ranges::equal(offset_, bending.edge_offset);
+    if (!same_offsets) offset_.assign(bending.edge_offset.begin(), bending.edge_offset.end());
     workers.for_range(n, kGroupGrain, [&](size_t first, size_t last) {
         for (size_t g = first; g < last; ++g) {
             if (!bending.thin[g] || bending.pinned[g] || live.count(g) < 2) continue;
-            take_up_offsets(rest, live, bending.edge_offset, g);
+            if (!same_offsets) take_up_offsets(rest, live, bending.edge_offset, g);
             const Key key = {shapes.revision[g], stiffness[g].k, stiffness[g].volume_ratio};
             Mat3 curvature = Mat3::Zero();
             if (!bending.plastic_curvature.empty()) curvature = bending.plastic_curvature[g];
             if (key == key_[g] && curvature == curvature_[g]) continue;
-            key_[g] = key, curvature_[g] = curvature;
+            key_[g] = key, curvature_[g] = curvature, ++revision_[g];
             build(rest, live, shapes, stiffness[g], bending, g);
         }
     });
@@ -188,6 +211,7 @@ void BendingShapes::build(const SimulationMesh& rest, const LiveTopology& live, 
     }
     const Span span(s.A, s.rank), span_arm(s.A_arm, s.rank);
     s.spanned = span.projection;
+    s.span = span.basis, s.arm_span = span_arm.basis;
     for (BendingMember& m : members) {
         m.pull = m.weight * (span.inverse * m.q);
         m.pull_arm = m.weight * (span_arm.inverse * m.arm);
@@ -209,45 +233,84 @@ void BendingShapes::build(const SimulationMesh& rest, const LiveTopology& live, 
     for (int c = 0; c < 3; ++c)
         for (int d = 0; d < 3; ++d)
             s.bending_less_turns.block<3, 3>(3 * c, 3 * d) -= Mat3((s.k * s.A_arm(c, d) * s.turn_moment).asDiagonal());
+    s.lambda = s.pressure();
     shape_[g] = s;
     find_blocks(live, g);
 }
 
+// Each member's shift or turn alone. Members' turns move a group by K alone, so that all have one form of K in common;
+// K has two columns, those of the arms' span.
 void BendingShapes::find_blocks(const LiveTopology& live, ParticleIndex g) {
     const BendingShape& s = shape_[g];
     const std::span<BendingMember> members(member_.data() + live.begin(g), live.count(g));
-    const size_t n = members.size();
-    std::vector<Mat3> rate(n);
-    std::vector<Vec3> lever(n);
-    Vec3 mean = Vec3::Zero();
-    for (size_t j = 0; j < n; ++j) {
-        const Arc arc(s.plastic_curvature * members[j].arm, members[j].arm);
-        rate[j] = arc.rate, lever[j] = members[j].q + arc.place;
-        mean += members[j].mean_part * lever[j];
-    }
-    OwnMotion motion;
-    // Shifts and turns of the whole bent shape by K.
-    const auto bend_by_K = [&] {
-        for (size_t i = 0; i < n; ++i)
-            for (int c = 0; c < 3; ++c) motion.shift[i] -= members[i].arm[c] * rate[i] * motion.K[c];
-    };
-    for (size_t j = 0; j < n; ++j) {
-        motion.shift.assign(n, Mat3::Zero()), motion.turn.assign(n, Mat3::Zero());
-        std::ranges::fill(motion.K, Mat3::Zero());
-        motion.shift[j].setIdentity();
-        members[j].shift_block = motion.hessian(s, members);
-        motion.shift[j].setZero();
-        const bool is_cell = live.member(live.begin(g) + static_cast<uint32_t>(j)) == g;
-        for (size_t i = 0; i < n; ++i) {
-            if (!is_cell && i != j) continue;
-            if (is_cell) motion.shift[i] = cross_matrix(lever[i] - mean);
-            if (is_cell && i == j) continue;
-            const double sign = is_cell ? -1 : 1;
-            motion.turn[i] = sign * Mat3::Identity();
-            for (int c = 0; c < 3; ++c) motion.K[c] += sign * members[i].pull_arm[c] * Mat3::Identity();
+    const HessianAtRest hessian(s);
+    const Mat3 X = s.softness.asDiagonal();
+    HessianAtRest::Shifts by_K[2], by_cell;
+    Mat3 mean[2] = {Mat3::Zero(), Mat3::Zero()}, square_K[2][2] = {{mean[0], mean[0]}, {mean[0], mean[0]}};
+    Vec3 lever_mean = Vec3::Zero();
+    std::array<std::vector<Mat3>, 2> shift;  // of places by each column
+    std::vector<Vec3> lever;
+    double weights = 0;
+    for (const BendingMember& m : members) {
+        const Arc arc(s.plastic_curvature * m.arm, m.arm);
+        lever.push_back(m.q + arc.place);
+        lever_mean += m.mean_part * lever.back();
+        weights += m.weight;
+        for (int c = 0; c < 2; ++c) {
+            shift[c].push_back(-s.arm_span.col(c).dot(m.arm) * arc.rate);
+            mean[c] += m.mean_part * shift[c].back();
         }
-        bend_by_K();
-        members[j].turn_block = motion.hessian(s, members);
+    }
+    Mat3 turned = Mat3::Zero(), cross_K[2] = {turned, turned};  // of the cell's turn alone, and beside K
+    Vec3 cell_K = Vec3::Zero();                                 // what its turn takes off K, by columns
+    for (size_t i = 0; i < members.size(); ++i) {
+        const BendingMember& m = members[i];
+        const Mat3 swept = cross_matrix(lever[i] - lever_mean);
+        Mat3 own[2];
+        for (int c = 0; c < 2; ++c) own[c] = shift[c][i] - mean[c];
+        turned += s.k * m.weight * swept.transpose() * X * swept;
+        for (int c = 0; c < 2; ++c) {
+            cross_K[c] += s.k * m.weight * swept.transpose() * X * own[c];
+            for (int d = 0; d < 2; ++d) square_K[c][d] += s.k * m.weight * own[c].transpose() * X * own[d];
+            for (int k = 0; k < 3; ++k) by_K[c].F[k] += m.pull[k] * own[c];
+        }
+        for (int k = 0; k < 3; ++k) by_cell.F[k] += m.pull[k] * swept;
+        if (live.member(live.begin(g) + static_cast<uint32_t>(i)) != g) cell_K -= m.pull_arm;
+    }
+    Mat3 of_K[2][2];
+    for (int c = 0; c < 2; ++c)
+        for (int d = 0; d < 2; ++d) {
+            if (d < c) {
+                of_K[c][d] = of_K[d][c].transpose();
+                continue;
+            }
+            of_K[c][d] = hessian(square_K[c][d], by_K[c], by_K[d]);
+            for (int k = 0; k < 3; ++k)
+                for (int l = 0; l < 3; ++l)
+                    of_K[c][d] += s.arm_span(k, c) * s.arm_span(l, d) * s.bending_less_turns.block<3, 3>(3 * k, 3 * l);
+        }
+    const auto by_columns = [&](const Vec3& a, const Vec3& b) {
+        Mat3 H = Mat3::Zero();
+        for (int c = 0; c < 2; ++c)
+            for (int d = 0; d < 2; ++d) H += s.arm_span.col(c).dot(a) * s.arm_span.col(d).dot(b) * of_K[c][d];
+        return H;
+    };
+    const Mat3 Gamma = s.turn_moment.asDiagonal();
+    for (uint32_t slot = live.begin(g); slot < live.end(g); ++slot) {
+        BendingMember& m = members[slot - live.begin(g)];
+        const double other = weights - m.weight, part = m.mean_part;
+        const double square = s.k * (m.weight * (1 - part) * (1 - part) + other * part * part);
+        m.shift_block = to_sym(hessian.of_shift(square * X, m.pull - part * s.pull_sum));
+        if (live.member(slot) != g) {
+            m.turn_block = to_sym(by_columns(m.pull_arm, m.pull_arm) + s.k * m.weight * Gamma);
+            continue;
+        }
+        Mat3 H = hessian(turned, by_cell, by_cell) + by_columns(cell_K, cell_K) + s.k * other * Gamma;
+        for (int c = 0; c < 2; ++c) {
+            const Mat3 mixed = s.arm_span.col(c).dot(cell_K) * hessian(cross_K[c], by_cell, by_K[c]);
+            H += mixed + mixed.transpose();
+        }
+        m.turn_block = to_sym(H);
     }
 }
 

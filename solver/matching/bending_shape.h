@@ -14,6 +14,7 @@ namespace sunder {
 
 using Mat9 = Eigen::Matrix<double, 9, 9>;
 using Vec9 = Eigen::Matrix<double, 9, 1>;
+using Mat32 = Eigen::Matrix<double, 3, 2, Eigen::DontAlign>;
 
 /// What bends, and how it is bent for good.
 struct Bending {
@@ -24,20 +25,21 @@ struct Bending {
     std::span<const EdgeOffsets> edge_offset = {};  // of members, for good (n_edges), or empty: none
 };
 
-/// A member of such a group, in the axes of the group's fragment.
+/// A member of such a group, in the axes of the group's fragment. Kernels read it as numbers (BentRecords).
 struct BendingMember {
-    Vec3 q;             // F_P (xbar_j - xbar_g) less the weighted mean, m
-    Vec3 pull;          // w m A^+ q: F = sum p_j pull_j^T
-    Vec3 arm;           // F_P (xbar_j - xbar_g): from the fragment, m
-    Vec3 pull_arm;      // w m A'^+ arm: K = sum phi_j pull_arm_j^T
-    Vec3 offset;        // of the point that is matched, from a pinned member's centre, at rest in the world, m; else 0
-    double weight = 0;  // w m, kg
-    double mean_part = 0;          // of the weighted mean, -
-    MemberOffset own;              // what is so for good beside F_P and K_P
-    Mat3 shift_block, turn_block;  // of the Hessian at rest, of this member alone, in the axes
+    Vec3 q;                // F_P (xbar_j - xbar_g) less the weighted mean, m
+    double weight = 0;     // w m, kg
+    Vec3 pull;             // w m A^+ q: F = sum p_j pull_j^T
+    double mean_part = 0;  // of the weighted mean, -
+    Vec3 arm;              // F_P (xbar_j - xbar_g): from the fragment, m
+    Vec3 pull_arm;         // w m A'^+ arm: K = sum phi_j pull_arm_j^T
+    Vec3 offset;       // of the point that is matched, from a pinned member's centre, at rest in the world, m; else 0
+    MemberOffset own;  // what is so for good beside F_P and K_P
+    Sym3 shift_block, turn_block;  // of the Hessian at rest, of this member alone, in the axes
 };
 
-/// k and E of a group are in its material's units; axes are those of its fragment at rest.
+/// k and E of a group are in its material's units; axes are those of its fragment at rest. Kernels read it as numbers
+/// (BentRecords).
 struct BendingShape {
     int rank = 0;                       // directions that are spanned: 1 a rod, 2 a sheet; 0: the group pulls nothing
     int normal = 2;                     // of a sheet: across it
@@ -57,6 +59,9 @@ struct BendingShape {
     Mat9 bending_less_turns = Mat9::Zero();       // less k Gamma A_arm of the turns, which K is the best fit of, J m2
     Mat3 plastic_curvature = Mat3::Zero();
     Vec3 pull_sum = Vec3::Zero();  // sum of pulls: 0 but where pins are
+    // Orthonormal: P = span span^T, and the same of the arms; of a rod the second is 0. Pulls lie in them.
+    Mat32 span = Mat32::Zero(), arm_span = Mat32::Zero();
+    double lambda = 0;  // pressure(), Pa
 
     double youngs_modulus() const { return 2 * mu * (1 + nu); }
     /// Whether what r has along axis i stretches (else it bends), and what sigma has about it.
@@ -135,6 +140,10 @@ public:
     double softness(ParticleIndex g) const { return pulls(g) ? shape_[g].softness.minCoeff() : 1; }
     const BendingShape& shape(ParticleIndex g) const { return shape_[g]; }
     const BendingMember& member(size_t slot) const { return member_[slot]; }  // of LiveTopology
+    /// Another whenever the shape may be another, as far as particles do not move it.
+    uint64_t revision(ParticleIndex g) const { return revision_[g]; }
+    std::span<const BendingShape> shapes() const { return shape_; }
+    std::span<const BendingMember> members() const { return member_; }
 
 private:
     struct Key {  // what a shape was built from
@@ -152,6 +161,8 @@ private:
     std::vector<BendingShape> shape_;    // (n_particles)
     std::vector<BendingMember> member_;  // by slot
     std::vector<Key> key_;
+    std::vector<uint64_t> revision_;
+    std::vector<EdgeOffsets> offset_;  // that members were taken up with
     std::vector<uint8_t> pinned_;
     std::vector<Mat3> curvature_;  // K_P that was built with
     uint64_t version_ = 0;

@@ -3,57 +3,123 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
-#include "solver/data/rotations.h"
+#include "solver/lanes/instruction_set.h"
+#include "solver/matching/arc.h"
+#include "solver/matching/polar_decomposition.h"
 #include "solver/matching/section_flow.h"
 
 namespace sunder {
 namespace {
 
-// Numbers of a lane without what is rounding beside the largest of them: noise times noise is denormal in single
-// precision, which takes a hundred times as long (a plate of 600 fragments ran 2.5 times as long).
+// What of a group flows in the step, were its particles to stay where they are.
+Yielding yielding_of(const SweepInput& in, ParticleIndex g, const BentGroups& groups, size_t lane) {
+    if (!in.tether.empty() && in.tether[g] > 0) return {};
+    const double yield = in.flow->yield[g], share = in.flow->share[in.rest.material_of(g)];
+    if (yield == kNever || share == 0) return {};
+    const BendingShape& s = in.bending->shape(g);
+    return flow_section(s, section_strain(s, bent_group(groups, lane), s.plastic_curvature), in.flow->layers[g],
+                        unexplained(s, groups, lane), yield, share);
+}
+
+template <size_t n>
+Vec3 vector_of(const double (&from)[n][4], size_t lane) {
+    static_assert(n >= 3);
+    return Vec3(from[0][lane], from[1][lane], from[2][lane]);
+}
+Mat3 matrix_of(const double (&from)[3][3][4], size_t lane) {
+    Mat3 m;
+    for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k) m(i, k) = from[i][k][lane];
+    return m;
+}
+void put_matrix(const Mat3& m, size_t lane, double (*to)[3][4]) {
+    for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k) to[i][k][lane] = m(i, k);
+}
+
+void exact_arc(const double* turn, const double* q, double* o_arc) {
+    const Arc arc(Vec3(turn[0], turn[1], turn[2]), Vec3(q[0], q[1], q[2]));
+    for (int i = 0; i < 3; ++i) o_arc[i] = arc.place[i];
+    for (int i = 0; i < 9; ++i) o_arc[3 + i] = arc.rate(i / 3, i % 3);
+}
+
+// Numbers without what is rounding beside the largest of them (drop_noise of the kernels).
 template <class Numbers>
 Numbers without_noise(const Numbers& numbers) {
     constexpr double kNoise = 1e-12;
     const double least = kNoise * numbers.cwiseAbs().maxCoeff();
     return numbers.unaryExpr([&](double x) { return std::abs(x) < least ? 0.0 : x; });
 }
-
+using Pair = Eigen::Matrix<double, 2, 1, Eigen::DontAlign>;
 template <class Real>
-void put_matrix(const Mat3& m, size_t lane, Real (*to)[3][8]) {
-    const Mat3 numbers = without_noise(m);
-    for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k) to[i][k][lane] = static_cast<Real>(numbers(i, k));
-}
-template <class Real>
-void put_vector(const Vec3& v, size_t lane, Real (*to)[8]) {
-    put_lane(without_noise(v), lane, to);
-}
-template <class Real>
-void put_symmetric(const Mat3& m, size_t lane, Real (*to)[8]) {
-    put_lane(to_sym(without_noise(m)), lane, to);
-}
-
-Sym3 turned(const Mat3& axes, const Mat3& block, double factor) {
-    return to_sym(factor * (axes * block * axes.transpose()));
-}
-
-void add(const Sym3& other, Sym3& io_sum) {
-    for (size_t i = 0; i < 6; ++i) io_sum[i] += other[i];
-}
-
-// What of a group flows in the step, were its particles to stay where they are.
-Yielding yielding_of(const SweepInput& in, ParticleIndex g, const BentGroup& group,
-                     std::span<const BentMember> members) {
-    if (!in.flow || (!in.tether.empty() && in.tether[g] > 0)) return {};
-    const double yield = in.flow->yield[g], share = in.flow->share[in.rest.material_of(g)];
-    if (yield == kNever || share == 0) return {};
-    const BendingShape& s = in.bending->shape(g);
-    return flow_section(s, section_strain(s, group, s.plastic_curvature), in.flow->layers[g],
-                        unexplained(*in.bending, in.live, g, members), yield, share);
+void put_pair(const Pair& v, size_t lane, Real (*to)[8]) {
+    const Pair numbers = without_noise(v);
+    for (int i = 0; i < 2; ++i) to[i][lane] = static_cast<Real>(numbers(i));
 }
 
 }  // namespace
+
+const BentKernels& bent_kernels() {
+    static const BentKernels& best = SUNDER_BEST_KERNELS(kBentKernels);
+    return best;
+}
+
+BentRecords bent_records(const BendingShapes& shapes, const LiveTopology& live,
+                         std::span<const MovingParticle> particles) {
+    constexpr size_t number = sizeof(double);
+    using M = BendingMember;
+    static_assert(sizeof(M) == BentRecords::kMember * number);
+    static_assert(offsetof(M, weight) == 3 * number && offsetof(M, pull) == 4 * number);
+    static_assert(offsetof(M, mean_part) == 7 * number && offsetof(M, arm) == 8 * number);
+    static_assert(offsetof(M, pull_arm) == 11 * number && offsetof(M, offset) == 14 * number);
+    static_assert(offsetof(M, own) == 17 * number && offsetof(MemberOffset, turn) == 3 * number);
+    static_assert(offsetof(M, shift_block) == BentRecords::kShiftBlock * number);
+    static_assert(offsetof(M, turn_block) == BentRecords::kTurnBlock * number);
+    using S = BendingShape;
+    static_assert(sizeof(S) == BentRecords::kShape * number && offsetof(S, axes) == BentRecords::kAxes * number);
+    static_assert(offsetof(S, volume) == BentRecords::kVolume * number);
+    static_assert(offsetof(S, mu) == BentRecords::kMu * number && offsetof(S, k) == BentRecords::kK * number);
+    static_assert(offsetof(S, softness) == BentRecords::kSoftness * number);
+    static_assert(offsetof(S, turn_moment) == BentRecords::kTurnMoment * number);
+    static_assert(offsetof(S, shear) == BentRecords::kShear * number);
+    static_assert(offsetof(S, spanned) == BentRecords::kSpanned * number);
+    static_assert(offsetof(S, bending) == BentRecords::kBending * number);
+    static_assert(offsetof(S, plastic_curvature) == BentRecords::kPlasticCurvature * number);
+    static_assert(offsetof(S, span) == BentRecords::kSpan * number);
+    static_assert(offsetof(S, lambda) == BentRecords::kLambda * number);
+    return {moving_records(particles),
+            reinterpret_cast<const double*>(shapes.members().data()),
+            reinterpret_cast<const double*>(shapes.shapes().data()),
+            live.begins().data(),
+            live.ends().data(),
+            numbers(live.members()).data(),
+            optimal_rotation_svd,
+            exact_arc};
+}
+
+BentGroup bent_group(const BentGroups& groups, size_t lane) {
+    BentGroup of;
+    of.axes = matrix_of(groups.axes, lane), of.K = matrix_of(groups.K, lane);
+    of.F = matrix_of(groups.F, lane), of.R = matrix_of(groups.R, lane);
+    return of;
+}
+
+void bent_members(std::span<const BentRow> rows, size_t lane, std::span<BentMember> o_members) {
+    for (size_t j = 0; j < o_members.size(); ++j)
+        o_members[j].r = vector_of(rows[j].r, lane), o_members[j].sigma = vector_of(rows[j].sigma, lane);
+}
+
+Unexplained unexplained(const BendingShape& s, const BentGroups& groups, size_t lane) {
+    Unexplained sum;
+    for (int i = 0; i < 3; ++i) {
+        (s.shift_stretches(i) ? sum.stretch : sum.bend) += groups.shift_square[i][lane];
+        (s.turn_stretches(i) ? sum.stretch : sum.bend) += groups.turn_square[i][lane];
+    }
+    const double to_square = s.k / (s.youngs_modulus() * s.volume);  // as `unexplained` of bending_shape.h
+    return {to_square * sum.stretch, to_square * sum.bend};
+}
 
 template <class Real>
 bool BendingUnit<Real>::open(const SweepInput& in, const LaneLayout& layout, size_t unit) {
@@ -77,14 +143,16 @@ bool BendingUnit<Real>::open(const SweepInput& in, const LaneLayout& layout, siz
     for (size_t lane = 0; lane < n_lanes && !any; ++lane) any = bends(lane);
     if (!any) return false;
     lane_group_.resize(n_lanes);
-    is_thin_.assign(u.n_blocks(), 0);
+    is_thin_.assign(u.n_blocks(), 0), all_pull_.assign(u.n_blocks(), 1);
     for (size_t lane = 0; lane < n_lanes; ++lane) {
         lane_group_[lane] = bends(lane) ? layout.particle(first + lane) : kNone;
         if (bends(lane)) is_thin_[lane / kLanes] = 1;
+        if (!bends(lane) && layout.particle(first + lane) != kNone) all_pull_[lane / kLanes] = 0;
     }
     rows_.assign(u.n_rows(), {}), groups_.assign(u.n_blocks(), {}), diagonal_.assign(u.n_blocks(), {});
+    kept_.assign(u.n_blocks(), {});
     motion_.assign(n_lanes, {}), pulls_.assign(kLanes * u.n_rows() + 1, {}), cell_torque_.assign(4 * n_lanes, 0);
-    pull_.assign(kLanes * u.n_rows(), {Vec3::Zero(), Vec3::Zero(), {}, {}});
+    pull_.assign(kLanes * u.n_rows() + 1, {}), at_rest_.assign(n_lanes, {});
     twin_.assign(kLanes * u.n_rows(), kLanes * static_cast<uint32_t>(u.n_rows()));
     const uint32_t* const row_begin = layout.row_begin(unit);
     for (size_t lane = 0; lane < n_lanes; ++lane) {
@@ -104,6 +172,7 @@ bool BendingUnit<Real>::open(const SweepInput& in, const LaneLayout& layout, siz
                is_thin_.data(),
                twin_.data(),
                diagonal_.data(),
+               kept_.data(),
                motion_.data()->numbers,
                pulls_.data()->numbers,
                cell_torque_.data(),
@@ -114,55 +183,93 @@ bool BendingUnit<Real>::open(const SweepInput& in, const LaneLayout& layout, siz
 template <class Real>
 void BendingUnit<Real>::linearise(const SweepInput& in, std::span<const MovingParticle> particles,
                                   const UnitBlocks& blocks, std::span<GroupGoal> io_goals) {
+    const BentRecords records = bent_records(*in.bending, in.live, particles);
+    const uint32_t* const row_begin = layout_->row_begin(unit_);
     blocks([&](size_t begin, size_t end) {
-        std::vector<BentMember> members;
-        for (size_t lane = kLanes * begin; lane < kLanes * end; ++lane) {
-            const uint32_t g = lane_group_[lane];
-            if (g == kNone) continue;
-            members.resize(in.live.count(g));
-            const BentGroup group = bend(*in.bending, in.live, particles, g, members);
-            const Yielding yielding = yielding_of(in, g, group, members);
-            pull_back(*in.bending, in.live, g, group, yielding, members);
-            put(in, g, lane, group, members);
-            if (!io_goals.empty())
-                io_goals[g].rotation =
-                    Quat(Mat3(group.axes * group.R * in.bending->shape(g).axes.transpose())).normalized();
+        std::vector<BentRow> rows;
+        for (size_t block = begin; block < end; ++block) {
+            if (!is_thin_[block]) continue;
+            rows.resize(row_begin[block + 1] - row_begin[block]);
+            for (size_t lane = kLanes * block; lane < kLanes * (block + 1); ++lane)
+                if (lane_group_[lane] != kNone) put_at_rest(in, lane);
+            for (size_t lane = kLanes * block; lane < kLanes * (block + 1); lane += 4)
+                linearise_four(in, records, lane, rows, io_goals);
         }
     });
 }
 
+// What particles do not move, in the units of a step.
 template <class Real>
-void BendingUnit<Real>::put(const SweepInput& in, ParticleIndex g, size_t lane, const BentGroup& group,
-                            std::span<const BentMember> members) {
-    const BendingShape& s = in.bending->shape(g);
+void BendingUnit<Real>::put_at_rest(const SweepInput& in, size_t lane) {
+    const uint32_t g = lane_group_[lane];
     const double b = in.span[g] * in.span[g];
+    const AtRest now{in.bending->revision(g), b};
+    if (at_rest_[lane] == now) return;
+    at_rest_[lane] = now;
+    const BendingShape& s = in.bending->shape(g);
     const size_t l = lane % kLanes, first = layout_->row_begin(unit_)[lane / kLanes];
     BendingGroups<Real>& to = groups_[lane / kLanes];
-    const Mat3 RP = group.R * s.spanned;
-    const double stretch = 2 * s.mu * s.volume;
-    Mat3 held = stretch * (s.spanned.trace() * Mat3::Identity() - RP * group.R.transpose());
-    held += Mat3((s.volume * s.shear).asDiagonal());
-    put_symmetric(b * stretch * stretch * held.inverse(), l, to.held);
-    put_matrix(group.axes, l, to.axes), put_matrix(RP, l, to.RP);
-    put_vector(s.softness, l, to.softness), put_vector(s.turn_moment, l, to.kGamma);
-    put_vector(s.pull_sum, l, to.pull_sum);
-    put_symmetric(b * s.k * s.A, l, to.kA);
-    to.stretch[l] = static_cast<Real>(b * stretch), to.pressure[l] = static_cast<Real>(b * s.pressure() * s.volume);
-    const Mat9 bending = without_noise(Mat9(b * s.bending_less_turns));
-    for (int i = 0; i < 9; ++i)
-        for (int k = 0; k < 9; ++k) to.bending[i][k][l] = static_cast<Real>(bending(i, k));
-    for (size_t j = 0; j < members.size(); ++j) {
-        const BendingMember& rest = in.bending->member(in.live.begin(g) + j);
-        const BentMember& m = members[j];
+    put_lane(s.turn_moment, l, to.Gamma);
+    put_pair<Real>(s.span.transpose() * s.pull_sum, l, to.pull_sum);
+    put_pair<Real>((b * s.k * (s.span.transpose() * s.A * s.span)).diagonal(), l, to.kA);
+    to.stretch[l] = static_cast<Real>(b * 2 * s.mu * s.volume);
+    to.pressure[l] = static_cast<Real>(b * s.pressure() * s.volume);
+    Eigen::Matrix<double, 6, 6> form = Eigen::Matrix<double, 6, 6>::Zero();
+    for (int c = 0; c < 2; ++c)
+        for (int d = 0; d < 2; ++d)
+            for (int k = 0; k < 3; ++k)
+                for (int m = 0; m < 3; ++m)
+                    form.block<3, 3>(3 * c, 3 * d) += b * s.arm_span(k, c) * s.arm_span(m, d) *
+                                                      s.bending_less_turns.template block<3, 3>(3 * k, 3 * m);
+    form = without_noise(form);
+    for (int i = 0; i < 6; ++i)
+        for (int k = 0; k < 6; ++k) to.bending[i][k][l] = static_cast<Real>(form(i, k));
+    for (size_t j = 0; j < in.live.count(g); ++j) {
+        const BendingMember& m = in.bending->member(in.live.begin(g) + j);
         BendingRow<Real>& row = rows_[first + j];
-        row.weight[l] = static_cast<Real>(b * s.k * rest.weight), row.mean_part[l] = static_cast<Real>(rest.mean_part);
-        put_vector(rest.arm, l, row.arm), put_vector(rest.pull, l, row.pull);
-        put_vector(rest.pull_arm, l, row.pull_arm), put_vector(m.p, l, row.lever);
-        put_matrix(m.turn_rate * group.axes.transpose(), l, row.turn_rate);
-        put_matrix(m.arc_rate, l, row.arc_rate);
-        pull_[kLanes * (first + j) + l] = {b * m.force, b * m.torque, turned(group.axes, rest.shift_block, b),
-                                           turned(group.axes, rest.turn_block, b)};
+        row.weight[l] = static_cast<Real>(b * s.k * m.weight), row.mean_part[l] = static_cast<Real>(m.mean_part);
+        put_pair<Real>(s.arm_span.transpose() * m.arm, l, row.arm);
+        put_pair<Real>(s.span.transpose() * m.pull, l, row.pull);
+        put_pair<Real>(s.arm_span.transpose() * m.pull_arm, l, row.pull_arm);
     }
+}
+
+template <class Real>
+void BendingUnit<Real>::linearise_four(const SweepInput& in, const BentRecords& records, size_t lane,
+                                       std::span<BentRow> io_rows, std::span<GroupGoal> io_goals) {
+    // In a lane whose group does not bend another's is gone through, and counts nothing.
+    const auto* const own = lane_group_.data() + lane;
+    const auto* const any = std::find_if(own, own + 4, [](uint32_t g) { return g != kNone; });
+    if (any == own + 4) return;
+    uint32_t groups[4];
+    double b[4];
+    for (size_t i = 0; i < 4; ++i) {
+        groups[i] = own[i] == kNone ? *any : own[i];
+        b[i] = own[i] == kNone ? 0 : in.span[own[i]] * in.span[own[i]];
+    }
+    BentGroups bent;
+    kernels_.bend(records, groups, io_rows.size(), true, bent, io_rows.data());
+    YieldingGroups yielding;
+    bool flows = false;
+    for (size_t i = 0; i < 4 && in.flow; ++i) {
+        const Yielding of = yielding_of(in, groups[i], bent, i);
+        const BendingShape& s = in.bending->shape(groups[i]);
+        flows |= of.flows();
+        put_matrix(of.flowed.stretch, i, yielding.stretch), put_matrix(of.flowed.K, i, yielding.K);
+        const Vec3 shift = of.shift_left(s), turn = of.turn_left(s);
+        for (int c = 0; c < 3; ++c) yielding.shift_left[c][i] = shift[c], yielding.turn_left[c][i] = turn[c];
+    }
+    const size_t block = lane / kLanes, first = layout_->row_begin(unit_)[block];
+    const BentLanes<Real> to{groups_[block], rows_.data() + first, pull_.data() + kLanes * first, lane % kLanes};
+    if constexpr (std::is_same_v<Real, float>)
+        kernels_.linearise(records, groups, b, io_rows.size(), bent, io_rows.data(), flows ? &yielding : nullptr, to);
+    else
+        kernels_.linearise_full(records, groups, b, io_rows.size(), bent, io_rows.data(), flows ? &yielding : nullptr,
+                                to);
+    for (size_t i = 0; i < 4 && !io_goals.empty(); ++i)
+        if (own[i] != kNone)
+            io_goals[own[i]].rotation =
+                Quat(bent.rotation[3][i], bent.rotation[0][i], bent.rotation[1][i], bent.rotation[2][i]);
 }
 
 template <class Real>
@@ -171,40 +278,12 @@ void BendingUnit<Real>::add_residual(std::span<NewtonParticles> io_newton, std::
     const uint32_t* const row_begin = layout_->row_begin(unit_);
     blocks([&](size_t begin, size_t end) {
         for (size_t block = begin; block < end; ++block) {
-            NewtonParticles& p = io_newton[block];
-            p.magnitude = 0;
-            diagonal_[block] = {};
-            for (size_t lane = 0; lane < kLanes; ++lane) {
-                const double inverse = static_cast<double>(particles[block].inverse_turn[lane]);
-                if (inverse == 0) continue;
-                const double free = particles[block].inverse_shift[lane] == 0 ? 0 : 1;
-                Sym3 H;
-                for (size_t i = 0; i < 6; ++i) H[i] = p.inertia[i][lane];
-                const double mass = p.mass[lane];
-                Vec3 force = Vec3::Zero(), torque = force;
-                Sym3 shift_block = {mass / inverse, mass / inverse, mass / inverse, 0, 0, 0}, turn_block = H;
-                for (double& number : turn_block) number /= inverse;
-                for (size_t row = row_begin[block]; row < row_begin[block + 1]; ++row) {
-                    const uint32_t twin = twin_[kLanes * row + lane];
-                    if (twin == pull_.size()) continue;
-                    force += pull_[twin].force, torque += pull_[twin].torque;
-                    add(pull_[twin].shift_block, shift_block), add(pull_[twin].turn_block, turn_block);
-                }
-                const Mat3 inverse_inertia = to_matrix(H).inverse();
-                Vec3 shift, turn;
-                for (int i = 0; i < 3; ++i) shift[i] = p.residual[i][lane], turn[i] = p.residual[i + 3][lane];
-                shift += free * (force / mass), turn += inverse_inertia * torque;
-                for (int i = 0; i < 3; ++i) p.residual[i][lane] = shift[i], p.residual[i + 3][lane] = turn[i];
-                const Mat3 inverse_shift = free * to_matrix(shift_block).inverse();
-                const Mat3 inverse_turn = to_matrix(turn_block).inverse();
-                BlockDiagonal<Real>& to = diagonal_[block];
-                put_symmetric(inverse_shift, lane, to.inverse_shift);
-                put_symmetric(inverse_turn, lane, to.inverse_turn);
-                put_symmetric(inverse_inertia, lane, to.inverse_inertia);
-                to.inverse_mass[lane] = static_cast<Real>(1 / mass);
-                const Vec3 pushed = mass * shift, twisted = to_matrix(H) * turn;
-                p.magnitude += pushed.dot(inverse_shift * pushed) + twisted.dot(inverse_turn * twisted);
-            }
+            const size_t first = row_begin[block], n = row_begin[block + 1] - first;
+            const uint32_t* const twins = twin_.data() + kLanes * first;
+            if constexpr (std::is_same_v<Real, float>)
+                kernels_.add_pulls(pull_.data(), twins, n, particles[block], io_newton[block], diagonal_[block]);
+            else
+                kernels_.add_pulls_full(pull_.data(), twins, n, particles[block], io_newton[block], diagonal_[block]);
         }
     });
 }

@@ -6,9 +6,19 @@
 
 #include "solver/matching/bending_kernels.h"
 #include "solver/matching/bending_shape.h"
+#include "solver/matching/bent_kernels.h"
 #include "solver/matching/sweep_store.h"
 
 namespace sunder {
+
+const BentKernels& bent_kernels();
+/// What they are to read.
+BentRecords bent_records(const BendingShapes& shapes, const LiveTopology& live,
+                         std::span<const MovingParticle> particles);
+/// Of four groups one.
+BentGroup bent_group(const BentGroups& groups, size_t lane);
+void bent_members(std::span<const BentRow> rows, size_t lane, std::span<BentMember> o_members);  // r and sigma alone
+Unexplained unexplained(const BendingShape& shape, const BentGroups& groups, size_t lane);
 
 /// What a Newton step makes of the thin groups of a unit, where its particles are; kept from the residual to the end of
 /// the solve.
@@ -27,31 +37,39 @@ public:
                       const UnitBlocks& blocks);
 
     bool bends() const { return !lane_group_.empty(); }
+    bool is_all_thin() const { return arrays_.is_all_thin; }
+    bool all_pull(size_t block) const { return all_pull_[block] != 0; }  // no group of the block is held or a block
     const BendingArrays<Real>& arrays() const { return arrays_; }
+    std::span<const BentPull> pulls() const { return pull_; }  // by row and lane; the last is 0
 
 private:
-    struct Pull {  // of a group at a member
-        Vec3 force, torque;
-        Sym3 shift_block, turn_block;  // of the Hessian, times span^2, world
-    };
     struct alignas(8 * sizeof(Real)) Record {
         Real numbers[8];
     };
-    void put(const SweepInput& input, ParticleIndex g, size_t lane, const BentGroup& group,
-             std::span<const BentMember> members);
+    struct AtRest {  // what a lane was put with
+        uint64_t revision = 0;
+        double b = -1;
+        bool operator==(const AtRest&) const = default;
+    };
+    void put_at_rest(const SweepInput& input, size_t lane);
+    void linearise_four(const SweepInput& input, const BentRecords& records, size_t lane, std::span<BentRow> io_rows,
+                        std::span<GroupGoal> io_goals);
 
+    const BentKernels& kernels_ = bent_kernels();
     const LaneLayout* layout_ = nullptr;
     size_t unit_ = 0;
     uint64_t version_ = 0;
     std::vector<uint32_t> lane_group_;  // that bends, or kNone (by lane)
+    std::vector<AtRest> at_rest_;       // by lane
     std::vector<BendingRow<Real>> rows_;
     std::vector<BendingGroups<Real>> groups_;
-    std::vector<uint8_t> is_thin_;
+    std::vector<uint8_t> is_thin_, all_pull_;  // by block
     std::vector<uint32_t> twin_;
     std::vector<BlockDiagonal<Real>> diagonal_;
+    std::vector<KeptMotion<Real>> kept_;
     std::vector<Record> motion_, pulls_;
     std::vector<Real> cell_torque_;
-    std::vector<Pull> pull_;  // by row and lane
+    std::vector<BentPull> pull_;  // by row and lane; the last is 0
     BendingArrays<Real> arrays_ = {};
 };
 

@@ -120,6 +120,7 @@ void ConjugateGradients<Real>::pull_on_motion(const SweepInput& in, const LaneLa
         for (size_t i = 0; kernels.bending && i < 6; ++i)
             kernels.bending->motion[8 * (block * kLanes + lane) + i + i / 3] = static_cast<Real>(p.residual[i][lane]);
         for (auto& numbers : cg[block].residual) numbers[lane] = 0;  // nothing of the particle's own in `product`
+        if (kernels.bending && lane == 0) kernels.bending->kept[block] = {};
     });
     blocks([&](size_t begin, size_t end) { kernels.newton.fit_groups(arrays, begin, end); });
     blocks([&](size_t begin, size_t end) { kernels.newton.gather_product(arrays, begin, end); });

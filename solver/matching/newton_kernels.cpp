@@ -66,16 +66,36 @@ SUNDER_INLINE void take(const CgArrays<Real>& a, size_t block, size_t lane, cons
 template <bool bends, class Real, class V>
 SUNDER_INLINE double put(const CgArrays<Real>& a, const Preconditioned<V>& z, const V (&s)[6], size_t first) {
     const V zero = {};
-    const V force[4] = {z.force[0], z.force[1], z.force[2], zero};
-    const V torque[4] = {z.torque[0], z.torque[1], z.torque[2], zero};
-    scatter4<8>(a.momentum + 8 * first, 0, force);
-    scatter4<8>(a.momentum + 8 * first, 4, torque);
+    if (!bends || !a.bending->is_all_thin) {
+        const V force[4] = {z.force[0], z.force[1], z.force[2], zero};
+        const V torque[4] = {z.torque[0], z.torque[1], z.torque[2], zero};
+        scatter4<8>(a.momentum + 8 * first, 0, force);
+        scatter4<8>(a.momentum + 8 * first, 4, torque);
+    }
     if constexpr (bends) {
+        KeptMotion<Real>& kept = a.bending->kept[first / 8];
+        const size_t lane = first % 8;
+        for (int i = 0; i < 6; ++i) store(kept.z[i] + lane, z.z[i]);
+        for (int i = 0; i < 3; ++i) store(kept.force[i] + lane, z.force[i]), store(kept.torque[i] + lane, z.torque[i]);
         const V shift[4] = {z.z[0], z.z[1], z.z[2], zero}, turn[4] = {z.z[3], z.z[4], z.z[5], zero};
         scatter4<8>(a.bending->motion + 8 * first, 0, shift);
         scatter4<8>(a.bending->motion + 8 * first, 4, turn);
     }
     return static_cast<double>(sum(dot(z.force, s) + dot(z.torque, s + 3)));
+}
+
+// What `put` wrote last, of s as it is; of a diagonal of 3x3 blocks it is dear to find.
+template <bool bends, class V, class Real>
+SUNDER_INLINE void take_again(const CgArrays<Real>& a, size_t block, size_t lane, const V (&s)[6],
+                              Preconditioned<V>& out) {
+    if constexpr (bends) {
+        const KeptMotion<Real>& kept = a.bending->kept[block];
+        for (int i = 0; i < 6; ++i) out.z[i] = load<V>(kept.z[i] + lane);
+        for (int i = 0; i < 3; ++i)
+            out.force[i] = load<V>(kept.force[i] + lane), out.torque[i] = load<V>(kept.torque[i] + lane);
+    } else {
+        take<bends>(a, block, lane, s, out);
+    }
 }
 
 template <class Real, bool bends>
@@ -178,7 +198,7 @@ void gather_product(const CgArrays<Real>& a, size_t begin, size_t end) {
             V s[6], product[6];
             for (int i = 0; i < 6; ++i) s[i] = load<V>(p.residual[i] + lane);
             Preconditioned<V> z;
-            take<bends>(a, block, lane, s, z);
+            take_again<bends>(a, block, lane, s, z);
             const V own_shift = load<V>(p.own_shift + lane), own_turn = load<V>(p.own_turn + lane);
             for (int i = 0; i < 3; ++i) {
                 product[i] = load<V>(v.product[i] + lane) + (own_shift * z.z[i] - shift[i]);
@@ -209,7 +229,7 @@ void advance(const CgArrays<Real>& a, Real alpha, Real beta, size_t begin, size_
             V s[6];
             Preconditioned<V> z;
             for (int i = 0; i < 6; ++i) s[i] = load<V>(p.residual[i] + lane);
-            take<bends>(a, block, lane, s, z);
+            take_again<bends>(a, block, lane, s, z);
             for (int i = 0; i < 6; ++i) {
                 const V direction = z.z[i] + beta * load<V>(v.direction[i] + lane);
                 const V image = load<V>(v.product[i] + lane) + beta * load<V>(v.image[i] + lane);

@@ -58,6 +58,7 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
     gradients.fit(layout_);
     precision.stores.resize(n_stores(workers));
     precision.bending.resize(in.bending ? layout_.units().size() : 0);
+    no_rows_.resize(in.bending ? layout_.n_blocks() + 1 : 0);
     for_units(layout_, kSharedUnit, workers, [&](size_t u, size_t slot, const UnitBlocks& blocks) {
         const LaneLayout::Unit& unit = layout_.units()[u];
         UnitResidual& residual = residual_[u];
@@ -71,6 +72,8 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
         Scratch& scratch = scratch_[slot];
         scratch.particles.resize(unit.n_blocks()), scratch.ellipsoids.resize(kLanes * unit.n_blocks());
         store.open(in, layout_, u, blocks);
+        BendingUnit<Real>* const bending = in.bending ? &precision.bending[u] : nullptr;
+        const bool bends = bending && bending->open(in, layout_, u), all_thin = bends && bending->is_all_thin();
         SweepArrays<double> arrays = store.arrays();
         arrays.ellipsoids = scratch.ellipsoids.data();
         if constexpr (std::is_same_v<Real, float>)
@@ -88,11 +91,13 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
         blocks([&](size_t begin, size_t end) {
             for (size_t block = begin; block < end; ++block) {  // what is taken up is matched while it is near
                 store.take_up(in, *sweep_kernels_, block, block + 1);
+                if (all_thin && bending->all_pull(block)) continue;
                 store.load(in, io_goals, block, block + 1);
                 sweep_kernels_->match_for_newton(arrays, block, block + 1);
                 store.give_rotations(io_goals, block, block + 1);
             }
         });
+        if (all_thin) arrays.row_begin = no_rows_.data();  // matched groups pull nothing
         blocks([&](size_t begin, size_t end) {
             if constexpr (std::is_same_v<Real, float>)
                 sweep_kernels_->gather_residual(arrays, scratch.particles.data(), gradients.particles(unit), begin,
@@ -101,10 +106,9 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
                 sweep_kernels_->gather_residual_full(arrays, scratch.particles.data(), gradients.particles(unit), begin,
                                                      end);
         });
-        if (in.bending && precision.bending[u].open(in, layout_, u)) {
-            BendingUnit<Real>& bending = precision.bending[u];
-            bending.linearise(in, particles, blocks, io_goals);
-            bending.add_residual(scratch.particles, {gradients.particles(unit), unit.n_blocks()}, blocks);
+        if (bends) {
+            bending->linearise(in, particles, blocks, io_goals);
+            bending->add_residual(scratch.particles, {gradients.particles(unit), unit.n_blocks()}, blocks);
         }
         change(u, blocks, std::span(scratch.particles), precision.stores[store_of(u, slot)]);
         residual.now = residual.size = 0;

@@ -90,6 +90,7 @@ private:
     std::vector<SweepStore<double>> stores_;  // as store_of
     std::vector<Scratch> scratch_;            // by slot
     std::vector<UnitResidual> residual_;      // by unit
+    std::vector<uint32_t> no_rows_;           // as LaneLayout's, of blocks that have none
     struct BlockResidual {
         double magnitude, size;  // as NewtonParticles
     };

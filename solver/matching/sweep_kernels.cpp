@@ -1,7 +1,7 @@
 // Compiled once for each instruction set (lanes.h).
 #include "solver/matching/sweep_kernels.h"
 
-#include "solver/lanes/lane_matrices.h"
+#include "solver/lanes/lane_rotation.h"
 #include "solver/matching/lane_copies.h"
 
 namespace sunder {
@@ -258,32 +258,6 @@ void average(const SweepArrays<float>& a, SweepParticle<float>* particles, Jacob
         scatter4<8>(particles[8 * block].x, 0, x);
         scatter4<8>(particles[8 * block].x, 4, d);
     }
-}
-
-// The rotation vector of a unit quaternion, 2 log q, of the representative with w >= 0. With t the tangent of a quarter
-// of the angle it is v 4 atan(t) / (t (1 + w)), t2 = t^2 = |v|^2 / (1 + w)^2 <= 1; atan by halving the angle once more
-// and a polynomial (Chebyshev points, error below 1e-16).
-SUNDER_INLINE void rotation_vector(const Doubles (&q)[4], Doubles (&out)[3]) {
-    constexpr double kArcTangent[] = {1.0,
-                                      -0.3333333333333312,
-                                      0.19999999999940837,
-                                      -0.14285714279244968,
-                                      0.11111110744657099,
-                                      -0.09090896801472813,
-                                      0.07692045194561481,
-                                      -0.06662950246036792,
-                                      0.05846866752275139,
-                                      -0.05035049795312439,
-                                      0.03796390316111083,
-                                      -0.017803896394812564};
-    const Doubles zero = {}, one = zero + 1.0, sign = select<Doubles>(q[3] < zero, -one, one);
-    const Doubles w1 = one + sign * q[3];
-    const Doubles t2 = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2]) / (w1 * w1), root1 = one + root(one + t2);
-    const Doubles u = t2 / (root1 * root1);
-    Doubles series = zero + kArcTangent[11];
-    for (int i = 10; i >= 0; --i) series = kArcTangent[i] + u * series;
-    const Doubles factor = sign * (8.0 * series / (root1 * w1));
-    for (int i = 0; i < 3; ++i) out[i] = factor * q[i];
 }
 
 // a times the conjugate of b, both x, y, z, w.

@@ -35,6 +35,21 @@ void stretch_for_good(const BendingShape& s, int i, int j, const Mat2& flowed, M
 
 }  // namespace
 
+FacePrincipal principal_of(const BendingShape& s, const Mat3& strain) {
+    if (s.rank == 1) return {strain.diagonal(), s.axes};
+    const int n = s.normal, i = (n + 1) % 3, j = (n + 2) % 3;
+    Mat2 in_plane;
+    in_plane << strain(i, i), strain(i, j), strain(i, j), strain(j, j);
+    const PlaneEigen of(in_plane);
+    const double c = of.direction[0], sine = of.direction[1];
+    FacePrincipal out;
+    out.strain = {of.high, of.low, strain(n, n)};
+    out.directions.col(0) = c * s.axes.col(i) + sine * s.axes.col(j);
+    out.directions.col(1) = c * s.axes.col(j) - sine * s.axes.col(i);
+    out.directions.col(2) = s.axes.col(n);
+    return out;
+}
+
 double flowing_share(const Material& material, double h) { return -math::expm1(-material.flow_rate * h); }
 
 BentFlow flow_bending(const BendingShape& s, const BentGroup& group, const Unexplained& rest, const Material& material,

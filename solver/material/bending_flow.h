@@ -24,6 +24,13 @@ struct FaceStrains {
     std::array<Mat3, 4> strain;
 };
 
+/// Of such a strain, in no order; columns of `directions` are in the rest axes of the world.
+struct FacePrincipal {
+    Vec3 strain;
+    Mat3 directions;
+};
+FacePrincipal principal_of(const BendingShape& shape, const Mat3& strain);
+
 /// What a thin group's flow did.
 struct BentFlow : Yielding {
     FaceStrains faces;  // after it

@@ -1,12 +1,12 @@
 #include "solver/step/flow.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <atomic>
 
 #include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
+#include "solver/matching/bending_unit.h"
 #include "solver/matching/groups_by_size.h"
 #include "solver/material/bending_flow.h"
 #include "solver/material/group_stretch.h"
@@ -51,7 +51,7 @@ private:
     double strain_limit(ParticleIndex group) const;
     bool add_if_it_gives_way(ParticleIndex group, const PrincipalStretch& principal, GivingWay& io_groups) const;
     Found give_way(GivingWay& io_groups, const StretchKernels& kernels);
-    Found flow_bent(ParticleIndex group);
+    Found flow_bent(ParticleIndex group, const BentGroups& four, size_t lane, std::span<const BentRow> rows);
     void let_members_go(ParticleIndex group, const BendingShape& shape, const BentFlow& flow,
                         std::span<const BentMember> members);
     void note_stretch(ParticleIndex group, const GroupStretches& stretches, size_t lane);
@@ -74,6 +74,10 @@ Found Flow::run() {
     const bool any_fades = !state_.edge_damage.empty() && context_.settings.method == Method::projective;
     stretch_.resize(any_fades ? context_.n_particles() : 0);
     std::atomic<bool> changed{false}, overloaded{false};
+    const auto note = [&](const Found& found) {
+        if (found.changed) changed = true;
+        if (found.overloaded) overloaded = true;
+    };
     const GroupStretcher stretcher(model_.live, model_.shapes, movables_.moving, goals_);
     const auto four = [&](const uint32_t(&groups)[4], uint32_t n) {
         GroupStretches stretches;
@@ -96,27 +100,33 @@ Found Flow::run() {
             if (measures_) state_.strain[groups[i]] = largest_strain(principal, i);
         }
         if (giving_way.n == 0) return;
-        const Found found = give_way(giving_way, stretcher.kernels());
-        if (found.changed) changed = true;
-        if (found.overloaded) overloaded = true;
+        note(give_way(giving_way, stretcher.kernels()));
     };
+    const BentRecords bent_as_they_are = bent_records(model_.bending, model_.live, movables_.moving);
     for_groups(context_, [&](size_t first, size_t last) {
-        GroupsBySize waiting;
+        GroupsBySize waiting, bending;
+        std::vector<BentRow> rows;
+        const auto four_bent = [&](const uint32_t(&groups)[4], uint32_t n) {
+            uint32_t most = 0;
+            for (const uint32_t g : groups) most = std::max(most, model_.live.count(g));
+            rows.resize(most);
+            BentGroups bent;
+            bent_kernels().bend(bent_as_they_are, groups, most, false, bent, rows.data());
+            for (uint32_t i = 0; i < n; ++i) note(flow_bent(groups[i], bent, i, rows));
+        };
         for (uint32_t g = static_cast<uint32_t>(first); g < last; ++g) {
             strains_[g].load = 0;
             if (kept_[g]) continue;
             if (!stretch_.empty()) stretch_[g] = {};  // of what is neither stretched nor bent it stays so
             const bool is_thin = model_.is_thin(g);
-            if (model_.bends(g)) {
-                const Found found = flow_bent(g);
-                if (found.changed) changed = true;
-                if (found.overloaded) overloaded = true;
-            } else if (model_.live.count(g) == 1 || is_thin)
+            const bool bends = model_.bends(g);
+            if (model_.live.count(g) == 1 || (is_thin && !bends))
                 state_.strain[g] = 0;
-            else if (measures_ || follows(g) || strain_limit(g) < kNever)
-                waiting.add(g, model_.live.count(g), four);
+            else if (measures_ || (bends ? fades(g) : follows(g)) || strain_limit(g) < kNever)
+                bends ? bending.add(g, model_.live.count(g), four_bent) : waiting.add(g, model_.live.count(g), four);
         }
         waiting.finish(four);
+        bending.finish(four_bent);
     });
     return {changed, overloaded};
 }
@@ -188,26 +198,22 @@ void Flow::note_stretch(ParticleIndex g, const GroupStretches& stretches, size_t
 }
 
 // A thin group, by the strain at its faces.
-Found Flow::flow_bent(ParticleIndex g) {
-    std::vector<BentMember> members(model_.live.count(g));
+Found Flow::flow_bent(ParticleIndex g, const BentGroups& four, size_t lane, std::span<const BentRow> rows) {
     const BendingShape& shape = model_.bending.shape(g);
-    const BentGroup group = bend(model_.bending, model_.live, movables_.moving, g, members);
-    goals_[g].rotation = Quat(Mat3(group.axes * group.R * shape.axes.transpose())).normalized();
-    if (!measures_ && !fades(g) && strain_limit(g) == kNever) return {};
+    const auto& q = four.rotation;
+    goals_[g].rotation = Quat(q[3][lane], q[0][lane], q[1][lane], q[2][lane]);
     const Material own = material(g);
     BendingPlasticity plastic = {state_.plastic_deformation[g], state_.plastic_curvature[g], state_.layer_strain[g],
                                  state_.yield[g]};
     Found found;
     // What was rigid in a clamp that lets go bends, but not for good: what is bent beside it eases into it.
-    const BentFlow flow = flow_bending(shape, group, unexplained(model_.bending, model_.live, g, members), own,
+    const BentFlow flow = flow_bending(shape, bent_group(four, lane), unexplained(shape, four, lane), own,
                                        movables_.tethers.hold(g) ? 0 : seconds_, plastic);
     const FaceStrains& faces = flow.faces;
     found.changed = flow.flows();
     state_.strain[g] = 0;
     for (size_t face = 0; face < faces.n; ++face) {
-        const Eigen::SelfAdjointEigenSolver<Mat3> principal(faces.strain[face]);
-        const Vec3 strain = principal.eigenvalues();
-        const Mat3 directions = shape.axes * principal.eigenvectors();
+        const auto& [strain, directions] = principal_of(shape, faces.strain[face]);
         state_.strain[g] = std::max(state_.strain[g], strain.cwiseAbs().maxCoeff());
         const Quat& R = goals_[g].rotation;
         const GroupStrain load = is_uneven(g) ? uneven_group_strain(strain, directions, R, own, groups(), g)
@@ -224,6 +230,8 @@ Found Flow::flow_bent(ParticleIndex g) {
         flowed_[g] = plastic.F_P != state_.plastic_deformation[g];
         state_.plastic_deformation[g] = plastic.F_P, state_.plastic_curvature[g] = plastic.K_P;
         state_.layer_strain[g] = plastic.remainder, state_.yield[g] = plastic.yield;
+        std::vector<BentMember> members(model_.live.count(g));
+        bent_members(rows, lane, members);
         let_members_go(g, shape, flow, members);
     }
     return found;
