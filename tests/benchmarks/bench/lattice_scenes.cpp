@@ -97,6 +97,25 @@ BenchScene hit_plate() {
     return s;
 }
 
+// A sheet of 600 fragments, 1.5 x 1 x 0.005 m and askew, falls from one edge that is held. `curvature`: or it is
+// blocks.
+BenchScene hanging_sheet(bool curvature, double yield) {
+    BenchScene s;
+    Material rubber;
+    rubber.youngs_modulus = 1e7, rubber.poisson_ratio = 0.3, rubber.yield = yield, rubber.curvature = curvature;
+    LatticeSettings cells;
+    cells.cells = {30, 20, 1}, cells.size = Vec3(1.5, 1, 0.005);
+    const Pose askew{Vec3::Zero(), rotation_of(Vec3(0.3, -0.8, 0.4))};
+    add_body(s, simulation_mesh(must(make_lattice(cells, "sheet"))), askew, Vec3::Zero(), Vec3::Zero(), rubber);
+    Pin edge{"edge", {}};
+    for (uint32_t i = 0; i < s.scene.rest.n_particles(); ++i)
+        if (askew.inverse_apply(s.scene.rest.rest_position[i]).x() < -0.7) edge.particles.push_back(ParticleId(i));
+    s.scene.pins.push_back(edge);
+    s.input.pins.push_back({});
+    s.input.gravity = askew.orientation * s.input.gravity;
+    return s;
+}
+
 // A thousand loose fragments after they fell on a heap.
 BenchScene pile() {
     BenchScene s;

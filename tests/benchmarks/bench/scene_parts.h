@@ -22,6 +22,7 @@ void add_weight(BenchScene& io, const Vec3& position, double mass, const Vec3& v
 // Of lattices.
 BenchScene twisted_bar(int across, int along);
 BenchScene hit_plate();
+BenchScene hanging_sheet(bool curvature, double yield);
 BenchScene pile();
 BenchScene resting(bool sleeping);
 BenchScene cubes(int count);

@@ -16,6 +16,9 @@ BENCH = os.environ["SUNDER_BENCH"]
 # Units in memory of their own cost 60 in method projective, hashes instead of copies of F_P 30 in both.
 MOST_INSTRUCTIONS = {"jacobi": 2400, "projective": 4550}
 
+# Instructions of a step of a sheet of 600 fragments, which hangs from one edge, over those of the same as blocks.
+MOST_OF_BLOCKS = {"sheet": 2.0, "sheet_flows": 2.2}
+
 # Edges that break in `bunnies`, the mean of 32 shots, whose standard error is 7: a change that only rounds otherwise
 # moves it by 9 (one standard error of the difference). One that left out contacts through which hits went on moved it by
 # 114 of 1049; undivided substeps break 115 less.
@@ -112,6 +115,15 @@ class Bench(unittest.TestCase):
                 print(f"{method}: {counted:.0f} instructions a group and sweep")
                 self.assertLessEqual(counted, most)
                 self.assertGreater(counted, 0.7 * most, "lower the bar: it guards nothing any more")
+
+    def test_a_step_of_a_sheet_takes_no_more_than_twice_what_blocks_take(self):
+        frames = 2
+        for kind, most in MOST_OF_BLOCKS.items():
+            with self.subTest(kind):
+                sheet, blocks = (instructions(3 + frames, name) - instructions(3, name) for name in (kind, kind + "_blocks"))
+                print(f"{kind}: {sheet / blocks:.2f} of the instructions of blocks")
+                self.assertLessEqual(sheet, most * blocks)
+                self.assertGreater(sheet, 0.8 * most * blocks, "lower the bar: it guards nothing any more")
 
 
 if __name__ == "__main__":

@@ -101,5 +101,19 @@ TEST(bending_flow, leaves_the_forces_that_the_step_had) {
         }
 }
 
+TEST(bending_flow, principal_strains_of_a_face_are_those_of_its_matrix) {
+    BendingShape shape;
+    shape.rank = 2, shape.normal = 1;
+    shape.axes = rotation_of(Vec3(0.3, -0.8, 0.4)).toRotationMatrix();
+    for (const Vec3& e : {Vec3(0.02, -0.01, 0.03), Vec3(-0.01, 0.02, 0.03), Vec3(0.01, 0.01, 0), Vec3::Zero().eval()}) {
+        Mat3 strain = Mat3::Zero();
+        strain(0, 0) = e[0], strain(2, 2) = e[1], strain(0, 2) = strain(2, 0) = e[2], strain(1, 1) = -0.004;
+        const FacePrincipal of = principal_of(shape, strain);
+        const Mat3 whole = of.directions * of.strain.asDiagonal() * of.directions.transpose();
+        EXPECT_LT((whole - shape.axes * strain * shape.axes.transpose()).norm(), 1e-16);
+        EXPECT_LT((of.directions.transpose() * of.directions - Mat3::Identity()).norm(), 1e-14);
+    }
+}
+
 }  // namespace
 }  // namespace sunder
