@@ -35,7 +35,6 @@ SUNDER_INLINE V gather_number(const double* const (&records)[4], size_t offset) 
 }
 SUNDER_INLINE V dot(const V (&a)[3], const V (&b)[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// m a
 SUNDER_INLINE void add_outer(const V (&a)[3], const V (&b)[3], M3& io_m) {
     for (int i = 0; i < 3; ++i)
         for (int k = 0; k < 3; ++k) io_m[i][k] += a[i] * b[k];
