@@ -1,7 +1,11 @@
 #include "solver/data/thin_fragments.h"
 
+#include <Eigen/Eigenvalues>
+
 namespace sunder {
 namespace {
+
+constexpr double kFlat = 0.25;  // of the largest moment: rings of one layer have 0.06 at most, those in solids 0.5
 
 // Neighbours by edges at rest, and these.
 template <class Visit>
@@ -55,6 +59,23 @@ std::vector<uint8_t> thin_groups(const SimulationMesh& rest) {
         thin[g] = uncovered[g] && n > 0 && 2 * n_uncovered >= n;
     }
     return thin;
+}
+
+std::vector<uint8_t> flat_groups(const SimulationMesh& rest) {
+    std::vector<uint8_t> flat(rest.n_particles(), 0);
+    for (uint32_t g = 0; g < flat.size(); ++g) {
+        Vec3 sum = Vec3::Zero();  // of places from its centre, m
+        Mat3 moments = Mat3::Zero();
+        int n = 1;
+        visit_neighbours(rest, g, [&](ParticleId j, const Edge&) {
+            const Vec3 d = rest.rest_position[j] - rest.rest_position[g];
+            sum += d, moments += d * d.transpose(), ++n;
+        });
+        moments -= sum * sum.transpose() / n;
+        const Eigen::SelfAdjointEigenSolver<Mat3> principal(moments, Eigen::EigenvaluesOnly);
+        flat[g] = principal.eigenvalues()(0) < kFlat * principal.eigenvalues()(2);
+    }
+    return flat;
 }
 
 std::vector<Mat3> across_thickness(const SimulationMesh& rest) {

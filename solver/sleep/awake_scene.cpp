@@ -209,7 +209,7 @@ void AwakeScene::take_particles(const SimulationMesh& rest, const WorkerPool& wo
          Pick{rest.mass, m.mass}, Pick{rest.body, m.body}, Pick{rest.fragment, m.fragment},
          Pick{rest.yield_factor, m.yield_factor}, Pick{rest.toughness_factor, m.toughness_factor},
          Pick{rest.material, m.material}, Pick{rest.group_uneven, m.group_uneven},
-         Pick{rest.group_trace, m.group_trace}, Pick{rest.thin, m.thin});
+         Pick{rest.group_trace, m.group_trace}, Pick{rest.thin, m.thin}, Pick{rest.flat, m.flat});
     m.hull_offset.clear();
     if (rest.hull_offset.empty()) return;
     m.hull_offset.push_back(0);

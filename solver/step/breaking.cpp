@@ -56,15 +56,17 @@ StretchedEdge FadeSearch::stretched(EdgeId e) const {
             goals_[edge.a].rotation, goals_[edge.b].rotation};
 }
 
-// What is pressed and sound stays so. What a seam weakens keeps its opening length, so that it absorbs less.
+// In walls and plates what is pressed and sound stays so, unless it bends; in a solid it would bridge cracks that it is
+// pressed along, as their faces lie aslant. What a seam weakens keeps its opening length, so that it absorbs less.
 Fade FadeSearch::look_at(EdgeId e) const {
     const Edge& edge = rest().edges[e];
     const std::vector<double>& bond = pass_.state.edge_bond;
     const double had = pass_.state.edge_damage[e], sound = sound_toughness_of(e),
                  tau = toughness_of_edge(sound, bond.empty() ? 1 : bond[e]);
     const StretchedEdge at = stretched(e);
+    const bool is_flat = rest().flat[edge.a] && rest().flat[edge.b];
     const bool bends = model_.bends(edge.a) || model_.bends(edge.b);
-    if (!(tau < kNever) || (had == 0 && !bends && at.is_pressed())) return {e, had, 0, tau};
+    if (!(tau < kNever) || (had == 0 && is_flat && !bends && at.is_pressed())) return {e, had, 0, tau};
     const Material& material = pass_.context.material(edge.a);
     const double opening = opening_length(material, sound), d0 = at.rest.norm();
     const double pull = tension(at, breaking_.stretch[edge.a], breaking_.stretch[edge.b], material.poisson_ratio,

@@ -14,9 +14,9 @@ import sunder
 RADIUS, DENSITY, STIFFNESS, SPEED = 0.5, 2000.0, 1e8, 10.0  # m, kg/m3, Pa, m/s
 SHOTS = 16
 LARGE = 0.02  # of the mass
-# The least load at which the largest piece of 3000 fragments has under 0.9 of the mass: between 13, where it has 0.97 in the
-# mean of four shots, and 14, where it has 0.76 in the mean of eight.
-CRITICAL = 13.3
+# The least load at which the largest piece of 3000 fragments has under 0.9 of the mass: between 5.5, where it has 0.99 in the
+# mean of four shots, and 6, where it has 0.74 in the mean of five.
+CRITICAL = 5.7
 
 spec = importlib.util.spec_from_file_location("test_cracks", Path(__file__).parents[1] / "scripted/test_cracks.py")
 cracks = importlib.util.module_from_spec(spec)
@@ -76,37 +76,38 @@ def shots(path, pieces, load, n=SHOTS):
     return made
 
 
-@pytest.mark.parametrize("over", [1.2, 1.5, 2])
-@pytest.mark.parametrize("pieces, tolerance", [(1000, 0.25), (300, 0.5)])
+# 300 fragments are at 1.2 times that load at their own critical one.
+COARSE = pytest.mark.xfail(strict=True, reason="a third of the area: 300 fragments split from a load of 6.7 on (docs/lab/cracks.md)")
+
+
+@pytest.mark.parametrize("pieces, tolerance, over", [
+    (1000, 0.25, 1.2), (1000, 0.25, 1.5), (1000, 0.25, 2),
+    pytest.param(300, 0.5, 1.2, marks=COARSE), (300, 0.5, 1.5), (300, 0.5, 2)])
 def test_it_parts_by_the_same_area_however_finely_it_is_cut(ball, pieces, tolerance, over):
     fine = np.mean([s.area for s in shots(ball, 3000, CRITICAL * over)])
     assert np.mean([s.area for s in shots(ball, pieces, CRITICAL * over)]) == pytest.approx(fine, rel=tolerance)
 
 
-# Of 1000 fragments 1.2 times that load is 1.4 times their own critical one: they are farther on.
-FARTHER_ON = pytest.mark.xfail(strict=True, reason="11.7 for 7.7, 7.1 for 9.6: the critical load rises with the cut (docs/lab/cracks.md)")
-
-
 @pytest.mark.parametrize("pieces, tolerance, over", [
-    pytest.param(1000, 0.25, 1.2, marks=FARTHER_ON), pytest.param(1000, 0.25, 1.5, marks=FARTHER_ON), (1000, 0.25, 2),
-    (300, 0.5, 1.2), (300, 0.5, 1.5), (300, 0.5, 2)])
+    (1000, 0.25, 1.2), (1000, 0.25, 1.5), (1000, 0.25, 2),
+    pytest.param(300, 0.5, 1.2, marks=COARSE), (300, 0.5, 1.5), (300, 0.5, 2)])
 def test_and_into_as_many_large_pieces(ball, pieces, tolerance, over):
     fine = np.mean([s.n_large for s in shots(ball, 3000, CRITICAL * over)])
     assert np.mean([s.n_large for s in shots(ball, pieces, CRITICAL * over)]) == pytest.approx(fine, rel=tolerance)
 
 
 def test_the_harder_the_smaller_is_the_largest_piece(ball):
-    means = [np.mean([s.largest for s in shots(ball, 1000, load)]) for load in (12, 13.5, 15, 17, 20)]
+    means = [np.mean([s.largest for s in shots(ball, 1000, load)]) for load in (6, 7, 8.5, 10, 12)]
     assert all(harder < softer for softer, harder in zip(means, means[1:]))
 
 
-@pytest.mark.xfail(strict=True, reason="at most four of eight shots: others lose a cap across the line of the hit, or chips alone")
+@pytest.mark.xfail(strict=True, reason="two of five shots, at 1.2 times that load all: the others lose chips alone")
 def test_just_above_its_critical_speed_it_splits_into_wedges(ball):
     made = shots(ball, 3000, CRITICAL * 1.05, 8)
     assert sum(2 <= s.n_large <= 6 and s.tilt < 25 for s in made) >= 5
 
 
-@pytest.mark.xfail(strict=True, reason="1.42 of 2280 pieces: pieces of a few fragments are too few")
+@pytest.mark.xfail(strict=True, reason="1.23 of 121 pieces: pieces of a few fragments are too few")
 def test_masses_of_smaller_pieces_follow_a_power_law(ball):
     """Density n(m) ~ m^-exponent of 3000 fragments over a decade and a half, from two fragments on, by maximum likelihood."""
     masses = np.concatenate([s.masses[1:] for s in shots(ball, 3000, CRITICAL * 1.5)])

@@ -78,6 +78,22 @@ TEST(Fading, an_edge_bears_its_own_stretch) {
     EXPECT_EQ(tension(edge, {}, {}, 0, 0), 0);
 }
 
+// A body is pulled along x and pressed twice as much along z: edges aslant are shortened, and bear the pull all the
+// same.
+TEST(Fading, what_presses_along_a_crack_does_not_hold_it) {
+    const double pull = 0.01;
+    const Mat3 E = Vec3(pull, 0, -2 * pull).asDiagonal();
+    const GroupStretch stretch{.mean = E};
+    for (const double angle : {40.0, 60.0}) {
+        const double a = angle * std::numbers::pi / 180;
+        StretchedEdge edge;
+        edge.rest = 0.1 * Vec3(std::cos(a), 0, std::sin(a));
+        edge.present = (Mat3::Identity() + E) * edge.rest;
+        EXPECT_TRUE(edge.is_pressed()) << angle;
+        EXPECT_NEAR(tension(edge, stretch, stretch, 0, 0), pull * std::cos(a), 1e-12) << angle;
+    }
+}
+
 // An edge along x moves across a sheet that is thin along z: its faces are strained as a clamped beam's, and nothing
 // shears. What moves in the sheet's plane, and in a solid, shears.
 TEST(Fading, what_moves_across_a_sheet_strains_its_faces) {
