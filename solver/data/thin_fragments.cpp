@@ -5,7 +5,7 @@
 namespace sunder {
 namespace {
 
-constexpr double kFlat = 0.25;  // of the largest moment: rings of one layer have 0.06 at most, those in solids 0.5
+constexpr double kFlat = 0.35;  // of the largest moment: walls two fragments thick have 0.27, those inside a ball 0.5
 
 // Neighbours by edges at rest, and these.
 template <class Visit>

@@ -64,7 +64,7 @@ Fade FadeSearch::look_at(EdgeId e) const {
     const double had = pass_.state.edge_damage[e], sound = sound_toughness_of(e),
                  tau = toughness_of_edge(sound, bond.empty() ? 1 : bond[e]);
     const StretchedEdge at = stretched(e);
-    const bool is_flat = rest().flat[edge.a] && rest().flat[edge.b];
+    const bool is_flat = rest().flat[edge.a] || rest().flat[edge.b];
     const bool bends = model_.bends(edge.a) || model_.bends(edge.b);
     if (!(tau < kNever) || (had == 0 && is_flat && !bends && at.is_pressed())) return {e, had, 0, tau};
     const Material& material = pass_.context.material(edge.a);
