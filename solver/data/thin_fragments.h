@@ -38,7 +38,7 @@ inline Vec3 section_moments(const SimulationMesh& rest, ParticleIndex g) {
 std::vector<uint8_t> thin_groups(const SimulationMesh& rest);
 
 /// 1 where a fragment and its neighbours at rest lie flat, or in a row: the least second moment of their centres is
-/// under a quarter of the largest. So they do in plates and walls one or two fragments thick (n_particles).
+/// under 0.35 of the largest. So they do in plates and walls one or two fragments thick (n_particles).
 std::vector<uint8_t> flat_groups(const SimulationMesh& rest);
 
 /// The directions through the thickness, that interfaces leave unspanned, as a projection in rest axes: across a sheet,
