@@ -75,12 +75,13 @@ Shot fall() {
     return shot;
 }
 
-// What recoils from a hit at v flies at 2 v at most.
+// What has come off recoils from the floor at v; the rest, which still comes at v, then throws what is light at 3 v at
+// most.
 void expect_sound(const Outcome& of, const std::string& what) {
     std::printf("%s: %zu edges broken, %.4f gained, cracks took %.3f, fastest %.1f m/s\n", what.c_str(), of.broken,
                 of.gained, of.taken, of.fastest);
     EXPECT_LE(of.gained, kPathError) << what;
-    EXPECT_LE(of.fastest, 2 * kSpeed) << what;
+    EXPECT_LE(of.fastest, 3 * kSpeed) << what;
 }
 
 TEST(fading, gains_nothing_by_any_fracture_energy) {
