@@ -24,7 +24,7 @@ import kept_csv
 
 ROOT = Path(__file__).resolve().parents[3]
 SHOTS, LARGE = 3, 0.02
-SPEED, DENSITY, STIFFNESS, LOAD = 10.0, 2000.0, 1e8, 11.5
+SPEED, DENSITY, STIFFNESS, LOAD = 10.0, 2000.0, 1e8, 8
 WAYS = {  # key: label, colour, marker, settings by name
     "presets": ("presets", "#0b5fa5", "o", {name: {"preset": name} for name in ("preview", "default", "final")}),
     "undivided": ("undivided substeps", "#c2452d", "s", {
