@@ -100,7 +100,7 @@ def test_just_above_its_critical_speed_it_splits_into_wedges(ball):
     assert sum(2 <= s.n_large <= 6 and s.tilt < 25 for s in made) >= 5
 
 
-@pytest.mark.xfail(strict=True, reason="1.23 of 121 pieces: pieces of a few fragments are too few")
+@pytest.mark.xfail(strict=True, reason="1.24 of 224 pieces of six shots: pieces of a few fragments are too few")
 def test_masses_of_smaller_pieces_follow_a_power_law(ball):
     """Density n(m) ~ m^-exponent of 3000 fragments over a decade and a half, from two fragments on, by maximum likelihood."""
     masses = np.concatenate([s.masses[1:] for s in shots(ball, 3000, CRITICAL * 1.5)])
