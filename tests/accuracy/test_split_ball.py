@@ -124,6 +124,7 @@ def critical_speed(path, toughness, fracture_energy):
     return (low * high)**0.5
 
 
+@pytest.mark.xfail(strict=True, reason="0.27; half of the toughness moves it by 24 %: L is as long as the ball's radius (docs/lab/cracks.md)")
 def test_the_critical_speed_goes_by_the_root_of_the_fracture_energy(ball):
     """Griffith: v ~ (G_c / (rho R))^0.5 where L is above four fragments, whatever the toughness."""
     toughness, opening = 0.0034, 0.35  # m; four fragments are 0.32 m
