@@ -12,6 +12,7 @@ namespace sunder {
 
 struct Pieces {
     std::vector<PieceId> of;            // (n_movables)
+    std::vector<double> held_share;     // ContactBodies::held_share (n_movables)
     std::vector<ContactPiece> whole;    // as contacts see it   (n_pieces + n_rigid_bodies)
     std::vector<PieceMotion> motion;    // zero between rounds                    (as whole)
     std::vector<PieceVelocity> change;  // what settling contacts gave it         (as whole)
@@ -21,8 +22,8 @@ struct Pieces {
 };
 
 inline ContactBodies bodies_of(const Movables& movables, const Pieces& pieces) {
-    return {movables.inverse_mass,   pieces.of,       movables.start_position,
-            movables.start_rotation, movables.moving, pieces.whole};
+    return {movables.inverse_mass, pieces.of,    movables.start_position, movables.start_rotation,
+            movables.moving,       pieces.whole, pieces.held_share};
 }
 
 /// The piece of a movable thing, as edges are now.

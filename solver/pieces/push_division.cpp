@@ -36,8 +36,9 @@ void divide_pushes(const StepContext& context, double h, bool last, const LiveMo
     for (const MovableId i : problem.islands.movables_of(island)) {
         double share = 1;
         ContactPiece& p = pieces.whole[pieces.of[i]];
-        if (!p.rigid && context.settings.method != Method::gauss_seidel && (last || is_unbroken(p.kind))) {
-            const bool bends = model.bends(i.value);
+        const bool bends = model.bends(i.value);
+        const bool gives_freely = !last && !is_unbroken(p.kind) && (bends || !p.is_held());
+        if (!p.rigid && context.settings.method != Method::gauss_seidel && !gives_freely) {
             const double pulls = sum_of_pulls(model, h, i.value),
                          b = bends ? pulls / model.bending.softness(i.value) : pulls;
             const double n = last ? 1 : static_cast<double>(model.live.piece_particles(pieces.of[i]).size());
@@ -48,7 +49,13 @@ void divide_pushes(const StepContext& context, double h, bool last, const LiveMo
             share = std::min(1.0, give * reach / (1 + b));
             if (bends) share = share_across(model.bending.shape(i.value), pulls, give, share, approach * h);
         }
+        pieces.held_share[i] = share;
         p.own_share = last ? std::min(p.own_share, share) : std::max(p.own_share, share);
+    }
+    // Nothing moves what is held as a whole: before a sweep each particle of a torn one gives by itself.
+    for (const MovableId i : problem.islands.movables_of(island)) {
+        const ContactPiece& p = pieces.whole[pieces.of[i]];
+        if (last || is_unbroken(p.kind)) pieces.held_share[i] = p.own_share;
     }
 }
 

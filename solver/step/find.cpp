@@ -49,7 +49,7 @@ std::vector<Woken> find_contacts(const StepContext& context, const StepTime& tim
 
 void take_up_contacts(const StepContext& context, double h, const LiveTopology& live, std::span<const uint8_t> smooth,
                       const Slice& slice, const Movables& movables, ContactProblem& problem, Pieces& pieces) {
-    pieces.of.resize(movables.size());
+    pieces.of.resize(movables.size()), pieces.held_share.resize(movables.size());
     for_all(context, movables.size(), [&](size_t i) { pieces.of[i] = piece_of(live, i); });
     pieces.whole.resize(live.n_pieces() + context.scene.rigid_bodies.size());
     pieces.change.assign(pieces.whole.size(), PieceVelocity()), pieces.motion.resize(pieces.whole.size());

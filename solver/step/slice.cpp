@@ -26,7 +26,9 @@ void keep_what_is_whole(const StepContext& context, std::span<const ParticleId> 
 void take_over_pieces(const StepContext& context, const LiveTopology& live, const Slice& slice, Pieces& pieces) {
     const Pieces& former = slice.former_pieces;
     for_all(context, slice.kept.size(), [&](size_t i) {
-        if (!slice.kept[i] || (i < context.n_particles() && live.piece_particles(pieces.of[i]).front() != i)) return;
+        if (!slice.kept[i]) return;
+        pieces.held_share[i] = former.held_share[i];
+        if (i < context.n_particles() && live.piece_particles(pieces.of[i]).front() != i) return;
         pieces.whole[pieces.of[i]] = former.whole[former.of[i]];
         pieces.change[pieces.of[i]] = former.change[former.of[i]];
     });

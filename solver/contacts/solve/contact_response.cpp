@@ -14,7 +14,7 @@ PushDivision divide_push(const ContactBodies& b, MovableIndex i) {
     const ContactPiece& p = b.pieces[b.piece[i]];
     if (b.inverse_mass[i] == 0) return {};
     if (p.rigid) return {b.inverse_mass[i], 0, 0, Vec3::Zero()};
-    const double s = p.own_share;
+    const double s = p.is_held() ? b.held_share[i] : p.own_share;
     return {s * b.inverse_mass[i], (1 - s) * p.inverse_mass, 1 - s, lever_of(b, i)};
 }
 

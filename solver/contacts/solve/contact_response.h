@@ -29,7 +29,7 @@ struct ContactPiece {
     Mat3 inverse_inertia = Mat3::Zero();  // about the centre, world, at the start of the substep, 1/(kg m2); held: 0
     PieceKind kind = PieceKind::torn;
     bool rigid = false;          // nothing in it gives: free, and a lone fragment or a rigid body; or asleep
-    double own_share = 1;        // of a push, what moves the particle alone and not the piece, 0 .. 1
+    double own_share = 1;        // of a push, what moves the particle alone and not the piece, 0 .. 1; free
     Vec3 turned = Vec3::Zero();  // since the start of the substep, rad; held: 0
     Vec3 spin = Vec3::Zero();    // of the whole of it, rad/s, at the start, then at the end; held: 0
 
@@ -85,6 +85,7 @@ struct ContactBodies {
     std::span<const Quat> start_rotation;
     std::span<const MovingParticle> moving;
     std::span<const ContactPiece> pieces;
+    std::span<const double> held_share;  // own_share of particles of held pieces
 };
 
 /// How a push at a touching point divides. `own`: displacement by a unit impulse of the particle alone, `whole`: of its
@@ -96,7 +97,8 @@ struct ContactBodies {
 ///
 /// momentum comes out right for any s; soft bodies give where they are touched (s = 1), stiff ones go as a whole
 /// (s = 0), and shape matching finds the rest. With one s a piece it is symmetric (what a push at i moves j by is what
-/// one at j moves i by) and positive, as the implicit step's own response is, so that passes over contacts converge.
+/// one at j moves i by) and positive, as the implicit step's own response is, so that passes over contacts converge. In
+/// held pieces, which nothing moves as wholes, it is with an s of each particle.
 struct PushDivision {
     double own = 0, whole = 0, orbit_share = 0;
     Vec3 lever = Vec3::Zero();  // m
