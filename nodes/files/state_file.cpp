@@ -20,10 +20,8 @@ void put_placement(double*& p, const Vec3& x, const Quat& q, const Vec3& v, cons
 }
 
 void take_placement(const double* p, Vec3& x, Quat& q, Vec3& v, Vec3& w) {
-    x = Vec3(p[0], p[1], p[2]);
-    q = Quat(p[3], p[4], p[5], p[6]);
-    v = Vec3(p[7], p[8], p[9]);
-    w = Vec3(p[10], p[11], p[12]);
+    x = Vec3(p[0], p[1], p[2]), q = Quat(p[3], p[4], p[5], p[6]);
+    v = Vec3(p[7], p[8], p[9]), w = Vec3(p[10], p[11], p[12]);
 }
 
 // Reads `n` doubles at `p` and says which of them is not finite, or -1. `may_be_infinite`: index that is exempt from
@@ -45,7 +43,7 @@ public:
              {&Decoder::check_layout, &Decoder::read_clock, &Decoder::read_particles, &Decoder::read_edges,
               &Decoder::read_groups, &Decoder::read_rigid_bodies, &Decoder::read_broken, &Decoder::read_contacts,
               &Decoder::read_rest, &Decoder::read_bending, &Decoder::read_damage, &Decoder::read_cause,
-              &Decoder::read_inactive, &Decoder::read_offsets, &Decoder::read_strength})
+              &Decoder::read_inactive, &Decoder::read_offsets, &Decoder::read_strength_and_yielding})
             if (Status s = (this->*read)(); !s) return s.error();
         return std::move(out_);
     }
@@ -304,13 +302,23 @@ private:
         return {};
     }
 
-    Status read_strength() {
-        const PlyElement* const e = last_element("strength");
+    Status read_strength_and_yielding() {
+        std::vector<double>& rate = out_.state.yielding_rate;
+        rate.assign(out_.state.plastic_curvature.size(), 0);
+        if (Status s = read_numbers("strength", "the toughness", out_.body.size(), out_.toughness); !s) return s;
+        return read_numbers("yielding", "the yielding", rate.size(), rate);
+    }
+
+    // Of `n` particles one number each, no less than 0, where the file tells them.
+    Status read_numbers(std::string_view name, const std::string& what, size_t n, std::vector<double>& io_numbers) {
+        const PlyElement* const e = last_element(name);
         if (!e) return {};
-        if (e->count != out_.body.size()) return fault("tells the toughness of another number of particles");
-        out_.toughness.resize(e->count);
-        for (size_t i = 0; i < e->count; ++i)
-            if (load(row(*e, i), &out_.toughness[i], 1, 0) >= 0) return not_finite(*e, i, 0);
+        if (e->count != n) return fault("tells " + what + " of another number of particles");
+        io_numbers.resize(n);
+        for (size_t i = 0; i < n; ++i) {
+            if (load(row(*e, i), &io_numbers[i], 1, 0) >= 0) return not_finite(*e, i, 0);
+            if (io_numbers[i] < 0) return fault(e->name + " " + std::to_string(i) + ": is less than 0");
+        }
         return {};
     }
 
@@ -334,11 +342,9 @@ private:
                 if (load(row(e, i) + 1 + 8 * k, v + k, 1, k < 2 ? 0 : -1) >= 0) return not_finite(e, i, 1 + k);
             own.due = {v[0], v[1]}, own.push = v[2], own.former_push = v[3];
         }
-        const PlyElement* const followed = last_element("followed");
-        if (!followed) return {};
-        if (followed->count != e.count) return fault("tells of another number of particles until when they followed");
-        for (size_t i = 0; i < e.count; ++i)
-            if (load(row(*followed, i), &s.inactive[i].followed, 1, 0) >= 0) return not_finite(*followed, i, 0);
+        std::vector<double> followed;
+        if (Status ok = read_numbers("followed", "until when it follows", e.count, followed); !ok) return ok;
+        for (size_t i = 0; i < followed.size(); ++i) s.inactive[i].followed = followed[i];
         return {};
     }
 
@@ -371,7 +377,8 @@ ByteBuffer encode_state(double frame, const FrameState& s, const SimulationMesh&
                                                                    : kBendingStateFileMagic;
     std::vector<PlyElement> elements = state_elements(version);
     const size_t last_counts[] = {s.inactive.size(), was_let_go(s) ? s.inactive.size() : 0,
-                                  has_offsets(s) ? s.edge_offset.size() : 0, toughness.size()};
+                                  has_offsets(s) ? s.edge_offset.size() : 0, toughness.size(),
+                                  is_yielding(s) ? s.yielding_rate.size() : 0};
     const size_t counts[] = {n,
                              s.edge_intact.size(),
                              s.group_rotation.size(),
@@ -448,6 +455,7 @@ ByteBuffer encode_state(double frame, const FrameState& s, const SimulationMesh&
         for (const MemberOffset& end : s.edge_offset[e])
             bytes.append(end.shift.data(), 3 * sizeof(double)), bytes.append(end.turn.data(), 3 * sizeof(double));
     for (const double strain : toughness) bytes.number(strain);
+    for (size_t i = 0; i < last_counts[4]; ++i) bytes.number(s.yielding_rate[i]);
     return bytes;
 }
 

@@ -53,7 +53,8 @@ std::vector<PlyElement> last_state_elements() {
     return {{"inactive", 0, bytes("what") + doubles("due glue_due push former_push")},
             {"followed", 0, doubles("until")},
             {"offset", 0, doubles("bx by bz brx bry brz ax ay az arx ary arz")},
-            {"strength", 0, doubles("toughness")}};
+            {"strength", 0, doubles("toughness")},
+            {"yielding", 0, doubles("rate")}};
 }
 
 }  // namespace sunder

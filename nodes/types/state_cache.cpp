@@ -13,7 +13,7 @@ size_t memory_of(const FrameState& state) {
            bytes(state.broken) + bytes(state.still_time) + bytes(state.asleep) + bytes(state.rest_load) +
            bytes(state.rest_conditions) + bytes(state.edge_damage) + bytes(state.edge_hold) +
            bytes(state.stiffness_factor) + bytes(state.plastic_curvature) + bytes(state.inactive) +
-           bytes(state.layer_strain) + bytes(state.edge_offset);
+           bytes(state.layer_strain) + bytes(state.edge_offset) + bytes(state.yielding_rate);
 }
 
 bool StateCache::is_given(int frame) const { return std::ranges::find(given_, frame) != given_.end(); }

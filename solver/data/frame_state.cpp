@@ -56,6 +56,10 @@ bool has_offsets(const FrameState& state) {
     return std::ranges::any_of(state.edge_offset, [](const EdgeOffsets& e) { return e != EdgeOffsets(); });
 }
 
+bool is_yielding(const FrameState& state) {
+    return std::ranges::any_of(state.yielding_rate, [](double rate) { return rate != 0; });
+}
+
 uint64_t state_hash(const FrameState& s) {
     Hasher h;
     h.add(s.time);
@@ -65,6 +69,7 @@ uint64_t state_hash(const FrameState& s) {
     if (!s.asleep.empty()) h.add(s.still_time), h.add(s.asleep), h.add(s.rest_load), h.add(s.rest_conditions);
     if (!s.plastic_curvature.empty()) h.add(s.plastic_curvature), h.add(s.layer_strain);
     if (has_offsets(s)) h.add(s.edge_offset);
+    if (is_yielding(s)) h.add(s.yielding_rate);
     if (!s.edge_damage.empty()) h.add(s.edge_damage), h.add(s.edge_hold), h.add(s.stiffness_factor);
     if (!s.inactive.empty()) h.add(s.inactive);
     if (!s.edge_bond.empty()) h.add(s.edge_bond);
@@ -83,12 +88,13 @@ bool FrameState::operator==(const FrameState& o) const {
     return time == o.time && position == o.position && same_rotations(orientation, o.orientation) &&
            velocity == o.velocity && angular_velocity == o.angular_velocity &&
            plastic_deformation == o.plastic_deformation && plastic_curvature == o.plastic_curvature &&
-           layer_strain == o.layer_strain && edge_offset == o.edge_offset && yield == o.yield && strain == o.strain &&
-           same_rotations(group_rotation, o.group_rotation) && edge_intact == o.edge_intact &&
-           edge_damage == o.edge_damage && edge_hold == o.edge_hold && stiffness_factor == o.stiffness_factor &&
-           inactive == o.inactive && edge_bond == o.edge_bond && rigid_bodies == o.rigid_bodies &&
-           contacts == o.contacts && broken == o.broken && still_time == o.still_time && asleep == o.asleep &&
-           rest_load == o.rest_load && rest_conditions == o.rest_conditions;
+           layer_strain == o.layer_strain && edge_offset == o.edge_offset && yielding_rate == o.yielding_rate &&
+           yield == o.yield && strain == o.strain && same_rotations(group_rotation, o.group_rotation) &&
+           edge_intact == o.edge_intact && edge_damage == o.edge_damage && edge_hold == o.edge_hold &&
+           stiffness_factor == o.stiffness_factor && inactive == o.inactive && edge_bond == o.edge_bond &&
+           rigid_bodies == o.rigid_bodies && contacts == o.contacts && broken == o.broken &&
+           still_time == o.still_time && asleep == o.asleep && rest_load == o.rest_load &&
+           rest_conditions == o.rest_conditions;
 }
 
 }  // namespace sunder

@@ -225,6 +225,9 @@ Status check_state(const Scene& scene, const FrameState& s, const WorkerPool& wo
         (!s.plastic_curvature.empty() && s.plastic_curvature.size() != n))
         return bad_input("state", "has plastic curvatures of " + std::to_string(s.plastic_curvature.size()) +
                                       " particles, the scene has " + std::to_string(n));
+    if (!s.yielding_rate.empty() && s.yielding_rate.size() != n)
+        return bad_input("state", "tells how fast " + std::to_string(s.yielding_rate.size()) +
+                                      " particles yield, the scene has " + std::to_string(n));
     if (!s.edge_offset.empty() && s.edge_offset.size() != s.edge_intact.size())
         return bad_input("state", "has offsets of the ends of " + std::to_string(s.edge_offset.size()) +
                                       " edges, the scene has " + std::to_string(s.edge_intact.size()));

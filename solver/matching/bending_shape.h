@@ -110,11 +110,19 @@ struct Yielding {
     double stretch_share = 0, bend_share = 0;  // what becomes so for good of what no bent shape explains, -
 
     bool flows() const { return hardening > 0; }
+    /// Of all of it a part, so that `most` flows at most.
+    void hold_to(double most);
     /// The share that is left of what no bent shape explains: of r and of sigma, along and about each axis.
     Vec3 shift_left(const BendingShape& s) const;
     Vec3 turn_left(const BendingShape& s) const;
 };
 
+inline void Yielding::hold_to(double most) {
+    if (!(hardening > most)) return;
+    const double part = most / hardening;
+    flowed.stretch *= part, flowed.K *= part;
+    hardening = most, stretch_share *= part, bend_share *= part;
+}
 inline Vec3 Yielding::shift_left(const BendingShape& s) const {
     Vec3 left;
     for (int i = 0; i < 3; ++i) left[i] = 1 - (s.shift_stretches(i) ? stretch_share : bend_share);

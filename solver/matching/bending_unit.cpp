@@ -13,14 +13,17 @@
 namespace sunder {
 namespace {
 
-// What of a group flows in the step, were its particles to stay where they are.
+// What of a group flows on in the step, were its particles to stay where they are.
 Yielding yielding_of(const SweepInput& in, ParticleIndex g, const BentGroups& groups, size_t lane) {
     if (!in.tether.empty() && in.tether[g] > 0) return {};
     const double yield = in.flow->yield[g], share = in.flow->share[in.rest.material_of(g)];
-    if (yield == kNever || share == 0) return {};
+    const double most = in.flow->rate[g] * in.flow->seconds;
+    if (yield == kNever || share == 0 || most == 0) return {};
     const BendingShape& s = in.bending->shape(g);
-    return flow_section(s, section_strain(s, bent_group(groups, lane), s.plastic_curvature), in.flow->layers[g],
-                        unexplained(s, groups, lane), yield, share);
+    Yielding yielding = flow_section(s, section_strain(s, bent_group(groups, lane), s.plastic_curvature),
+                                     in.flow->layers[g], unexplained(s, groups, lane), yield, share);
+    yielding.hold_to(most);
+    return yielding;
 }
 
 template <size_t n>

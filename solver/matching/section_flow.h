@@ -34,10 +34,12 @@ LayerStrain remainder_of(const BendingShape& shape, const SectionFlow& flow);
 SectionFlow flow_section(const BendingShape& shape, const SectionStrain& strain, const LayerStrain& remainder,
                          const Unexplained& rest, double yield, double share);
 
-/// What flows of thin groups by the end of a step.
+/// What flows of thin groups by the end of a step: as much as flowed in the last one, where they are strained so far.
 struct FlowWithin {
     std::span<const double> yield;        // (n_particles)
     std::span<const LayerStrain> layers;  // what each has kept (n_particles)
+    std::span<const double> rate;         // FrameState::yielding_rate (n_particles), 1/s
+    double seconds = 0;                   // of the step
     std::vector<double> share;            // of the excess above the yield surface, in the step (by material)
 };
 

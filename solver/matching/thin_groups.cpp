@@ -18,6 +18,7 @@ void add_bending(const SimulationMesh& rest, std::span<const Material> materials
         io_state.plastic_curvature.assign(rest.n_particles(), Mat3::Zero());
         io_state.layer_strain.assign(rest.n_particles(), LayerStrain());
     }
+    if (io_state.yielding_rate.empty()) io_state.yielding_rate.assign(rest.n_particles(), 0);
     if (io_state.edge_offset.empty()) io_state.edge_offset.assign(rest.n_edges(), EdgeOffsets());
 }
 

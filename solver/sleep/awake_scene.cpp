@@ -295,8 +295,9 @@ void AwakeScene::gather(const FrameState& s, const WorkerPool& workers) {
     pick(numbers(particles()), workers, Pick{s.position, state_.position}, Pick{s.orientation, state_.orientation},
          Pick{s.velocity, state_.velocity}, Pick{s.angular_velocity, state_.angular_velocity},
          Pick{s.plastic_deformation, state_.plastic_deformation}, Pick{s.plastic_curvature, state_.plastic_curvature},
-         Pick{s.layer_strain, state_.layer_strain}, Pick{s.yield, state_.yield}, Pick{s.strain, state_.strain},
-         Pick{s.group_rotation, state_.group_rotation}, Pick{s.inactive, state_.inactive});
+         Pick{s.layer_strain, state_.layer_strain}, Pick{s.yielding_rate, state_.yielding_rate},
+         Pick{s.yield, state_.yield}, Pick{s.strain, state_.strain}, Pick{s.group_rotation, state_.group_rotation},
+         Pick{s.inactive, state_.inactive});
     pick(numbers(std::span<const EdgeId>(edge_)), workers, Pick{s.edge_intact, state_.edge_intact});
     state_.edge_intact.resize(scene_.rest.n_edges(), 0);  // the broken one of take_rings
     pick(numbers(std::span<const EdgeId>(edge_)), workers, Pick{s.edge_damage, state_.edge_damage},
@@ -332,6 +333,7 @@ void AwakeScene::leave(const WorkerPool& workers, FrameState& io_state) {
             s.plastic_deformation[i] = state_.plastic_deformation[k];
             if (!s.plastic_curvature.empty())
                 s.plastic_curvature[i] = state_.plastic_curvature[k], s.layer_strain[i] = state_.layer_strain[k];
+            if (!s.yielding_rate.empty()) s.yielding_rate[i] = state_.yielding_rate[k];
             if (!s.stiffness_factor.empty()) s.stiffness_factor[i] = state_.stiffness_factor[k];
             if (!s.inactive.empty()) s.inactive[i] = state_.inactive[k];
             s.yield[i] = state_.yield[k], s.strain[i] = state_.strain[k];

@@ -211,6 +211,7 @@ Found Flow::flow_bent(ParticleIndex g, const BentGroups& four, size_t lane, std:
                                        movables_.tethers.hold(g) ? 0 : seconds_, plastic);
     const FaceStrains& faces = flow.faces;
     found.changed = flow.flows();
+    if (seconds_ > 0) state_.yielding_rate[g] = flow.hardening / seconds_;
     state_.strain[g] = 0;
     for (size_t face = 0; face < faces.n; ++face) {
         const auto& [strain, directions] = principal_of(shape, faces.strain[face]);
@@ -268,7 +269,7 @@ void BeforeFlow::keep(const FrameState& s) {
     if (!may_flow_) return;
     plastic_deformation_ = s.plastic_deformation, plastic_curvature_ = s.plastic_curvature;
     layer_strain_ = s.layer_strain, edge_offset_ = s.edge_offset;
-    yield_ = s.yield;
+    yielding_rate_ = s.yielding_rate, yield_ = s.yield;
 }
 
 void BeforeFlow::give_back(FrameState& s) const {
@@ -276,7 +277,7 @@ void BeforeFlow::give_back(FrameState& s) const {
     if (!may_flow_) return;
     s.plastic_deformation = plastic_deformation_, s.plastic_curvature = plastic_curvature_;
     s.layer_strain = layer_strain_, s.edge_offset = edge_offset_;
-    s.yield = yield_;
+    s.yielding_rate = yielding_rate_, s.yield = yield_;
 }
 
 }  // namespace sunder

@@ -33,6 +33,7 @@ private:
     std::vector<LayerStrain> layer_strain_;
     std::vector<double> yield_, strain_;
     std::vector<EdgeOffsets> edge_offset_;
+    std::vector<double> yielding_rate_;
 };
 
 }  // namespace sunder

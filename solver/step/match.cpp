@@ -23,9 +23,6 @@ constexpr double kOfTheMargin = 1e-4, kOfTheFall = 0.003;
 // Largest share of its way that a correction may end beyond the implicit step. With a third and more velocities grow
 // from step to step; Poisson's ratio adds to the share.
 constexpr double kFarthestBeyond = 0.2;
-// Newton steps before material of thin groups flows within the step, where more are asked for. Where the first two
-// begin is not near enough to where things come to: of what would flow there most never does.
-constexpr int kElasticSteps = 2;
 
 using Which = ContactRound::Which;
 using How = StandingLoads::How;
@@ -156,10 +153,12 @@ SweepInput sweep_input(const SimulationMesh& rest, const LiveModel& model, const
             model.bending_shapes()};
 }
 
-// Of thin groups, what flows by the end of the step. False where nothing may.
+// Of thin groups, what flows by the end of the step: no more than flowed in the last one. Where Newton steps begin is
+// not where things come to, and of what would flow there most never does. False where nothing may.
 bool flows_within(const Pass& pass, const LiveModel& model, FlowWithin& o_flow) {
     if (model.thin.empty() || pass.flow_seconds == 0) return false;
     o_flow.yield = pass.state.yield, o_flow.layers = pass.state.layer_strain;
+    o_flow.rate = pass.state.yielding_rate, o_flow.seconds = pass.flow_seconds;
     o_flow.share.clear();
     for (const Material& m : pass.context.input.materials) o_flow.share.push_back(flowing_share(m, pass.flow_seconds));
     return true;
@@ -184,9 +183,7 @@ void take_newton_step(const Pass& pass, int sweep, std::span<const uint8_t> smoo
         });
     }
     SweepInput input = sweep_input(context.scene.rest, model, problem, matching, movables);
-    if (sweep >= kElasticSteps && context.settings.iterations > kElasticSteps &&
-        flows_within(pass, model, matching.flow))
-        input.flow = &matching.flow;
+    if (flows_within(pass, model, matching.flow)) input.flow = &matching.flow;
     matching.newton.apply(sweep == 0, input, context.workers, matching.goals, movables.moving);
     if (sweep > 0) return;
     for_all(context, context.n_particles(), [&](size_t g) {

@@ -85,12 +85,13 @@ def test_the_gauge_tells_hookes_force(tmp_path):
 
 
 def test_it_yields_by_its_yield_stress(tmp_path):
+    """At 0.75 mm: by 1 mm a first fold begins beside the clamp, and the force falls."""
     strain, thickness = 0.0015, 0.002
-    tube = CrushedTube(tmp_path, thickness, strain, 0.0015, 0.02)
+    tube = CrushedTube(tmp_path, thickness, strain, 0.00075, 0.02)
     squash = math.pi * DIAMETER * thickness * sheet_cases.yield_stress(strain)
     share = tube.force(tube.frames + 1) / squash
-    print(f"\nforce at 1.5 mm over section times yield stress: {share:.3f}")
-    assert 0.9 < share < 1.2  # of plane strain, where it is clamped, up to 4/3
+    print(f"\nforce at 0.75 mm over section times yield stress: {share:.3f}")
+    assert 0.95 < share < 1.1  # of plane strain, where it is clamped, up to 4/3
 
 
 @pytest.fixture(scope="module", params=[(0.002, 0.0015), (0.004, 0.0015)], ids=lambda case: "t %g, yield %g" % case)
@@ -111,4 +112,4 @@ def test_the_mean_force_is_alexanders(crushed):
 
 
 def test_it_folds_as_often_as_alexanders(crushed):
-    assert crushed[1] == math.ceil(crushed[2])  # of 2.2 folds three stand out
+    assert math.floor(crushed[2]) <= crushed[1] <= math.ceil(crushed[2])  # the last one has begun

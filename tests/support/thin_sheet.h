@@ -120,14 +120,18 @@ struct ThinSheet {
     }
 };
 
-// That of a material for a step of any length.
+// That of a material for a step of any length; it flowed as fast as may be in the last one.
 struct SheetFlow {
     std::vector<double> yield;
     std::vector<LayerStrain> layers;
+    std::vector<double> rate;
     FlowWithin within;
 
     SheetFlow(const ThinSheet& sheet, double yields, double share)
-        : yield(sheet.rest.n_particles(), yields), layers(yield.size()), within{yield, layers, {share}} {}
+        : yield(sheet.rest.n_particles(), yields),
+          layers(yield.size()),
+          rate(yield.size(), kNever),
+          within{yield, layers, rate, 1, {share}} {}
 };
 
 inline MovingParticle stepped(const MovingParticle& p, int c, double by) {

@@ -86,6 +86,7 @@ TEST(StateFile, what_is_bent_comes_back) {
             e.state.layer_strain[i][k] = 0.1 * static_cast<double>(k) + static_cast<double>(i);
     }
     e.state.edge_offset.resize(e.state.edge_intact.size());
+    e.state.yielding_rate.resize(e.state.n_particles());
     const size_t plain = bytes_of(e).size();
     EXPECT_EQ(decode_state(bytes_of(e), "a")->state, e.state);
     for (const bool is_kept : {false, true}) {  // beside what an `activate` node keeps, too
@@ -100,6 +101,14 @@ TEST(StateFile, what_is_bent_comes_back) {
         EXPECT_EQ(bytes_of({e.rest, file->state}), bytes_of(e));
         EXPECT_GT(bytes_of(e).size(), plain);
     }
+    for (size_t i = 0; i < e.state.n_particles(); ++i) e.state.yielding_rate[i] = 0.5 + static_cast<double>(i);
+    const auto yielding = decode_state(bytes_of(e), "a");
+    ASSERT_TRUE(yielding) << yielding.error().text();
+    EXPECT_EQ(yielding->state, e.state);
+    EXPECT_EQ(state_hash(yielding->state), state_hash(e.state));
+    e.state.yielding_rate[1] = -1e-9;
+    EXPECT_TRUE(has(fault_of(bytes_of(e)), "yielding 1: is less than 0"));
+    e.state.yielding_rate[1] = 0;
     e.state.edge_offset[1][0].turn.z() = std::numeric_limits<double>::infinity();
     EXPECT_TRUE(has(fault_of(bytes_of(e)), "offset 1: brz is not finite"));
     e.state.edge_offset[1][0].turn.z() = 0;
@@ -181,6 +190,7 @@ TEST(StateFile, what_is_damaged_comes_back_bent_or_not) {
             e.state.plastic_curvature.assign(e.state.n_particles(), Mat3::Identity());
             e.state.layer_strain.resize(e.state.n_particles());
             e.state.edge_offset.resize(e.state.edge_intact.size());
+            e.state.yielding_rate.resize(e.state.n_particles());
         }
         for (size_t i = 0; i < e.state.edge_intact.size(); ++i) {
             e.state.edge_damage.push_back(0.1 + 0.01 * static_cast<double>(i));
