@@ -30,6 +30,7 @@ struct alignas(64) BendingGroups {
     Real kA[2][8];                     // b k A, which is diagonal in the span
     Real pull_sum[2][8];
     Real stretch[8], pressure[8];  // b 2 mu V; b lambda' V
+    Real tension[3][8];            // b V of the stress in the span, as far as it pulls: xx, yy, xy
     Real held[6][8];               // b (2 mu V)^2 (V c + 2 mu V sum (1 - R e (R e)^T))^-1, Sym3
     Real bending[6][6][8];         // b (bending form - k Gamma A_arm), of K arm_span column by column
 };
@@ -127,11 +128,11 @@ SUNDER_INLINE void load_pair(const Real (&from)[2][8], size_t lane, V (&out)[2])
 
 // What F, off the mean, pulls with, by columns.
 template <class V, class Real>
-SUNDER_INLINE void stress_of(const BendingGroups<Real>& g, size_t lane, const V (&F)[2][3], V (&o_G)[2][3]) {
-    V R_span[2][3], twist[3] = {}, held[3], trace = {}, kA[2];
+SUNDER_INLINE void stress_of(const BendingGroups<Real>& g, size_t lane, const V (&R_span)[2][3], const V (&F)[2][3],
+                             V (&o_G)[2][3]) {
+    V twist[3] = {}, held[3], trace = {}, kA[2];
     load_pair(g.kA, lane, kA);
     for (int c = 0; c < 2; ++c) {
-        load_vector(g.R_span[c], lane, R_span[c]);
         V by[3];
         cross_of(R_span[c], F[c], by);
         for (int i = 0; i < 3; ++i) {
@@ -146,6 +147,33 @@ SUNDER_INLINE void stress_of(const BendingGroups<Real>& g, size_t lane, const V 
         cross_of(R_span[c], held, by);
         symmetric_product_of(g.softness, lane, F[c], known);
         for (int i = 0; i < 3; ++i) o_G[c][i] = stretch * F[c][i] - kA[c] * known[i] + pressure * R_span[c][i] + by[i];
+    }
+}
+
+// What is drawn resists what tilts it in space: F, which the fragment's own spin turned back. Adds that to what F pulls
+// with, and to what turns the fragment.
+template <class V, class Real>
+SUNDER_INLINE void add_tension(const BendingGroups<Real>& g, size_t lane, const V (&R_span)[2][3], const V (&spin)[3],
+                               const V (&F)[2][3], V (&io_G)[2][3], V (&io_torque)[3]) {
+    V tilt[2][3];
+    for (int c = 0; c < 2; ++c) {
+        cross_of(spin, R_span[c], tilt[c]);
+        for (int i = 0; i < 3; ++i) tilt[c][i] += F[c][i];
+        V along[2];
+        for (int d = 0; d < 2; ++d)
+            along[d] = R_span[d][0] * tilt[c][0] + R_span[d][1] * tilt[c][1] + R_span[d][2] * tilt[c][2];
+        for (int i = 0; i < 3; ++i) tilt[c][i] -= along[0] * R_span[0][i] + along[1] * R_span[1][i];
+    }
+    const V xy = load<V>(g.tension[2] + lane);
+    for (int c = 0; c < 2; ++c) {
+        const V own = load<V>(g.tension[c] + lane);
+        V drawn[3], by[3];
+        for (int i = 0; i < 3; ++i) {
+            drawn[i] = own * tilt[c][i] + xy * tilt[1 - c][i];
+            io_G[c][i] += drawn[i];
+        }
+        cross_of(R_span[c], drawn, by);
+        for (int i = 0; i < 3; ++i) io_torque[i] += by[i];
     }
 }
 
@@ -203,8 +231,10 @@ void multiply_bending(const BendingArrays<Real>& a, const uint32_t* row_begin, c
             load_pair(g.pull_sum, lane, pull_sum);
             for (int c = 0; c < 2; ++c)
                 for (int i = 0; i < 3; ++i) F[c][i] -= mean[i] * pull_sum[c];
-            stress_of(g, lane, F, G);
-            V moment[2][3], total[3] = {}, torque[3] = {};
+            V R_span[2][3], moment[2][3], total[3] = {}, torque[3] = {};
+            for (int c = 0; c < 2; ++c) load_vector(g.R_span[c], lane, R_span[c]);
+            stress_of(g, lane, R_span, F, G);
+            add_tension(g, lane, R_span, spin, F, G, torque);
             for (int n = 0; n < 6; ++n) {
                 V sum = {};
                 for (int m = 0; m < 6; ++m) sum += load<V>(g.bending[n][m] + lane) * K[m / 3][m % 3];

@@ -249,14 +249,51 @@ SUNDER_INLINE void find_stress(const FourShapes& shapes, const BentGroups& group
     }
 }
 
+// Of the span, by columns: S, R S and E R S.
+struct Columns {
+    V span[2][3], turned[2][3], in_world[2][3];
+
+    Columns(const FourShapes& shapes, const M3& R, const M3& axes) {
+        V first[4], more[4];
+        gather_numbers(shapes.shapes, BentRecords::kSpan, first);
+        gather_numbers(shapes.shapes, BentRecords::kSpan + 2, more);
+        const V numbers[6] = {first[0], first[1], first[2], first[3], more[2], more[3]};
+        for (int c = 0; c < 2; ++c) {
+            for (int i = 0; i < 3; ++i) span[c][i] = numbers[3 * c + i];
+            product_of(R, span[c], turned[c]);
+            product_of(axes, turned[c], in_world[c]);
+        }
+    }
+};
+
+// V times a group's stress in its span, as far as it pulls: xx, yy, xy.
+struct Tension {
+    V xx, yy, xy;
+
+    Tension(const M3& pull, const Columns& columns) {
+        V by[2][3];
+        for (int c = 0; c < 2; ++c) product_of(pull, columns.span[c], by[c]);
+        xx = dot(columns.turned[0], by[0]), yy = dot(columns.turned[1], by[1]);
+        xy = 0.5 * (dot(columns.turned[0], by[1]) + dot(columns.turned[1], by[0]));
+        const V zero = {}, middle = 0.5 * (xx + yy), half = 0.5 * (xx - yy), radius = root(half * half + xy * xy);
+        const V most = maximum(middle + radius, zero), least = maximum(middle - radius, zero);
+        const V share =
+            select<V>(zero < radius, 0.5 * (most - least) / select<V>(zero < radius, radius, zero + 1.0), zero);
+        const V mean = 0.5 * (most + least);
+        xx = mean + share * half, yy = mean - share * half, xy = share * xy;
+    }
+    // Of a member that pulls so.
+    V on(const Columns& columns, const V (&pull)[3]) const {
+        const V x = dot(columns.span[0], pull), y = dot(columns.span[1], pull);
+        return x * (xx * x + 2.0 * xy * y) + yy * (y * y);
+    }
+};
+
 template <class Real>
-SUNDER_INLINE void put_group(const FourShapes& shapes, const BentGroups& group, const M3& axes, const M3& RP, V b,
-                             const BentLanes<Real>& to) {
+SUNDER_INLINE void put_group(const FourShapes& shapes, const M3& R, const M3& axes, const M3& RP,
+                             const Columns& columns, const Tension& tension, V b, const BentLanes<Real>& to) {
     const V volume = shapes.number(BentRecords::kVolume), stretch = 2.0 * shapes.number(BentRecords::kMu) * volume;
-    M3 R, turned;
-    get(group.R, R);
-    multiply(axes, R, turned);
-    V shear[3], soft[3], span[6], more[4], first[4];
+    V shear[3], soft[3];
     shapes.vector(BentRecords::kShear, shear), shapes.vector(BentRecords::kSoftness, soft);
     const auto entry = [&](int i, int k) { return dot(RP[i], R[k]); };
     const V xx = entry(0, 0), yy = entry(1, 1), zz = entry(2, 2);
@@ -271,16 +308,10 @@ SUNDER_INLINE void put_group(const FourShapes& shapes, const BentGroups& group, 
     turn_block(axes, {soft[0], soft[1], soft[2], V(), V(), V()}, V() + 1.0, softness);
     put_exact(yields, to.lane, to.groups.held);
     put_exact(softness, to.lane, to.groups.softness);
-    gather_numbers(shapes.shapes, BentRecords::kSpan, first);
-    gather_numbers(shapes.shapes, BentRecords::kSpan + 2, more);
-    for (int i = 0; i < 4; ++i) span[i] = first[i];
-    span[4] = more[2], span[5] = more[3];
-    V columns[6];  // of R span, one after the other
-    for (int c = 0; c < 2; ++c)
-        for (int i = 0; i < 3; ++i)
-            columns[3 * c + i] =
-                turned[i][0] * span[3 * c] + turned[i][1] * span[3 * c + 1] + turned[i][2] * span[3 * c + 2];
-    put_exact(columns, to.lane, to.groups.R_span[0]);
+    V numbers[6], tensions[3] = {b * tension.xx, b * tension.yy, b * tension.xy};
+    for (int i = 0; i < 6; ++i) numbers[i] = columns.in_world[i / 3][i % 3];
+    put_exact(tensions, to.lane, to.groups.tension);
+    put_exact(numbers, to.lane, to.groups.R_span[0]);
 }
 
 template <class Real>
@@ -293,9 +324,17 @@ void linearise(const BentRecords& s, const uint32_t (&groups)[4], const double (
     get(group.R, R), get(group.axes, axes);
     shapes.matrix(BentRecords::kSpanned, P);
     multiply(R, P, RP);
-    put_group(shapes, group, axes, RP, b, to);
     Stress stress;
     find_stress(shapes, group, yielding, RP, stress);
+    const Columns columns(shapes, R, axes);
+    const Tension tension(stress.pull, columns);
+    put_group(shapes, R, axes, RP, columns, tension, b, to);
+    V across[6];  // what is not spanned, as a projection
+    constexpr int kRow[6] = {0, 1, 2, 0, 0, 1}, kColumn[6] = {0, 1, 2, 1, 2, 2};
+    for (int i = 0; i < 6; ++i) {
+        across[i] = V() + (i < 3 ? 1.0 : 0.0);
+        for (const V(&c)[3] : columns.in_world) across[i] -= c[kRow[i]] * c[kColumn[i]];
+    }
     V shift_held[3], turn_held[3];  // of a member of unit weight
     shapes.vector(BentRecords::kSoftness, shift_held), shapes.vector(BentRecords::kTurnMoment, turn_held);
     for (int i = 0; i < 3; ++i) {
@@ -361,6 +400,8 @@ void linearise(const BentRecords& s, const uint32_t (&groups)[4], const double (
         V shift[6], turn[6];
         turn_block(axes, gather_symmetric(members, BentRecords::kShiftBlock), b, shift);
         turn_block(axes, gather_symmetric(members, BentRecords::kTurnBlock), b, turn);
+        const V drawn = b * tension.on(columns, pull);
+        for (int i = 0; i < 6; ++i) shift[i] += drawn * across[i];
         const V zero = {};
         V numbers[5][4] = {{b * pushed[0], b * pushed[1], b * pushed[2], -b * twisted[0]},
                            {-b * twisted[1], -b * twisted[2], shift[0], shift[1]},

@@ -45,7 +45,7 @@ def test_the_ball_goes_through_the_panel_and_leaves_the_rest_of_it():
     assert np.linalg.norm(start.position[off] - hit, axis=1).max() < 0.25
 
 
-@pytest.mark.parametrize("speed, least, most, tears", [(5, 0.015, 0.025, False), (15, 0.035, 0.06, False),
+@pytest.mark.parametrize("speed, least, most, tears", [(5, 0.012, 0.035, False), (15, 0.05, 0.075, False),
                                                        (30, 0.02, 1, True)])
 def test_the_door_dents_and_then_tears(speed, least, most, tears):
     start, hit = states("door", 1, 6, ball={"velocity": [0, speed, 0]})
@@ -74,6 +74,12 @@ def test_the_beam_bends_over_the_edge():
     assert len(sizes_of_pieces(bent)) == 1
     assert np.linalg.norm(bent.position - start.position, axis=1).max() > 0.05
     assert bent.strain.max() > 0.002
+
+
+@pytest.mark.parametrize("degrees", [72, 76])
+def test_the_beam_throws_nothing_where_its_web_hangs_on_one_edge(degrees):
+    for state in states("beam", 5, 6, 7, bent={"rotation": {"keys": [[1, [0, 0, 0]], [60, [0, degrees, 0]]]}}):
+        assert np.linalg.norm(state.velocity, axis=1).max() < 2  # the end that is driven: 0.5 m/s
 
 
 def test_the_arm_swings_as_it_was_animated_and_then_breaks_its_back():
@@ -159,7 +165,7 @@ def away(frame_states):
 
 
 def test_the_pawn_waits_for_the_hand_and_crumbles_from_there_downwards():
-    whole, touched, spread, gone = states("pawn", 10, 14, 24, 60)
+    whole, touched, spread, gone = states("pawn", 10, 14, 24, 84)
     assert whole.kept.all() and len(sizes_of_pieces(whole)) == 60   # cut through, and held
     first = touched.kept == 0
     assert 10 < np.count_nonzero(first) < 60
@@ -172,7 +178,7 @@ def test_the_pawn_waits_for_the_hand_and_crumbles_from_there_downwards():
     assert np.array_equal(spread.position[kept], whole.position[kept])
     assert not gone.kept.any() and np.count_nonzero(gone.position[:, 2] < 0.15) > 100
     stands = gone.position[:, 2] > 0.6                              # a stump, on which chunks lie; nothing hangs in the air
-    assert gone.position[:, 2].max() < 1.5 and np.linalg.norm(gone.velocity[stands], axis=1).max() < 0.02
+    assert gone.position[:, 2].max() < 1.5 and np.linalg.norm(gone.velocity[stands], axis=1).max() < 0.05
 
 
 def test_the_bridge_parts_at_its_seam_and_loses_the_pillar_that_weakens():
@@ -242,7 +248,7 @@ def test_the_vase_breaks_and_comes_together_where_it_is_drawn_to():
     turn = np.radians(-12)
     turned = np.array([[1, 0, 0], [0, np.cos(turn), -np.sin(turn)], [0, np.sin(turn), np.cos(turn)]])
     target = (start.position - [0, 0, 0.55]) @ turned.T + [0, 0, 0.001]
-    assert np.linalg.norm(broken.position - target, axis=1).max() > 0.5 and len(sizes_of_pieces(broken)) > 20
+    assert np.linalg.norm(broken.position - target, axis=1).max() > 0.35 and len(sizes_of_pieces(broken)) > 20
     left = np.linalg.norm(mended.position - target, axis=1)
     assert np.median(left) < 0.005 and np.percentile(left, 80) < 0.01  # some lie in the way of others
     assert len(sizes_of_pieces(mended)) >= len(sizes_of_pieces(broken))  # what broke stays broken

@@ -94,6 +94,57 @@ TEST(bending_shape, forces_have_no_sum_and_no_moment) {
     EXPECT_LT(sums.moment.norm(), 1e-12 * forces.norm());
 }
 
+// A wave across the sheet, whose fragments turn with it: what it is drawn by resists it, and more than it bends.
+TEST(bending_shape, what_is_drawn_resists_what_tilts_it) {
+    for (const auto& [nx, ny] : {std::pair(12, 3), std::pair(12, 1)})
+        for (const double drawn : {0.0, 0.02}) {
+            Sheet sheet(nx, ny, 0.3, false);
+            constexpr double kFlat = 0.2;  // of a fragment's width, its thickness
+            for (Vec3& radii : sheet.rest.radii) radii.z() *= kFlat;
+            for (double& volume : sheet.rest.volume) volume *= kFlat;
+            for (double& mass : sheet.rest.mass) mass *= kFlat;
+            for (Edge& edge : sheet.rest.edges) edge.area *= kFlat;
+            sheet.rest.group_trace.clear();
+            sheet.update();
+            std::vector<MovingParticle> at = sheet.moved(0);
+            Vec3 center = Vec3::Zero();
+            for (const MovingParticle& p : at) center += p.x / static_cast<double>(at.size());
+            Mat3 moment = Mat3::Zero();
+            for (const MovingParticle& p : at) moment += (p.x - center) * (p.x - center).transpose();
+            const Eigen::SelfAdjointEigenSolver<Mat3> axes(moment);
+            const Vec3 along = axes.eigenvectors().col(2), across = axes.eigenvectors().col(0),
+                       about = across.cross(along);
+            const double k = 2 * std::acos(-1.0) / 0.6;  // 0.6 m long
+            Eigen::VectorXd z(static_cast<Eigen::Index>(6 * at.size()));
+            for (size_t j = 0; j < at.size(); ++j) {
+                const double s = along.dot(at[j].x - center);
+                at[j].x += drawn * s * along;
+                z.segment<3>(static_cast<Eigen::Index>(6 * j)) = std::sin(k * s) / k * across;
+                z.segment<3>(static_cast<Eigen::Index>(6 * j + 3)) = -std::cos(k * s) * about;
+            }
+            LaneLayout layout;
+            layout.update(sheet.live, sheet.workers);
+            const std::vector<double> span(at.size(), 1.0);
+            const std::vector<Role> role(at.size(), Role::free);
+            const SweepInput in{sheet.rest, sheet.live, sheet.shapes, sheet.stiffness, role,
+                                span,       {},         {},           &sheet.bending};
+            BendingUnit<double> unit;
+            ASSERT_TRUE(unit.open(in, layout, 0));
+            unit.linearise(in, at, UnitBlocks(layout.n_blocks(), nullptr), {});
+            Eigen::VectorXd found = Eigen::VectorXd::Zero(z.size());
+            multiply(sheet, layout, unit.arrays(), z, found);
+            std::vector<MovingParticle> ahead = at, back = at;
+            const double by = 1e-6;
+            for (size_t j = 0; j < at.size(); ++j)
+                for (int c = 0; c < 6; ++c) {
+                    ahead[j] = stepped(ahead[j], c, by * z[static_cast<Eigen::Index>(6 * j) + c]);
+                    back[j] = stepped(back[j], c, -by * z[static_cast<Eigen::Index>(6 * j) + c]);
+                }
+            const double wanted = z.dot(sheet.forces(back) - sheet.forces(ahead)) / (2 * by);
+            EXPECT_NEAR(z.dot(found) / wanted, 1, 0.05) << nx << " by " << ny << " drawn by " << drawn;
+        }
+}
+
 // Where nothing is strained the Hessian is all there is: the change of the forces.
 TEST(bending_shape, products_are_what_a_small_motion_changes) {
     for (const auto& [nx, ny] : {std::pair(4, 3), std::pair(5, 1)})

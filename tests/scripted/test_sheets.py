@@ -1,0 +1,34 @@
+"""Sheets cut into cells of any shape."""
+import numpy as np
+
+import sunder
+
+
+def test_a_sheet_of_uneven_cells_bears_its_yield_stress_and_stays_flat(tmp_path):
+    """A strip of 1.4 x 0.4 x 0.01 m, drawn to twice its yield strain. A third of it yields a hundred times later, and tells the force."""
+    rings = np.linspace(-0.7, 0.7, 57)
+    corners = [(x, y, z) for x in rings for y, z in ((-0.2, -0.005), (0.2, -0.005), (0.2, 0.005), (-0.2, 0.005))]
+    faces = [(4 * k + a, 4 * k + 4 + a, 4 * k + 4 + (a + 1) % 4, 4 * k + (a + 1) % 4) for k in range(56) for a in range(4)]
+    faces += [(0, 1, 2, 3), (227, 226, 225, 224)]
+    lines = ["ply", "format ascii 1.0", f"element vertex {len(corners)}", "property float x", "property float y", "property float z",
+             "property float strength", f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
+    lines += ["%g %g %g %g" % (*corner, 100 if corner[0] > 0.2 else 1) for corner in corners]
+    (tmp_path / "strip.ply").write_text("\n".join(lines + ["4 %d %d %d %d" % face for face in faces]) + "\n")
+    stiffness, poisson, yields = 2e9, 0.3, 0.01
+    graph = sunder.Graph.from_dict({"sunder": 2, "frame_rate": 24, "frame_range": [1, 40], "nodes": {
+        "mesh": {"type": "mesh_file", "path": "strip.ply"},
+        "cut": {"type": "prefracture", "mesh": "@mesh.mesh", "pieces": 500, "yield_map": "strength", "clusters": 0},
+        "body": {"type": "body", "fragments": "@cut.fragments", "density": 2000, "youngs_modulus": stiffness, "poisson_ratio": poisson,
+                 "yield": yields, "flow_rate": 1e5},
+        "left": {"type": "pin", "body": "@body.body", "box_min": [-9, -9, -9], "box_max": [-0.6, 9, 9]},
+        "right": {"type": "pin", "body": "@body.body", "box_min": [0.6, -9, -9], "box_max": [9, 9, 9],
+                  "position": {"keys": [[1, [0, 0, 0]], [31, [0.03, 0, 0]]]}},
+        "sim": {"type": "solver", "bodies": ["@body.body"], "pins": ["@left.pin", "@right.pin"], "gravity": [0, 0, 0], "damping": 20,
+                "substeps": 16, "sleeping": False}}}, base_folder=str(tmp_path))
+    rest = graph.evaluate("sim.state", frame=1).position
+    gauge = (rest[:, 0] > 0.26) & (rest[:, 0] < 0.52) & (np.abs(rest[:, 1]) < 0.12)
+    for frame in (20, 24, 31):
+        moved = graph.evaluate("sim.state", frame=frame).position - rest
+        stress = stiffness * np.polyfit(rest[gauge, 0], moved[gauge, 0], 1)[0]
+        assert abs(stress / (1.5 * stiffness * yields / (1 + poisson)) - 1) < 0.03, frame
+        assert np.abs(moved[:, 2]).max() < 1e-5  # a thousandth of the thickness
