@@ -92,7 +92,7 @@ struct FrameState {
     std::vector<Mat3> plastic_curvature;    // K_P in the fragment's axes    (n_particles x 3 x 3), rad/m
     std::vector<LayerStrain> layer_strain;  // (n_particles)
     std::vector<EdgeOffsets> edge_offset;   // (n_edges x 2 x 2 x 3), m, rad
-    std::vector<double> yielding_rate;      // what flowed in the last step, in the mean of a section (n_particles), 1/s
+    std::vector<double> yielding_rate;      // what may flow in the next step, mean of a section (n_particles), 1/s
     std::vector<double> yield;              // present yield strain of the group (hardens)    (n_particles), -
     std::vector<double> strain;             // largest |principal elastic log strain|         (n_particles), -
     std::vector<Quat> group_rotation;       // optimal rotation, warm start of the next one   (n_particles x 4)

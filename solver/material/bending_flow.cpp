@@ -17,8 +17,8 @@ void harden(const Material& m, double flowed, double& io_yield) {
     io_yield = std::min(io_yield + m.hardening * flowed, cap);
 }
 
-// F_P of a flow in the plane of axes i and j, with what keeps its volume.
-void stretch_for_good(const BendingShape& s, int i, int j, const Mat2& flowed, Mat3& io_F_P) {
+// F_P of a flow in the plane of axes i and j, with what keeps its volume. Whether it takes all of it.
+bool stretch_for_good(const BendingShape& s, int i, int j, const Mat2& flowed, Mat3& io_F_P) {
     const Mat3 own = s.axes.transpose() * io_F_P * s.axes;
     Mat2 before;
     before << own(i, i), own(i, j), own(j, i), own(j, j);
@@ -31,6 +31,8 @@ void stretch_for_good(const BendingShape& s, int i, int j, const Mat2& flowed, M
     now(i, i) = right(0, 0), now(j, j) = right(1, 1), now(i, j) = now(j, i) = right(0, 1);
     now(n, n) = 1 / right.determinant();
     io_F_P = s.axes * now * s.axes.transpose();
+    const double squares = squared.trace(), product = squared.determinant();  // of both stretches within bounds
+    return squares <= most * most + product / (most * most) && product >= least * least * (squares - least * least);
 }
 
 }  // namespace
@@ -70,7 +72,7 @@ BentFlow flow_bending(const BendingShape& s, const BentGroup& group, const Unexp
             drawn << e(i, i), 0, 0, -0.5 * e(i, i);
         else
             drawn << e(i, i), e(i, j), e(i, j), e(j, j);
-        stretch_for_good(s, i, j, drawn, io.F_P);
+        out.is_taken = stretch_for_good(s, i, j, drawn, io.F_P);
         harden(material, flow.hardening, io.yield);
         strain.stretch -= e, strain.K -= flow.flowed.K;
     }

@@ -33,7 +33,8 @@ FacePrincipal principal_of(const BendingShape& shape, const Mat3& strain);
 
 /// What a thin group's flow did.
 struct BentFlow : Yielding {
-    FaceStrains faces;  // after it
+    FaceStrains faces;     // after it
+    bool is_taken = true;  // all of it: F_P may change no more than so far (kMaxPlasticRatio)
 };
 
 /// Of the excess above the yield surface what flows in h seconds.

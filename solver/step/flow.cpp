@@ -16,6 +16,10 @@
 namespace sunder {
 namespace {
 
+// What flows lasts as at most so many times what lasted of it before, and at first as so much of the yield strain: a
+// hit that few Newton steps follow strains far beyond what it comes to, and would feed on itself.
+constexpr double kGrowth = 1.5, kFirst = 0.1;
+
 class Flow {
 public:
     Flow(const Pass& pass, const LiveModel& model, const Movables& movables, Breaking& io_breaking,
@@ -211,7 +215,10 @@ Found Flow::flow_bent(ParticleIndex g, const BentGroups& four, size_t lane, std:
                                        movables_.tethers.hold(g) ? 0 : seconds_, plastic);
     const FaceStrains& faces = flow.faces;
     found.changed = flow.flows();
-    if (seconds_ > 0) state_.yielding_rate[g] = flow.hardening / seconds_;
+    if (seconds_ > 0) {
+        const double lasts = std::max(kGrowth * state_.yielding_rate[g] * seconds_, kFirst * state_.yield[g]);
+        state_.yielding_rate[g] = flow.is_taken ? std::min(flow.hardening, lasts) / seconds_ : 0.0;
+    }
     state_.strain[g] = 0;
     for (size_t face = 0; face < faces.n; ++face) {
         const auto& [strain, directions] = principal_of(shape, faces.strain[face]);

@@ -304,6 +304,40 @@ TEST(sheets, stay_flat_where_they_are_drawn) {
     }
 }
 
+// A strip that gravity draws out between two clamps until F_P may change no more.
+TEST(sheets, come_to_rest_at_the_most_that_they_can_flow) {
+    for (const int iterations : {2, 8}) {
+        LatticeSettings lattice;
+        lattice.cells = {16, 8, 1}, lattice.size = Vec3(1, 0.5, 0.005);
+        const auto fragments = make_lattice(lattice, "lattice");
+        ASSERT_TRUE(fragments);
+        Scene scene;
+        add_body(scene, build_simulation_mesh(*fragments, {.density = 2000}).take(), {});
+        add_pin(scene, [](const Vec3& x) { return x.x() < -0.45; });
+        add_pin(scene, [](const Vec3& x) { return x.x() > 0.45; });
+        Material material;
+        material.youngs_modulus = 1e6, material.poisson_ratio = 0.3, material.yield = 0.01, material.flow_rate = 2000;
+        SolverSettings settings;
+        settings.substeps = 16, settings.iterations = iterations;
+        const auto solver = make_solver(scene);
+        FrameState state = solver->initial_state({material});
+        const auto way = [](int frame) { return Vec3(0.03 * std::min(1.0, frame / 9.0), 0, 0); };
+        for (int frame = 0; frame < 96; ++frame) {
+            FrameInput input = quiet_input(scene, material);
+            input.gravity.z() = -9.81;
+            input.pins[1] = {{way(frame), Quat::Identity()}, {way(frame + 1), Quat::Identity()}};
+            advance(*solver, input, settings, state);
+        }
+        double most = 0, fastest = 0;
+        for (size_t i = 0; i < state.n_particles(); ++i) {
+            most = std::max(most, state.plastic_deformation[i].norm());
+            fastest = std::max(fastest, state.velocity[i].norm());
+        }
+        EXPECT_GT(most, 2);
+        EXPECT_LT(fastest, 0.2) << iterations;  // where the rate goes on at the bound 3.6 m/s
+    }
+}
+
 TEST(sheets, elastic_strips_come_back) {
     BentStrip strip(2, 6, kNever, 90);
     EXPECT_LT(strip.bend_and_let_go(), 0.1);
