@@ -18,7 +18,7 @@
 //   offset      bx ... arz (double): of the edges, where b lies and how it is turned in a's group for good, and a in
 //               b's; where any is
 //   strength    toughness (double): of the same particles, what tears each; where that differs within a body
-//   yielding    rate (double): of the same particles, what flowed a second in the last step; where thin bodies did
+//   yielding    rate (double): of the same particles, how fast it may flow in the next step; where some did
 //
 // docs/files.md says more. Yield, due and toughness may be infinite ("never"); every other number is finite.
 #pragma once

@@ -34,7 +34,7 @@ LayerStrain remainder_of(const BendingShape& shape, const SectionFlow& flow);
 SectionFlow flow_section(const BendingShape& shape, const SectionStrain& strain, const LayerStrain& remainder,
                          const Unexplained& rest, double yield, double share);
 
-/// What flows of thin groups by the end of a step: as much as flowed in the last one, where they are strained so far.
+/// What flows of thin groups by the end of a step: no more than lasts of what flowed in the last one.
 struct FlowWithin {
     std::span<const double> yield;        // (n_particles)
     std::span<const LayerStrain> layers;  // what each has kept (n_particles)

@@ -153,8 +153,8 @@ SweepInput sweep_input(const SimulationMesh& rest, const LiveModel& model, const
             model.bending_shapes()};
 }
 
-// Of thin groups, what flows by the end of the step: no more than flowed in the last one. Where Newton steps begin is
-// not where things come to, and of what would flow there most never does. False where nothing may.
+// Of thin groups, what flows by the end of the step: no more than lasts of the last one's flow. Where Newton steps
+// begin is not where things come to, and of what would flow there most never does. False where nothing may.
 bool flows_within(const Pass& pass, const LiveModel& model, FlowWithin& o_flow) {
     if (model.thin.empty() || pass.flow_seconds == 0) return false;
     o_flow.yield = pass.state.yield, o_flow.layers = pass.state.layer_strain;

@@ -94,6 +94,18 @@ TEST(bending_shape, forces_have_no_sum_and_no_moment) {
     EXPECT_LT(sums.moment.norm(), 1e-12 * forces.norm());
 }
 
+// Of the forces, by a motion z of the particles.
+Eigen::VectorXd lost_by(const Sheet& sheet, std::span<const MovingParticle> at, const Eigen::VectorXd& z) {
+    std::vector<MovingParticle> ahead(at.begin(), at.end()), back = ahead;
+    const double by = 1e-6;
+    for (size_t j = 0; j < at.size(); ++j)
+        for (int c = 0; c < 6; ++c) {
+            ahead[j] = stepped(ahead[j], c, by * z[static_cast<Eigen::Index>(6 * j) + c]);
+            back[j] = stepped(back[j], c, -by * z[static_cast<Eigen::Index>(6 * j) + c]);
+        }
+    return (sheet.forces(back) - sheet.forces(ahead)) / (2 * by);
+}
+
 // A wave across the sheet, whose fragments turn with it: what it is drawn by resists it, and more than it bends.
 TEST(bending_shape, what_is_drawn_resists_what_tilts_it) {
     for (const auto& [nx, ny] : {std::pair(12, 3), std::pair(12, 1)})
@@ -133,14 +145,7 @@ TEST(bending_shape, what_is_drawn_resists_what_tilts_it) {
             unit.linearise(in, at, UnitBlocks(layout.n_blocks(), nullptr), {});
             Eigen::VectorXd found = Eigen::VectorXd::Zero(z.size());
             multiply(sheet, layout, unit.arrays(), z, found);
-            std::vector<MovingParticle> ahead = at, back = at;
-            const double by = 1e-6;
-            for (size_t j = 0; j < at.size(); ++j)
-                for (int c = 0; c < 6; ++c) {
-                    ahead[j] = stepped(ahead[j], c, by * z[static_cast<Eigen::Index>(6 * j) + c]);
-                    back[j] = stepped(back[j], c, -by * z[static_cast<Eigen::Index>(6 * j) + c]);
-                }
-            const double wanted = z.dot(sheet.forces(back) - sheet.forces(ahead)) / (2 * by);
+            const double wanted = z.dot(lost_by(sheet, at, z));
             EXPECT_NEAR(z.dot(found) / wanted, 1, 0.05) << nx << " by " << ny << " drawn by " << drawn;
         }
 }
@@ -171,14 +176,7 @@ TEST(bending_shape, products_are_what_a_small_motion_changes) {
             for (Eigen::Index i = 0; i < n; ++i) z[i] = (i % 6 < 3 ? 0.05 : 1.0) * normal(random);
             for (size_t j = 0; j < at.size(); ++j)
                 if (sheet.pinned[j]) z.segment<6>(static_cast<Eigen::Index>(6 * j)).setZero();
-            std::vector<MovingParticle> ahead = at, back = at;
-            const double by = 1e-6;
-            for (size_t j = 0; j < at.size(); ++j)
-                for (int c = 0; c < 6; ++c) {
-                    ahead[j] = stepped(ahead[j], c, by * z[static_cast<Eigen::Index>(6 * j) + c]);
-                    back[j] = stepped(back[j], c, -by * z[static_cast<Eigen::Index>(6 * j) + c]);
-                }
-            const Eigen::VectorXd wanted = (sheet.forces(back) - sheet.forces(ahead)) / (2 * by);
+            const Eigen::VectorXd wanted = lost_by(sheet, at, z);
             Eigen::VectorXd found = Eigen::VectorXd::Zero(n);
             multiply(sheet, layout, unit.arrays(), z, found);
             for (size_t j = 0; j < at.size(); ++j)
