@@ -85,7 +85,7 @@ struct ContactBodies {
     std::span<const Quat> start_rotation;
     std::span<const MovingParticle> moving;
     std::span<const ContactPiece> pieces;
-    std::span<const double> held_share;  // own_share of particles of held pieces
+    std::span<const double> held_share = {};  // own_share of particles of held pieces; empty where no piece is held
 };
 
 /// How a push at a touching point divides. `own`: displacement by a unit impulse of the particle alone, `whole`: of its
