@@ -22,8 +22,9 @@ struct Bearing {
 struct StandingLoads {
     enum class How : uint8_t {
         not_at_all,
-        kept,     // contacts start from a part of their last forces
-        together  // likewise, but bearings start from nothing: what presses there is matched with what bears it
+        kept,      // contacts start from a part of their last forces
+        together,  // likewise, but bearings start from nothing: what presses there is matched with what bears it
+        driven     // bearings as there, which rounds push as well; all else as where nothing stands
     };
     struct OfMovable {
         double pressure = 0;          // of its bearings, kg m
@@ -31,12 +32,14 @@ struct StandingLoads {
         double pull = 0;              // of their particles' groups on these, kg
         PieceId on;                   // the piece that bears it
         bool is_load = true;
+        double resists = 0;             // of a load, the mass that its bearings meet in all, kg
         double mass = 0, ground = 0;    // of what presses on it, and of that ground's, kg
         Vec3 begin = Vec3::Zero();      // where it is before shape matching, m
         Vec3 to_ground = Vec3::Zero();  // times `ground`, kg m
         Vec3 impulse = Vec3::Zero();    // kg m
         Vec3 torque = Vec3::Zero();     // times the substep, kg m2
         Mat3 inertia = Mat3::Zero();    // of the masses of its bearings about it, kg m2
+        double work = 0, share = 1;     // of its bearings, kg m2; of what they give, what it takes
     };
     struct OfPiece {
         Vec3 by_loads = Vec3::Zero(), by_ground = Vec3::Zero();  // impulses, kg m
@@ -47,6 +50,8 @@ struct StandingLoads {
     std::vector<Bearing> bearings;    // as the islands' contacts
     std::vector<OfMovable> movables;  // as the islands' movables
     std::vector<OfPiece> pieces;      // as the islands' pieces
+
+    bool are_matched(IslandId island) const { return how[island] == How::together || how[island] == How::driven; }
 
     /// Makes room; nothing stands yet.
     void open(const ContactIslands& islands);

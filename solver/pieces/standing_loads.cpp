@@ -28,6 +28,12 @@ constexpr double kMostOfGround = 2;
 // Where several pieces give, and where what gives is crushed: strained by more than kCrushed. Of 400 heaps of soft and
 // rigid things 12 tremble with two Newton steps, nine of which are crushed, and 5 so.
 constexpr int kNewtonSteps = 4;
+// Where something is driven into what pins hold. With one step, before which a single round tells who presses, two
+// heavy things of ten were thrown out by more than they came with.
+constexpr int kDrivenSteps = 2;
+// Of the contact margin, what parts two things that still press; of what is driven, what counts as weight where nothing
+// falls.
+constexpr double kSlight = 0.03;
 constexpr double kCrushed = 0.2;
 constexpr double kTrembling = 3;  // what is crushed trembles by as many times the speed of what stands
 
@@ -59,8 +65,9 @@ void for_places(ContactProblem& problem, IslandId island, const Body& body) {
         body(place, problem.contacts[problem.islands.contact[place]], problem.loads.bearings[place]);
 }
 
-// Fills `of` and `of_a` of the bearings of an island in which one piece gives. Whether there are loads.
-bool find_bearings(const StepContext& context, double h, const LiveModel& model, const ContactBodies& b,
+// Fills `of` and `of_a` of the bearings of an island in which one piece gives. Whether there are loads: what it holds
+// up or, where they are `driven` into it, whatever may come to touch it.
+bool find_bearings(const StepContext& context, double h, bool driven, const LiveModel& model, const ContactBodies& b,
                    IslandId island, ContactProblem& problem) {
     const Vec3 down = FieldsOfForce(context.input).acceleration;
     const auto of = [&](uint32_t i) -> StandingLoads::OfMovable& {
@@ -73,9 +80,10 @@ bool find_bearings(const StepContext& context, double h, const LiveModel& model,
         const bool grounded = is_ground(b, a) || is_ground(b, o);
         const bool a_gives = gives(b, a), b_gives = !is_ground(b, o) && gives(b, o);
         o_at.of_a = a_gives;
-        if (a_gives != b_gives) o_at.of = grounded ? Bearing::Of::ground : Bearing::Of::load;
-        if (!(c.before.normal > 0) || a_gives == b_gives) {
-            if (c.before.normal > 0 && grounded)
+        if (a_gives != b_gives && !(driven && grounded)) o_at.of = grounded ? Bearing::Of::ground : Bearing::Of::load;
+        const bool presses = c.before.normal > 0 || (driven && c.restitution == 0);
+        if (!presses || a_gives == b_gives) {
+            if (!driven && c.before.normal > 0 && grounded)
                 for (const uint32_t i : {a, o})
                     if (!is_ground(b, i)) of(i).is_load = false;
             return;
@@ -90,7 +98,7 @@ bool find_bearings(const StepContext& context, double h, const LiveModel& model,
     for_places(problem, island, [&](uint32_t, ActiveContact& c, Bearing& io_at) {
         if (io_at.of != Bearing::Of::load) return;
         const StandingLoads::OfMovable& load = of(other(c.contact, io_at));
-        if (!load.is_load || load.on.is_none() || load.held_up.dot(down) >= 0)
+        if (!load.is_load || load.on.is_none() || (!driven && load.held_up.dot(down) >= 0))
             io_at.of = Bearing::Of::nothing;
         else
             any |= b.pieces[load.on].is_held() || load.pull * b.inverse_mass[other(c.contact, io_at)] < kFirm;
@@ -128,49 +136,76 @@ void find_standing_loads(const StepContext& context, double h, std::span<const d
     }
     const auto give =
         std::ranges::count_if(problem.islands.pieces_of(island), [&](uint32_t p) { return !b.pieces[p].rigid; });
-    if (!any || give == 0) return;
+    if (give == 0) return;
     const double resting = resting_speed(h, acceleration_of(context.input));
     const double standing = standing_speed(context, resting, problem.islands.movables_of(island));
-    if (approach > kTrembling * standing) return;
-    int& steps = problem.loads.newton_steps[island];
-    if (is_crushed(model.live, b, problem.islands.pieces_of(island), strain)) steps = kNewtonSteps;
-    if (approach > standing) return;
-    if (give > 1) steps = kNewtonSteps;
     How& how = problem.loads.how[island];
-    if (give == 1 && find_bearings(context, h, model, b, island, problem))
+    int& steps = problem.loads.newton_steps[island];
+    if (any && approach <= kTrembling * standing &&
+        is_crushed(model.live, b, problem.islands.pieces_of(island), strain))
+        steps = kNewtonSteps;
+    const bool stands = any && approach <= standing;
+    if (stands && give > 1) steps = kNewtonSteps;
+    const bool held =
+        std::ranges::any_of(problem.islands.pieces_of(island), [&](uint32_t p) { return b.pieces[p].is_held(); });
+    if (stands && give == 1 && find_bearings(context, h, false, model, b, island, problem))
         how = How::together;
-    else if (approach <= resting && std::max(context.settings.iterations, steps) > 1)
+    else if (give == 1 && held && find_bearings(context, h, true, model, b, island, problem))
+        how = How::driven, steps = std::max(steps, kDrivenSteps);
+    else if (any && approach <= resting && std::max(context.settings.iterations, steps) > 1)
         how = How::kept;
-    else
-        return;
+    if (how == How::not_at_all) return;
     for_places(problem, island, [&](uint32_t, ActiveContact& c, const Bearing& at) {
-        const bool starts_anew = how == How::together && at.of != Bearing::Of::nothing;
-        c.impulse = (starts_anew ? 0 : kKept) * c.before;
+        if (problem.loads.are_matched(island) && at.of != Bearing::Of::nothing) {
+            c.impulse = ContactImpulse();
+            if (how == How::driven) c.restitution = 0;
+        } else if (how != How::driven)
+            c.impulse = kKept * c.before;
     });
 }
 
 void brace_bearers(const StepContext& context, double h, bool first, const LiveModel& model, IslandId island,
-                   ContactProblem& problem, Movables& movables) {
+                   const Pieces& pieces, ContactProblem& problem, Movables& movables) {
     const std::vector<double>& inverse_mass = movables.inverse_mass;
     const auto of = [&](uint32_t i) -> StandingLoads::OfMovable& {
         return problem.loads.movables[problem.islands.movable_slot[i]];
     };
     for (const MovableId i : problem.islands.movables_of(island)) of(i) = StandingLoads::OfMovable();
-    const double evenly = kEvenly * fall_in_step(h, acceleration_of(context.input));  // m
+    const bool driven = problem.loads.how[island] == StandingLoads::How::driven;
+    const double fall = kEvenly * fall_in_step(h, acceleration_of(context.input)),
+                 evenly = driven ? std::max(fall, kSlight * context.contact_margin) : fall;  // m
     for_places(problem, island, [&](uint32_t place, ActiveContact& c, Bearing& io_at) {
         if (io_at.of == Bearing::Of::nothing) return;
-        io_at.mass = first ? c.before.normal : problem.round.pressure(island, place);
+        io_at.mass = problem.round.pressure(island, place);
+        if (first) io_at.mass = std::max(io_at.mass, c.before.normal);
         if (io_at.of != Bearing::Of::load) return;
         const uint32_t load = other(c.contact, io_at);
+        // What swings away would go on as if the load went with it.
+        if (driven && c.contact.gap + c.contact.normal.dot(problem.round.motion(place)) > c.wanted_gap + evenly) {
+            io_at.mass = 0;
+            return;
+        }
         io_at.mass += evenly / inverse_mass[load];
         of(load).pressure += io_at.mass;
+        const Vec3 by = (io_at.of_a ? -io_at.mass : io_at.mass) * c.contact.normal;
+        of(load).impulse += by, of(load).torque += (io_at.of_a ? c.arm_b : c.arm_a).cross(by);
     });
+    // A load whose bearings turn it, too, resists with less than its mass.
+    for (const MovableId i : problem.islands.movables_of(island)) {
+        StandingLoads::OfMovable& load = of(i);
+        if (!(load.pressure > 0)) continue;
+        const Vec3 push = load.impulse / load.pressure, couple = load.torque / load.pressure;
+        const double least = inverse_mass[i];
+        load.resists = 1 / std::max(least, least * push.squaredNorm() +
+                                               couple.dot(pieces.whole[pieces.of[i]].inverse_inertia * couple));
+        load.impulse = load.torque = Vec3::Zero();
+    }
     for_places(problem, island, [&](uint32_t, ActiveContact& c, Bearing& io_at) {
         if (!(io_at.mass > 0)) return;
         const uint32_t i = bearer(c.contact, io_at), o = other(c.contact, io_at);
         const bool on_ground = io_at.of == Bearing::Of::ground;
         io_at.mass = on_ground ? kGround * (1 + sum_of_pulls(model, h, i)) / inverse_mass[i]
-                               : io_at.mass / (of(o).pressure * inverse_mass[o]);
+                               : io_at.mass / of(o).pressure * of(o).resists;
         of(i).mass += io_at.mass;
         if (!on_ground) return;
         const Vec3& n = c.contact.normal;
@@ -225,6 +260,9 @@ void pass_loads_on(const SimulationMesh& rest, const LiveTopology& live, IslandI
     const auto of_piece = [&](uint32_t i) -> StandingLoads::OfPiece& {
         return problem.loads.pieces[problem.islands.piece_slot[pieces.of[i]]];
     };
+    const auto load_of = [&](const ActiveContact& c, const Bearing& at) -> StandingLoads::OfMovable& {
+        return problem.loads.movables[problem.islands.movable_slot[other(c.contact, at)]];
+    };
     for (const PieceId p : problem.islands.pieces_of(island)) problem.loads.pieces[problem.islands.piece_slot[p]] = {};
     for_places(problem, island, [&](uint32_t place, ActiveContact& c, Bearing& io_at) {
         if (!(io_at.mass > 0)) return;
@@ -233,8 +271,33 @@ void pass_loads_on(const SimulationMesh& rest, const LiveTopology& live, IslandI
         const Vec3 way = movables.moving[i].x - begin;
         const ContactImpulse had = problem.round.impulse(island, place), now = resisted(c, io_at, had, way);
         io_at.given = force_of(now, c.contact.normal) - force_of(had, c.contact.normal);
-        StandingLoads::OfPiece& of = of_piece(i);
-        (io_at.of == Bearing::Of::ground ? of.by_ground : of.by_loads) += io_at.of_a ? io_at.given : Vec3(-io_at.given);
+        if (io_at.of == Bearing::Of::ground) return;
+        StandingLoads::OfMovable& load = load_of(c, io_at);
+        const Vec3 back = io_at.of_a ? Vec3(-io_at.given) : io_at.given;
+        const Vec3& arm = io_at.of_a ? c.arm_b : c.arm_a;
+        load.impulse += back, load.torque += arm.cross(back);
+        load.work += back.squaredNorm() / io_at.mass;
+        load.inertia += io_at.mass * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+    });
+    // What is rigid goes with that at once. It turns by less than it was given, as bearings at its corners turn harder
+    // than it does: by all of it, it would leave them behind. And it takes no more than what it gains no energy by.
+    for (const MovableId i : problem.islands.movables_of(island)) {
+        StandingLoads::OfMovable& load = problem.loads.movables[problem.islands.movable_slot[i]];
+        if (load.impulse.isZero(0) && load.torque.isZero(0)) continue;
+        ContactPiece& piece = pieces.whole[pieces.of[i]];
+        const Mat3 own = piece.inverse_inertia.inverse();
+        const Vec3 turn = (own + load.inertia).inverse() * load.torque;
+        const double energy = inverse_mass[i] * load.impulse.squaredNorm() + turn.dot(own * turn);
+        load.share = std::min(1.0, load.work / energy);
+        movables.moving[i].x += load.share * inverse_mass[i] * load.impulse;
+        piece.turned += load.share * turn, movables.push[i].torque += load.share * own * turn;
+    }
+    for_places(problem, island, [&](uint32_t, ActiveContact& c, Bearing& io_at) {
+        if (!(io_at.mass > 0)) return;
+        const bool on_ground = io_at.of == Bearing::Of::ground;
+        if (!on_ground) io_at.given *= load_of(c, io_at).share;
+        StandingLoads::OfPiece& of = of_piece(bearer(c.contact, io_at));
+        (on_ground ? of.by_ground : of.by_loads) += io_at.of_a ? io_at.given : Vec3(-io_at.given);
     });
     find_shares(rest, live, problem.islands, island, movables, pieces, problem.loads);
     for_places(problem, island, [&](uint32_t place, ActiveContact& c, const Bearing& at) {
@@ -246,30 +309,14 @@ void pass_loads_on(const SimulationMesh& rest, const LiveTopology& live, IslandI
         ContactImpulse now = problem.round.impulse(island, place);
         now.normal += n.dot(given), now.friction += given - n.dot(given) * n;
         problem.round.set_impulse(island, place, now);
-        const auto push = [&](uint32_t j, const Vec3& arm, const Vec3& impulse) {
+        const auto push = [&](uint32_t j, const Vec3& impulse) {
             const Vec3 shift = inverse_mass[j] * impulse;
             movables.moving[j].x_inertial += shift, movables.push[j].shift += shift;
-            return Vec3(arm.cross(impulse));
         };
-        movables.push[i].torque += push(i, at.of_a ? c.arm_a : c.arm_b, at.of_a ? given : Vec3(-given));
-        if (on_ground) return;
-        StandingLoads::OfMovable& sums = problem.loads.movables[problem.islands.movable_slot[o]];
-        const Vec3& arm = at.of_a ? c.arm_b : c.arm_a;
-        const Vec3 back = at.of_a ? Vec3(-given) : given;
-        sums.torque += push(o, arm, back), sums.impulse += back;
-        sums.inertia += at.mass * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+        const Vec3 to = at.of_a ? given : Vec3(-given);
+        push(i, to), movables.push[i].torque += (at.of_a ? c.arm_a : c.arm_b).cross(to);
+        if (!on_ground) push(o, -to);
     });
-    // What is rigid goes with that at once. It turns by less than it was given, as bearings at its corners turn harder
-    // than it does: by all of it, it would leave them behind.
-    for (const MovableId i : problem.islands.movables_of(island)) {
-        const StandingLoads::OfMovable& s = problem.loads.movables[problem.islands.movable_slot[i]];
-        if (s.impulse.isZero(0) && s.torque.isZero(0)) continue;
-        movables.moving[i].x += inverse_mass[i] * s.impulse;
-        ContactPiece& piece = pieces.whole[pieces.of[i]];
-        const Mat3 own = piece.inverse_inertia.inverse();
-        const Vec3 turn = (own + s.inertia).inverse() * s.torque;
-        piece.turned += turn, movables.push[i].torque += own * turn;
-    }
 }
 
 }  // namespace sunder

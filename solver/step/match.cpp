@@ -81,15 +81,16 @@ void solve_island(const Pass& pass, const Round& round, const LiveModel& model, 
     const bool last = round.which == Which::last;
     const How how = problem.loads.how[island];
     problem.round.start(island);
-    if (last || how == How::not_at_all || (how == How::kept && round.which == Which::between))
-        problem.round.relax(island, enough);
+    const bool pushes =
+        how == How::not_at_all || how == How::driven || (how == How::kept && round.which == Which::between);
+    if (last || pushes) problem.round.relax(island, enough);
     problem.round.end(island, problem.pushes, pieces.motion, problem.brace);
     if (last) problem.round.hand_over(island, problem.contacts);
     if (last) note_what_pins_take(rest, h, model.live, problem, island, movables, pieces);
     const bool as_wholes = round.which == Which::first && context.settings.method == Method::projective;
     move_pieces(rest, model.live, problem, island, as_wholes, movables, pieces);
-    if (!last && how == How::together)
-        brace_bearers(context, h, round.which == Which::first, model, island, problem, movables);
+    if (!last && problem.loads.are_matched(island))
+        brace_bearers(context, h, round.which == Which::first, model, island, pieces, problem, movables);
 }
 
 // A round over the contacts, the first with what they start from; the last: no shape matching follows. All of an island
@@ -212,8 +213,7 @@ void match_shapes(const Pass& pass, int sweep, std::span<const uint8_t> smooth, 
                               sweep_input(rest, model, problem, matching, movables), context.workers, matching.goals,
                               movables.moving);
     problem.islands.for_each(context.workers, [&](IslandId island) {
-        const bool stands = problem.loads.how[island] == How::together;
-        if (stands && sweep < newton_steps(pass, problem, island))
+        if (problem.loads.are_matched(island) && sweep < newton_steps(pass, problem, island))
             pass_loads_on(rest, model.live, island, problem, movables, pieces);
     });
     for_piece_ranges(model.live, kParticleGrain, context.workers, [&](size_t first, size_t last) {

@@ -45,8 +45,8 @@ def test_the_ball_goes_through_the_panel_and_leaves_the_rest_of_it():
     assert np.linalg.norm(start.position[off] - hit, axis=1).max() < 0.25
 
 
-# By 64 substeps of eight iterations it dents by 15, 66 and 104 mm; what a ball feels at first hangs on iterations, so that 30 mm at 5 m/s.
-@pytest.mark.parametrize("speed, least, most, tears", [(5, 0.012, 0.035, False), (15, 0.05, 0.075, False),
+# By 64 substeps of eight iterations it dents by 14, 62 and 98 mm.
+@pytest.mark.parametrize("speed, least, most, tears", [(5, 0.01, 0.017, False), (15, 0.05, 0.07, False),
                                                        (30, 0.02, 1, True)])
 def test_the_door_dents_and_then_tears(speed, least, most, tears):
     start, hit = states("door", 1, 6, ball={"velocity": [0, speed, 0]})
