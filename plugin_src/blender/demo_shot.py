@@ -16,7 +16,7 @@ from mathutils import Vector
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import blender_versions  # noqa: E402
 
-BRITTLE = {"youngs_modulus": 5e7, "yield": None, "toughness": 0.005}
+BRITTLE = {"youngs_modulus": 5e7, "yield": None, "toughness": 0.006}
 DUCTILE = {"youngs_modulus": 5e5, "poisson_ratio": 0.3, "yield": 0.01, "flow_rate": 300, "hardening": 0.1, "toughness": 0.05}
 
 

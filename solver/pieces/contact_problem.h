@@ -27,10 +27,11 @@ struct StandingLoads {
         driven     // bearings as there, which rounds push as well; all else as where nothing stands
     };
     struct OfMovable {
-        double pressure = 0;          // of its bearings, kg m
-        Vec3 held_up = Vec3::Zero();  // by them, kg m
-        double pull = 0;              // of their particles' groups on these, kg
-        PieceId on;                   // the piece that bears it
+        double pressure = 0;           // of its bearings, kg m
+        Vec3 held_up = Vec3::Zero();   // by them, kg m
+        Vec3 grounded = Vec3::Zero();  // by ground, kg m
+        double pull = 0;               // of their particles' groups on these, kg
+        PieceId on;                    // the piece that bears it
         bool is_load = true;
         double resists = 0;             // of a load, the mass that its bearings meet in all, kg
         double mass = 0, ground = 0;    // of what presses on it, and of that ground's, kg

@@ -83,9 +83,11 @@ bool find_bearings(const StepContext& context, double h, bool driven, const Live
         if (a_gives != b_gives && !(driven && grounded)) o_at.of = grounded ? Bearing::Of::ground : Bearing::Of::load;
         const bool presses = c.before.normal > 0 || (driven && c.restitution == 0);
         if (!presses || a_gives == b_gives) {
-            if (!driven && c.before.normal > 0 && grounded)
+            if (c.before.normal > 0 && grounded)
                 for (const uint32_t i : {a, o})
-                    if (!is_ground(b, i)) of(i).is_load = false;
+                    if (!is_ground(b, i))
+                        of(i).is_load = driven,
+                        of(i).grounded += (i == a ? 1.0 : -1.0) * c.before.normal * c.contact.normal;
             return;
         }
         if (grounded) return;
@@ -98,7 +100,9 @@ bool find_bearings(const StepContext& context, double h, bool driven, const Live
     for_places(problem, island, [&](uint32_t, ActiveContact& c, Bearing& io_at) {
         if (io_at.of != Bearing::Of::load) return;
         const StandingLoads::OfMovable& load = of(other(c.contact, io_at));
-        if (!load.is_load || load.on.is_none() || (!driven && load.held_up.dot(down) >= 0))
+        // What is squeezed against ground goes nowhere.
+        const bool stays = driven ? load.held_up.dot(load.grounded) < 0 : load.held_up.dot(down) >= 0;
+        if (!load.is_load || load.on.is_none() || stays)
             io_at.of = Bearing::Of::nothing;
         else
             any |= b.pieces[load.on].is_held() || load.pull * b.inverse_mass[other(c.contact, io_at)] < kFirm;
