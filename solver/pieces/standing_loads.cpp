@@ -33,7 +33,7 @@ constexpr int kNewtonSteps = 4;
 constexpr int kDrivenSteps = 2;
 // Of the contact margin, what parts two things that still press; of what is driven, what counts as weight where nothing
 // falls.
-constexpr double kSlight = 0.03;
+constexpr double kSlight = 0.3;
 constexpr double kCrushed = 0.2;
 constexpr double kTrembling = 3;  // what is crushed trembles by as many times the speed of what stands
 

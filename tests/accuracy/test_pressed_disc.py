@@ -109,7 +109,6 @@ def test_it_takes_the_force_of_finite_elements(pressed):
     assert abs(pressed[0] - 1) < BAR
 
 
-@pytest.mark.xfail(strict=True, reason="what a driven weight feels hangs on iterations (docs/measurements.md)")
 def test_a_moving_ball_is_stopped_alike_with_any_iterations(tmp_path):
     """20 t at 2 m/s on 300 fragments, for 50 ms: what it loses with 2 and with 8 iterations."""
     disc = PressedDisc(tmp_path, 0.2, 0.0015, 300, 1.1 * RADIUS)
