@@ -8,8 +8,8 @@
 namespace sunder {
 
 /// A contact at which a load, or ground, presses on a particle of a piece that gives. A load is a lone fragment or a
-/// rigid body that one such piece holds up, and nothing else that gives, nor ground; ground is what nothing moves: a
-/// collider, a sleeper.
+/// rigid body that one such piece holds up, and nothing else that gives, nor ground; where it is driven in, ground that
+/// does not squeeze it may touch it. Ground is what nothing moves: a collider, a sleeper.
 struct Bearing {
     enum class Of : uint8_t { nothing, load, ground };
     Of of = Of::nothing;
