@@ -40,7 +40,8 @@ Result<std::unique_ptr<Solver>> Solver::create(Scene scene, std::shared_ptr<cons
     trim(scene.rest);
     build_one_rings(scene.rest);
     scene.rest.group_trace = rest_traces(scene.rest);
-    scene.rest.thin = thin_groups(scene.rest), scene.rest.flat = flat_groups(scene.rest);
+    scene.rest.thin = bending_groups(scene.rest);
+    scene.rest.flat = flat_groups(scene.rest);
     std::unique_ptr<Solver> solver(new Solver());
     solver->impl_ = std::make_unique<Impl>(std::move(scene), std::move(workers));
     if (solver->impl_->workers->threads() > 1) solver->impl_->trial.emplace();

@@ -47,9 +47,19 @@ ContentKey placed_key(CookContext& context, const Parameters& p) {
     return hasher.key();
 }
 
+/// All but `slender`, the last, which is a choice.
+std::span<const Field<Material>> plain_fields() { return material_fields().first(material_fields().size() - 1); }
+
+// What only shatters does so before one sees it bend.
+int slender_of(const std::string& choice, const Material& m) {
+    if (choice == kAutomatic) return m.yield < kNever || m.toughness == kNever ? 1 : 0;
+    return choice == "always" ? 2 : 0;
+}
+
 Material material_of(const Parameters& p, const SimulationMesh& rest) {
     Material m;
-    read_fields(p, material_fields(), m);
+    read_fields(p, plain_fields(), m);
+    m.slender = slender_of(p.text("slender"), m);
     if (p.is_automatic("fracture_energy"))
         m.fracture_energy = automatic_fracture_energy(rest, m.youngs_modulus, m.toughness);
     if (p.is_automatic("damping_time")) m.damping_time = automatic_damping_time(rest, m.youngs_modulus);
@@ -73,7 +83,18 @@ Result<Value> cook_body(CookContext& context) {
 }
 
 std::vector<ParameterDescription> material_parameters() {
-    std::vector<ParameterDescription> parameters = parameters_of(material_fields());
+    std::vector<ParameterDescription> parameters = parameters_of(plain_fields());
+    const FieldDescription& slender = material_fields().back().description;
+    parameters.push_back(
+        {.name = slender.name,
+         .label = slender.label,
+         .type = ParameterType::choice,
+         .default_value = "never",
+         .sentence =
+             slender.sentence +
+             std::string(". \"auto\": where two to four fragments lie through the thickness of a body that yields or "
+                         "never tears; \"always\": all of it"),
+         .choices = {kAutomatic, "always", "never"}});
     ParameterDescription& damping_time = at(parameters, "damping_time");
     damping_time.automatic = true;
     damping_time.former_defaults = {{1, damping_time.default_value}};
@@ -88,8 +109,9 @@ std::vector<ParameterDescription> material_parameters() {
     fracture_energy.sentence += ". \"auto\": E toughness^2 L / 2, L a quarter of the body's longest side";
     for (const char* name : {"flow_rate", "hardening"}) at(parameters, name).needs = {{is_not_null("yield")}};
     fracture_energy.needs = {{is_not_null("toughness")}, {is_not_null("compressive_toughness")}};
-    gather(parameters, "Material",
-           {"poisson_ratio", "damping_time", "flow_rate", "compressive_toughness", "stiffness", "curvature"});
+    gather(
+        parameters, "Material",
+        {"poisson_ratio", "damping_time", "flow_rate", "compressive_toughness", "stiffness", "curvature", "slender"});
     gather(parameters, "Contact", {"friction", "restitution"});
     return parameters;
 }

@@ -55,11 +55,12 @@ std::vector<std::string> left_out(const Scene& scene, std::span<const Material> 
     for (size_t b = 0; b < scene.bodies.size(); ++b) {
         size_t n = 0;
         for (uint32_t g = scene.bodies[b].particle_begin; g < scene.bodies[b].particle_end; ++g)
-            n += materials[b].curvature && scene.rest.thin[g] != 0;
+            n += bending_kind(scene.rest.thin[g], materials[b]) != 0;
         if (n > 0)
-            told.push_back("body '" + scene.bodies[b].name + "': " + std::to_string(n) +
-                           " fragments of sheets or rods are as stiff as blocks and spring back, for method " + method +
-                           " knows no bending (take projective)");
+            told.push_back(
+                "body '" + scene.bodies[b].name + "': " + std::to_string(n) +
+                " fragments of sheets, rods or slender bodies are as stiff as blocks and spring back, for method " +
+                method + " knows no bending (take projective)");
         if (materials[b].fracture_energy < kNever)
             told.push_back("body '" + scene.bodies[b].name + "' breaks as with fracture_energy null, for method " +
                            method + " knows no edges that fade (take projective)");

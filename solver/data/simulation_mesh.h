@@ -51,7 +51,7 @@ struct SimulationMesh {
 
     std::vector<double> group_trace;  // of the whole rest one-ring (rest_traces), kg m2 (n_particles); or empty
     std::vector<uint8_t> flat;        // 1: its ring lies flat (solver/data/thin_fragments.h) (n_particles); or empty
-    std::vector<uint8_t> thin;        // 1: one fragment thick (solver/data/thin_fragments.h) (n_particles); or empty
+    std::vector<uint8_t> thin;        // how fragments lie: kThin, kSlender, kThick or 0 (thin_fragments.h)
 
     size_t n_particles() const { return rest_position.size(); }
     size_t n_edges() const { return edges.size(); }

@@ -1,11 +1,20 @@
 #include "solver/data/thin_fragments.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
 
 constexpr double kFlat = 0.35;  // of the largest moment: walls two fragments thick have 0.27, those inside a ball 0.5
+
+constexpr double kOpen = 0.3;  // of a face of a cube: what of a fragment's surface no neighbour covers, in sum
+constexpr uint8_t kDeep = 3;   // of fragments with two others between them and the surface
+constexpr double kOfCore = 4;  // of a fragment's size: from the corner of a block to its first deep fragment
+constexpr double kLong = 1.5;  // of what lies through the thickness: how far a slender body reaches
+constexpr double kReach = kLong * 2 * (kDeep - 1);  // of a fragment's size
 
 // Neighbours by edges at rest, and these.
 template <class Visit>
@@ -19,6 +28,57 @@ Cover cover_at_rest(const SimulationMesh& rest, ParticleIndex g) {
     visit_neighbours(rest, g, [&](ParticleId j, const Edge& edge) { cover.add(rest, g, j, edge.area); });
     return cover;
 }
+
+// How many fragments lie between one and the surface, and itself: 1 at the surface, kDeep at most.
+std::vector<uint8_t> depths(const SimulationMesh& rest) {
+    std::vector<uint8_t> depth(rest.n_particles(), kDeep);
+    for (uint32_t g = 0; g < depth.size(); ++g) {
+        // Areas of a closed surface have no sum: what is left is where no neighbour is.
+        Vec3 open = Vec3::Zero();
+        visit_neighbours(rest, g, [&](ParticleId j, const Edge& edge) {
+            open += edge.area * (rest.rest_position[j] - rest.rest_position[g]).normalized();
+        });
+        const Cover cover = cover_at_rest(rest, g);
+        const double face = math::cbrt(rest.volume[g] * rest.volume[g]);
+        if (open.norm() > kOpen * face || cover.directions() < 3) depth[g] = 1;
+    }
+    for (uint8_t from = 1; from + 1 < kDeep; ++from)
+        for (uint32_t g = 0; g < depth.size(); ++g)
+            if (depth[g] == from)
+                visit_neighbours(rest, g,
+                                 [&](ParticleId j, const Edge&) { depth[j] = std::min<uint8_t>(depth[j], from + 1); });
+    return depth;
+}
+
+// What hangs together with a fragment, near it.
+class Surroundings {
+public:
+    Surroundings(const SimulationMesh& rest, const std::vector<uint8_t>& depth)
+        : rest_(rest), depth_(depth), is_reached_(depth.size(), 0) {}
+
+    bool are_slender(ParticleIndex g) {
+        const double size = math::cbrt(rest_.volume[g]);
+        uint8_t deepest = depth_[g];
+        double farthest = 0;
+        reached_.assign(1, g), is_reached_[g] = 1;
+        for (size_t next = 0; next < reached_.size() && deepest < kDeep; ++next)
+            visit_neighbours(rest_, ParticleIndex(reached_[next]), [&](ParticleId j, const Edge&) {
+                if (is_reached_[j]) return;
+                const double far = (rest_.rest_position[j] - rest_.rest_position[g]).norm() / size;
+                farthest = std::max(farthest, far);
+                if (far < kOfCore) deepest = std::max(deepest, depth_[j]);
+                if (far < kReach) is_reached_[j] = 1, reached_.push_back(j);
+            });
+        for (const uint32_t j : reached_) is_reached_[j] = 0;
+        return deepest < kDeep && farthest > kLong * 2 * deepest;
+    }
+
+private:
+    const SimulationMesh& rest_;
+    const std::vector<uint8_t>& depth_;
+    std::vector<uint8_t> is_reached_;
+    std::vector<uint32_t> reached_;
+};
 
 }  // namespace
 
@@ -59,6 +119,16 @@ std::vector<uint8_t> thin_groups(const SimulationMesh& rest) {
         thin[g] = uncovered[g] && n > 0 && 2 * n_uncovered >= n;
     }
     return thin;
+}
+
+std::vector<uint8_t> bending_groups(const SimulationMesh& rest) {
+    std::vector<uint8_t> kind = thin_groups(rest);
+    const std::vector<uint8_t> depth = depths(rest);
+    Surroundings around(rest, depth);
+    for (uint32_t g = 0; g < kind.size(); ++g)
+        if (kind[g] == 0 && cover_at_rest(rest, g).directions() == 3)
+            kind[g] = around.are_slender(g) ? kSlender : kThick;
+    return kind;
 }
 
 std::vector<uint8_t> flat_groups(const SimulationMesh& rest) {

@@ -7,6 +7,10 @@
 
 namespace sunder {
 
+/// How a fragment lies in its body: alone through the thickness, one of a few, or one of many. 0: neighbours leave a
+/// direction of it unspanned, and it is not thin.
+inline constexpr uint8_t kThin = 1, kSlender = 2, kThick = 3;
+
 /// How far a fragment's interfaces span its own axes: t_k sum_e A_e (n_e . e_k)^2 / V, t_k = sqrt(12 rho_k^2) its
 /// extent along e_k; 2 where a neighbour of its own section lies on either side, 0 where none does.
 class Cover {
@@ -36,6 +40,11 @@ inline Vec3 section_moments(const SimulationMesh& rest, ParticleIndex g) {
 /// 1 where interfaces leave a direction of the whole one-ring at rest unspanned, and of at least half of its
 /// neighbours' rings (n_particles): a slim fragment among others is no sheet. A lone particle is not thin.
 std::vector<uint8_t> thin_groups(const SimulationMesh& rest);
+
+/// kThin as above; 0 where interfaces leave a direction unspanned; kSlender where a fragment lies in a bar, a frame, a
+/// shell or a thick plate: within four of its sizes none has two others between it and the surface, so that four at
+/// most lie through the thickness, and the body reaches one and a half times as far; else kThick (n_particles).
+std::vector<uint8_t> bending_groups(const SimulationMesh& rest);
 
 /// 1 where a fragment and its neighbours at rest lie flat, or in a row: the least second moment of their centres is
 /// under 0.35 of the largest. So they do in plates and walls one or two fragments thick (n_particles).

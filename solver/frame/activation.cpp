@@ -175,6 +175,7 @@ void add_inactivity(const Scene& scene, FrameState& s) {
             s.group_rotation[i] = pose.orientation;
             if (!source.start->set.empty()) s.plastic_deformation[i] = source.start->set[scene.rest.fragment[i]];
         }
+        if (!source.start->set.empty()) bend_for_good(scene.rest, source.particles, s);
     }
 }
 

@@ -11,11 +11,11 @@ namespace sunder {
 
 /// A row of LaneLayout: the lane's group's member; b is span^2. All 0: padding, or a group that is not thin. Places are
 /// in the world, turns and K in the axes of the group's fragment as it is turned. Pulls lie in the spans
-/// (BendingShape::span, arm_span): of them two numbers are enough.
+/// (BendingShape::span, arm_span): of sheets and rods two numbers are enough.
 template <class Real>
 struct alignas(64) BendingRow {
     Real weight[8], mean_part[8];                // b k w m; as BendingMember
-    Real arm[2][8], pull[2][8], pull_arm[2][8];  // as BendingMember, in the spans
+    Real arm[3][8], pull[3][8], pull_arm[3][8];  // as BendingMember, in the spans
     Real lever[3][8];                            // from the weighted mean, m
     Real turn_rate[3][3][8];                     // J (D_g E)^T: of phi, by a turn of the member
     Real arc_rate[3][3][8];                      // D_g E W
@@ -26,13 +26,14 @@ struct alignas(64) BendingRow {
 template <class Real>
 struct alignas(64) BendingGroups {
     Real softness[6][8], Gamma[3][8];  // D_g E X (D_g E)^T, Sym3; Gamma
-    Real R_span[2][3][8];              // columns of D_g E R span
-    Real kA[2][8];                     // b k A, which is diagonal in the span
-    Real pull_sum[2][8];
+    Real R_span[3][3][8];              // columns of D_g E R span
+    Real kA[3][8];                     // b k A, which is diagonal in the span
+    Real pull_sum[3][8];
     Real stretch[8], pressure[8];  // b 2 mu V; b lambda' V
-    Real tension[3][8];            // b V of the stress in the span, as far as it pulls: xx, yy, xy
+    Real tension[3][8];            // b V of the stress in a sheet's span, as far as it pulls: xx, yy, xy
+    Real turn_tension[6][8];       // b T of what is spanned in all directions (TurnTension), Sym3
     Real held[6][8];               // b (2 mu V)^2 (V c + 2 mu V sum (1 - R e (R e)^T))^-1, Sym3
-    Real bending[6][6][8];         // b (bending form - k Gamma A_arm), of K arm_span column by column
+    Real bending[9][9][8];         // b (bending form - k Gamma A_arm), of K arm_span column by column
 };
 
 /// Eight particles; 0 where they are held, or padding.
@@ -52,7 +53,7 @@ template <class Real>
 struct BendingArrays {
     BendingRow<Real>* rows;               // as LaneLayout's
     const BendingGroups<Real>* groups;    // by block
-    const uint8_t* is_thin;               // by block: a group of it is
+    const uint8_t* columns;               // of spans, by block: 2 or 3 where a group of it bends, else 0
     const uint32_t* twin;                 // of each row and lane: where the lane's particle is in the member's group
     const BlockDiagonal<Real>* diagonal;  // by block
     KeptMotion<Real>* kept;               // by block
@@ -104,10 +105,10 @@ SUNDER_INLINE void gather_halves(const Real* records, const uint32_t* lanes, V (
     }
 }
 
-// a b^T of vectors of three numbers and of two.
-template <class V>
-SUNDER_INLINE void add_outer2(const V (&a)[3], const V (&b)[2], V (&io_m)[2][3]) {
-    for (int c = 0; c < 2; ++c)
+// a b^T of vectors of three numbers and of as many as a span has columns.
+template <int n, class V>
+SUNDER_INLINE void add_outer_to(const V (&a)[3], const V (&b)[n], V (&io_m)[n][3]) {
+    for (int c = 0; c < n; ++c)
         for (int i = 0; i < 3; ++i) io_m[c][i] += a[i] * b[c];
 }
 template <class V, class Real>
@@ -117,22 +118,25 @@ SUNDER_INLINE void symmetric_product_of(const Real (&S)[6][8], size_t lane, cons
     out[1] = xy * v[0] + load<V>(S[1] + lane) * v[1] + yz * v[2];
     out[2] = xz * v[0] + yz * v[1] + load<V>(S[2] + lane) * v[2];
 }
-template <class V>
-SUNDER_INLINE void product_of2(const V (&m)[2][3], const V (&v)[2], V (&out)[3]) {
-    for (int i = 0; i < 3; ++i) out[i] = m[0][i] * v[0] + m[1][i] * v[1];
+template <int n, class V>
+SUNDER_INLINE void product_of_columns(const V (&m)[n][3], const V (&v)[n], V (&out)[3]) {
+    for (int i = 0; i < 3; ++i) {
+        out[i] = m[0][i] * v[0] + m[1][i] * v[1];
+        for (int c = 2; c < n; ++c) out[i] += m[c][i] * v[c];
+    }
 }
-template <class V, class Real>
-SUNDER_INLINE void load_pair(const Real (&from)[2][8], size_t lane, V (&out)[2]) {
-    for (int i = 0; i < 2; ++i) out[i] = load<V>(from[i] + lane);
+template <int n, class V, class Real>
+SUNDER_INLINE void load_columns(const Real (&from)[3][8], size_t lane, V (&out)[n]) {
+    for (int i = 0; i < n; ++i) out[i] = load<V>(from[i] + lane);
 }
 
 // What F, off the mean, pulls with, by columns.
-template <class V, class Real>
-SUNDER_INLINE void stress_of(const BendingGroups<Real>& g, size_t lane, const V (&R_span)[2][3], const V (&F)[2][3],
-                             V (&o_G)[2][3]) {
-    V twist[3] = {}, held[3], trace = {}, kA[2];
-    load_pair(g.kA, lane, kA);
-    for (int c = 0; c < 2; ++c) {
+template <int n, class V, class Real>
+SUNDER_INLINE void stress_of(const BendingGroups<Real>& g, size_t lane, const V (&R_span)[n][3], const V (&F)[n][3],
+                             V (&o_G)[n][3]) {
+    V twist[3] = {}, held[3], trace = {}, kA[n];
+    load_columns(g.kA, lane, kA);
+    for (int c = 0; c < n; ++c) {
         V by[3];
         cross_of(R_span[c], F[c], by);
         for (int i = 0; i < 3; ++i) {
@@ -142,7 +146,7 @@ SUNDER_INLINE void stress_of(const BendingGroups<Real>& g, size_t lane, const V 
     }
     symmetric_product_of(g.held, lane, twist, held);
     const V stretch = load<V>(g.stretch + lane), pressure = load<V>(g.pressure + lane) * trace;
-    for (int c = 0; c < 2; ++c) {
+    for (int c = 0; c < n; ++c) {
         V by[3], known[3];
         cross_of(R_span[c], held, by);
         symmetric_product_of(g.softness, lane, F[c], known);
@@ -151,10 +155,10 @@ SUNDER_INLINE void stress_of(const BendingGroups<Real>& g, size_t lane, const V 
 }
 
 // What is drawn resists what tilts it in space: F, which the fragment's own spin turned back. Adds that to what F pulls
-// with, and to what turns the fragment.
-template <class V, class Real>
-SUNDER_INLINE void add_tension(const BendingGroups<Real>& g, size_t lane, const V (&R_span)[2][3], const V (&spin)[3],
-                               const V (&F)[2][3], V (&io_G)[2][3], V (&io_torque)[3]) {
+// with, and to what turns the fragment. Of sheets and rods: they span no third direction.
+template <int n, class V, class Real>
+SUNDER_INLINE void add_tension(const BendingGroups<Real>& g, size_t lane, const V (&R_span)[n][3], const V (&spin)[3],
+                               const V (&F)[n][3], V (&io_G)[n][3], V (&io_torque)[3]) {
     V tilt[2][3];
     for (int c = 0; c < 2; ++c) {
         cross_of(spin, R_span[c], tilt[c]);
@@ -177,116 +181,149 @@ SUNDER_INLINE void add_tension(const BendingGroups<Real>& g, size_t lane, const 
     }
 }
 
+// The same where all directions are spanned: half of the twist of F, and the spin, are how the group turns in space.
+template <class V, class Real>
+SUNDER_INLINE void add_turn_tension(const BendingGroups<Real>& g, size_t lane, const V (&R_span)[3][3],
+                                    const V (&spin)[3], const V (&F)[3][3], V (&io_G)[3][3], V (&io_torque)[3]) {
+    V turn[3] = {spin[0], spin[1], spin[2]}, drawn[3];
+    for (int c = 0; c < 3; ++c) {
+        V by[3];
+        cross_of(R_span[c], F[c], by);
+        for (int i = 0; i < 3; ++i) turn[i] += 0.5 * by[i];
+    }
+    symmetric_product_of(g.turn_tension, lane, turn, drawn);
+    for (int c = 0; c < 3; ++c) {
+        V by[3];
+        cross_of(drawn, R_span[c], by);
+        for (int i = 0; i < 3; ++i) io_G[c][i] += 0.5 * by[i];
+    }
+    for (int i = 0; i < 3; ++i) io_torque[i] += drawn[i];
+}
+
 // H z of the thin groups, z in `motion`: to `pulls` and `cell_torque`. Eight groups in four passes over their rows:
 //   turns and K;  places off the bent shape and F;  forces, and the moment that they have on K;  torques.
 // What is left of places after F, r = v - F q, and of turns after K need not be formed: F and K are least squares of
-// them, so that sum w r X r = sum w v X v - F A F X. K and F have two columns, those of the spans.
+// them, so that sum w r X r = sum w v X v - F A F X. K and F have n columns, those of the spans.
+template <int n, class V, class Real>
+SUNDER_INLINE void multiply_block(const BendingArrays<Real>& a, const uint32_t* row_begin, const uint32_t* neighbours,
+                                  size_t block) {
+    constexpr size_t kCount = sizeof(V) / sizeof(Real);
+    static constexpr uint32_t kSelf[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+    const BendingGroups<Real>& g = a.groups[block];
+    for (size_t lane = 0; lane < 8; lane += kCount) {
+        const size_t first = row_begin[block], last = row_begin[block + 1];
+        V own[4], K[n][3] = {}, F[n][3] = {}, mean[3] = {};
+        gather4<8>(a.motion + 64 * block, kSelf + lane, 4, own);
+        const V spin[3] = {own[0], own[1], own[2]};
+        for (size_t r = first; r < last; ++r) {
+            BendingRow<Real>& row = a.rows[r];
+            V shifted[4], turned[4], rate[3][3], turn[3], pull_arm[n], lever[3], swept[3];
+            gather_halves(a.motion, neighbours + 8 * r + lane, shifted, turned);
+            const V by[3] = {turned[0] - spin[0], turned[1] - spin[1], turned[2] - spin[2]};
+            load_matrix(row.turn_rate, lane, rate);
+            product_of(rate, by, turn);
+            load_columns(row.pull_arm, lane, pull_arm);
+            add_outer_to(turn, pull_arm, K);
+            load_vector(row.lever, lane, lever);
+            cross_of(lever, spin, swept);
+            for (int i = 0; i < 3; ++i) {
+                store(row.turn[i] + lane, turn[i]);
+                store(row.place[i] + lane, shifted[i] + swept[i]);
+            }
+        }
+        for (size_t r = first; r < last; ++r) {
+            BendingRow<Real>& row = a.rows[r];
+            V place[3], arm[n], bent[3], rate[3][3], arc[3], pull[n];
+            load_vector(row.place, lane, place);
+            load_columns(row.arm, lane, arm);
+            product_of_columns(K, arm, bent);
+            load_matrix(row.arc_rate, lane, rate);
+            product_of(rate, bent, arc);
+            load_columns(row.pull, lane, pull);
+            const V part = load<V>(row.mean_part + lane);
+            for (int i = 0; i < 3; ++i) {
+                place[i] -= arc[i];
+                mean[i] += part * place[i];
+                store(row.place[i] + lane, place[i]);
+            }
+            add_outer_to(place, pull, F);
+        }
+        V pull_sum[n], G[n][3];
+        load_columns(g.pull_sum, lane, pull_sum);
+        for (int c = 0; c < n; ++c)
+            for (int i = 0; i < 3; ++i) F[c][i] -= mean[i] * pull_sum[c];
+        V R_span[n][3], moment[n][3], total[3] = {}, torque[3] = {};
+        for (int c = 0; c < n; ++c) load_vector(g.R_span[c], lane, R_span[c]);
+        stress_of(g, lane, R_span, F, G);
+        add_tension(g, lane, R_span, spin, F, G, torque);
+        if constexpr (n == 3) add_turn_tension(g, lane, R_span, spin, F, G, torque);
+        for (int i = 0; i < 3 * n; ++i) {
+            V sum = {};
+            for (int m = 0; m < 3 * n; ++m) sum += load<V>(g.bending[i][m] + lane) * K[m / 3][m % 3];
+            moment[i / 3][i % 3] = sum;
+        }
+        for (size_t r = first; r < last; ++r) {
+            BendingRow<Real>& row = a.rows[r];
+            const V weight = load<V>(row.weight + lane);
+            V place[3], pull[n], force[3], held[3], lever[3], by[3], rate[3][3], back[3], arm[n];
+            load_vector(row.place, lane, place);
+            load_columns(row.pull, lane, pull);
+            product_of_columns(G, pull, force);
+            for (int i = 0; i < 3; ++i) place[i] -= mean[i];
+            symmetric_product_of(g.softness, lane, place, held);
+            for (int i = 0; i < 3; ++i) {
+                force[i] += weight * held[i];
+                total[i] += force[i];
+                store(row.place[i] + lane, force[i]);
+            }
+            load_vector(row.lever, lane, lever);
+            cross_of(lever, force, by);
+            load_matrix(row.arc_rate, lane, rate);
+            transposed_product_of(rate, force, back);
+            load_columns(row.arm, lane, arm);
+            for (int i = 0; i < 3; ++i) {
+                torque[i] -= by[i];
+                for (int c = 0; c < n; ++c) moment[c][i] -= back[i] * arm[c];
+            }
+        }
+        V Gamma[3];
+        load_vector(g.Gamma, lane, Gamma);
+        const V zero = {};
+        for (size_t r = first; r < last; ++r) {
+            BendingRow<Real>& row = a.rows[r];
+            const V weight = load<V>(row.weight + lane), part = load<V>(row.mean_part + lane);
+            V force[3], turn[3], pull_arm[n], turned[3], rate[3][3], by[3];
+            load_vector(row.place, lane, force);
+            for (int i = 0; i < 3; ++i) force[i] -= part * total[i];
+            load_columns(row.pull_arm, lane, pull_arm);
+            load_vector(row.turn, lane, turn);
+            product_of_columns(moment, pull_arm, turned);
+            for (int i = 0; i < 3; ++i) turned[i] += weight * (Gamma[i] * turn[i]);
+            load_matrix(row.turn_rate, lane, rate);
+            transposed_product_of(rate, turned, by);
+            for (int i = 0; i < 3; ++i) torque[i] -= by[i];
+            const V shift4[4] = {force[0], force[1], force[2], zero}, turn4[4] = {by[0], by[1], by[2], zero};
+            scatter4<8>(a.pulls + 8 * (8 * r + lane), 0, shift4);
+            scatter4<8>(a.pulls + 8 * (8 * r + lane), 4, turn4);
+        }
+        const V cell4[4] = {torque[0], torque[1], torque[2], zero};
+        scatter4<4>(a.cell_torque + 4 * (8 * block + lane), 0, cell4);
+    }
+}
+
+// Apart from that of two columns, which has the registers to itself so.
+template <class V, class Real>
+[[gnu::noinline]] void multiply_slender_block(const BendingArrays<Real>& a, const uint32_t* row_begin,
+                                              const uint32_t* neighbours, size_t block) {
+    multiply_block<3, V>(a, row_begin, neighbours, block);
+}
+
 template <class V, class Real>
 void multiply_bending(const BendingArrays<Real>& a, const uint32_t* row_begin, const uint32_t* neighbours, size_t begin,
                       size_t end) {
-    constexpr size_t kCount = sizeof(V) / sizeof(Real);
-    static constexpr uint32_t kSelf[8] = {0, 1, 2, 3, 4, 5, 6, 7};
     for (size_t block = begin; block < end; ++block) {
-        if (!a.is_thin[block]) continue;
-        const BendingGroups<Real>& g = a.groups[block];
-        for (size_t lane = 0; lane < 8; lane += kCount) {
-            const size_t first = row_begin[block], last = row_begin[block + 1];
-            V own[4], K[2][3] = {}, F[2][3] = {}, mean[3] = {};
-            gather4<8>(a.motion + 64 * block, kSelf + lane, 4, own);
-            const V spin[3] = {own[0], own[1], own[2]};
-            for (size_t r = first; r < last; ++r) {
-                BendingRow<Real>& row = a.rows[r];
-                V shifted[4], turned[4], rate[3][3], turn[3], pull_arm[2], lever[3], swept[3];
-                gather_halves(a.motion, neighbours + 8 * r + lane, shifted, turned);
-                const V by[3] = {turned[0] - spin[0], turned[1] - spin[1], turned[2] - spin[2]};
-                load_matrix(row.turn_rate, lane, rate);
-                product_of(rate, by, turn);
-                load_pair(row.pull_arm, lane, pull_arm);
-                add_outer2(turn, pull_arm, K);
-                load_vector(row.lever, lane, lever);
-                cross_of(lever, spin, swept);
-                for (int i = 0; i < 3; ++i) {
-                    store(row.turn[i] + lane, turn[i]);
-                    store(row.place[i] + lane, shifted[i] + swept[i]);
-                }
-            }
-            for (size_t r = first; r < last; ++r) {
-                BendingRow<Real>& row = a.rows[r];
-                V place[3], arm[2], bent[3], rate[3][3], arc[3], pull[2];
-                load_vector(row.place, lane, place);
-                load_pair(row.arm, lane, arm);
-                product_of2(K, arm, bent);
-                load_matrix(row.arc_rate, lane, rate);
-                product_of(rate, bent, arc);
-                load_pair(row.pull, lane, pull);
-                const V part = load<V>(row.mean_part + lane);
-                for (int i = 0; i < 3; ++i) {
-                    place[i] -= arc[i];
-                    mean[i] += part * place[i];
-                    store(row.place[i] + lane, place[i]);
-                }
-                add_outer2(place, pull, F);
-            }
-            V pull_sum[2], G[2][3];
-            load_pair(g.pull_sum, lane, pull_sum);
-            for (int c = 0; c < 2; ++c)
-                for (int i = 0; i < 3; ++i) F[c][i] -= mean[i] * pull_sum[c];
-            V R_span[2][3], moment[2][3], total[3] = {}, torque[3] = {};
-            for (int c = 0; c < 2; ++c) load_vector(g.R_span[c], lane, R_span[c]);
-            stress_of(g, lane, R_span, F, G);
-            add_tension(g, lane, R_span, spin, F, G, torque);
-            for (int n = 0; n < 6; ++n) {
-                V sum = {};
-                for (int m = 0; m < 6; ++m) sum += load<V>(g.bending[n][m] + lane) * K[m / 3][m % 3];
-                moment[n / 3][n % 3] = sum;
-            }
-            for (size_t r = first; r < last; ++r) {
-                BendingRow<Real>& row = a.rows[r];
-                const V weight = load<V>(row.weight + lane);
-                V place[3], pull[2], force[3], held[3], lever[3], by[3], rate[3][3], back[3], arm[2];
-                load_vector(row.place, lane, place);
-                load_pair(row.pull, lane, pull);
-                product_of2(G, pull, force);
-                for (int i = 0; i < 3; ++i) place[i] -= mean[i];
-                symmetric_product_of(g.softness, lane, place, held);
-                for (int i = 0; i < 3; ++i) {
-                    force[i] += weight * held[i];
-                    total[i] += force[i];
-                    store(row.place[i] + lane, force[i]);
-                }
-                load_vector(row.lever, lane, lever);
-                cross_of(lever, force, by);
-                load_matrix(row.arc_rate, lane, rate);
-                transposed_product_of(rate, force, back);
-                load_pair(row.arm, lane, arm);
-                for (int i = 0; i < 3; ++i) {
-                    torque[i] -= by[i];
-                    for (int c = 0; c < 2; ++c) moment[c][i] -= back[i] * arm[c];
-                }
-            }
-            V Gamma[3];
-            load_vector(g.Gamma, lane, Gamma);
-            const V zero = {};
-            for (size_t r = first; r < last; ++r) {
-                BendingRow<Real>& row = a.rows[r];
-                const V weight = load<V>(row.weight + lane), part = load<V>(row.mean_part + lane);
-                V force[3], turn[3], pull_arm[2], turned[3], rate[3][3], by[3];
-                load_vector(row.place, lane, force);
-                for (int i = 0; i < 3; ++i) force[i] -= part * total[i];
-                load_pair(row.pull_arm, lane, pull_arm);
-                load_vector(row.turn, lane, turn);
-                product_of2(moment, pull_arm, turned);
-                for (int i = 0; i < 3; ++i) turned[i] += weight * (Gamma[i] * turn[i]);
-                load_matrix(row.turn_rate, lane, rate);
-                transposed_product_of(rate, turned, by);
-                for (int i = 0; i < 3; ++i) torque[i] -= by[i];
-                const V shift4[4] = {force[0], force[1], force[2], zero}, turn4[4] = {by[0], by[1], by[2], zero};
-                scatter4<8>(a.pulls + 8 * (8 * r + lane), 0, shift4);
-                scatter4<8>(a.pulls + 8 * (8 * r + lane), 4, turn4);
-            }
-            const V cell4[4] = {torque[0], torque[1], torque[2], zero};
-            scatter4<4>(a.cell_torque + 4 * (8 * block + lane), 0, cell4);
-        }
+        if (a.columns[block] == 2) multiply_block<2, V>(a, row_begin, neighbours, block);
+        if (a.columns[block] == 3) multiply_slender_block<V>(a, row_begin, neighbours, block);
     }
 }
 

@@ -22,7 +22,7 @@ constexpr double kSmallestSpan = 1e-9;    // of A's largest eigenvalue: smaller 
 // The `rank` largest principal directions of A, as A^+ and as a projection.
 struct Span {
     Mat3 inverse = Mat3::Zero(), projection = Mat3::Zero();
-    Mat32 basis = Mat32::Zero();
+    Mat3 basis = Mat3::Zero();
 
     Span(const Mat3& A, int rank) {
         const Eigen::SelfAdjointEigenSolver<Mat3> of(A);
@@ -34,6 +34,21 @@ struct Span {
         }
     }
 };
+
+// How far the intact edges of a fragment span its axes.
+Cover cover_of(const SimulationMesh& rest, const LiveTopology& live, ParticleIndex g) {
+    Cover cover(rest, g);
+    for (uint32_t slot = live.begin(g); slot < live.end(g); ++slot)
+        if (const ParticleId j = live.member(slot); j != g) cover.add(rest, g, j, rest.edges[live.edge(slot)].area);
+    return cover;
+}
+
+// A number that is another whenever a member's weight is: edges that fade weigh less.
+double weights_of(const LiveTopology& live, const GroupShapes& shapes, ParticleIndex g) {
+    double sum = 0;
+    for (uint32_t slot = live.begin(g); slot < live.end(g); ++slot) sum = 1.0625 * sum + shapes.member_mass(live, slot);
+    return sum;
+}
 
 // tr A_qq of the whole ring at rest about the cell; a pinned member weighs four times as much at half its distance.
 double trace_about_cell(const SimulationMesh& rest, const GroupShapes& shapes, ParticleIndex g) {
@@ -70,11 +85,20 @@ Mat9 bending_form(const BendingShape& s, const Vec3& rho2) {
         add_row({{at(a, a), 1}}, muV * 4 * thin * (1 - 0.63 * ratio + 0.052 * ratio2 * ratio2 * ratio), form);
         return form;
     }
+    // Across n: of curvatures kappa_ii = K_ji, kappa_jj = -K_ij and kappa_ij = (K_jj - K_ii) / 2.
+    const auto add_across = [&](int n, double twisting) {
+        const int i = (n + 1) % 3, j = (n + 2) % 3;
+        add_row({{at(j, i), 1}}, 2 * muV * rho2[n], form);
+        add_row({{at(i, j), 1}}, 2 * muV * rho2[n], form);
+        add_row({{at(j, i), 1}, {at(i, j), -1}}, s.plane_pressure() * s.volume * rho2[n], form);
+        add_row({{at(j, j), 0.5}, {at(i, i), -0.5}}, 4 * muV * twisting, form);
+    };
+    if (s.rank == 3) {  // what is twisted warps: half of the least moment
+        for (int n = 0; n < 3; ++n) add_across(n, 0.5 * rho2.minCoeff());
+        return form;
+    }
     const int n = s.normal, i = (n + 1) % 3, j = (n + 2) % 3;
-    add_row({{at(j, i), 1}}, 2 * muV * rho2[n], form);
-    add_row({{at(i, j), 1}}, 2 * muV * rho2[n], form);
-    add_row({{at(j, i), 1}, {at(i, j), -1}}, s.pressure() * s.volume * rho2[n], form);
-    add_row({{at(j, j), 0.5}, {at(i, i), -0.5}}, 4 * muV * rho2[n], form);
+    add_across(n, rho2[n]);
     add_row({{at(n, i), 1}}, EV * rho2[j], form);
     add_row({{at(n, j), 1}}, EV * rho2[i], form);
     return form;
@@ -129,6 +153,19 @@ private:
     Mat3 held_;  // inverse
 };
 
+// Pressure is of R, which F turns: what that adds to the slope. A turn changes the stretch by a = sum R e x F e, and is
+// held by the second slope of what R makes least.
+Mat3 turned_by_pressure(const BendingShape& s, const BentGroup& of, double stretch) {
+    Vec3 a = Vec3::Zero();
+    for (int c = 0; c < 3; ++c) a += of.R.col(c).cross(of.F.col(c));
+    const double muV2 = 2 * s.mu * s.volume;
+    Mat3 drawn = muV2 * of.F;
+    drawn += Mat3((s.volume * s.shear_frame()).asDiagonal());
+    const Mat3 together = of.R * drawn.transpose(), held = together.trace() * Mat3::Identity() - together;
+    const Vec3 turn = s.pressure() * s.volume * stretch * muV2 * (held.inverse() * a);
+    return cross_matrix(turn) * of.R;
+}
+
 }  // namespace
 
 void BendingShapes::update(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
@@ -138,12 +175,15 @@ void BendingShapes::update(const SimulationMesh& rest, const LiveTopology& live,
     SUNDER_ASSERT(n == rest.n_particles() && bending.pinned.size() == n && bending.plastic_deformation.size() == n);
     SUNDER_ASSERT(bending.plastic_curvature.empty() || bending.plastic_curvature.size() == n);
     SUNDER_ASSERT(stiffness.size() == n && shapes.revision.size() == n);
-    if (member_.size() != live.n_slots() || version_ != live.version() || !std::ranges::equal(thin_, bending.thin) ||
+    if (member_.size() != live.n_slots() || version_ != live.version() || !std::ranges::equal(given_, bending.thin) ||
         !std::ranges::equal(pinned_, bending.pinned)) {
         shape_.assign(n, {}), member_.assign(live.n_slots(), {}), key_.assign(n, {}), offset_.clear();
+        blocks_key_.assign(n, {});
         revision_.resize(n);
         for (uint64_t& revision : revision_) ++revision;
-        curvature_.assign(n, Mat3::Zero()), thin_.assign(bending.thin.begin(), bending.thin.end());
+        curvature_.assign(n, Mat3::Zero()), given_.assign(bending.thin.begin(), bending.thin.end()), thin_ = given_;
+        for (size_t g = 0; g < n; ++g)
+            if (given_[g] == kSlender && live.count(g) > 1 && cover_of(rest, live, g).directions() < 3) thin_[g] = 0;
         pinned_.assign(bending.pinned.begin(), bending.pinned.end());
         version_ = live.version();
     }
@@ -151,14 +191,23 @@ void BendingShapes::update(const SimulationMesh& rest, const LiveTopology& live,
     if (!same_offsets) offset_.assign(bending.edge_offset.begin(), bending.edge_offset.end());
     workers.for_range(n, kGroupGrain, [&](size_t first, size_t last) {
         for (size_t g = first; g < last; ++g) {
-            if (!bending.thin[g] || bending.pinned[g] || live.count(g) < 2) continue;
+            if (!thin_[g] || bending.pinned[g] || live.count(g) < 2) continue;
             if (!same_offsets) take_up_offsets(rest, live, bending.edge_offset, g);
             const Key key = {shapes.revision[g], stiffness[g].k, stiffness[g].volume_ratio};
             Mat3 curvature = Mat3::Zero();
             if (!bending.plastic_curvature.empty()) curvature = bending.plastic_curvature[g];
             if (key == key_[g] && curvature == curvature_[g]) continue;
+            // Blocks only precondition: of what is slender, which has more of them, those of what never flowed do.
+            const bool is_slender = bending.thin[g] == kSlender;
             key_[g] = key, curvature_[g] = curvature, ++revision_[g];
-            build(rest, live, shapes, stiffness[g], bending, g);
+            if (const BlocksKey blocks{key.k, key.volume_ratio, is_slender ? weights_of(live, shapes, g) : 0};
+                is_slender && blocks != blocks_key_[g]) {
+                blocks_key_[g] = blocks;
+                build(rest, live, shapes, stiffness[g], bending, {}, g);
+                find_blocks(live, g);
+            }
+            build(rest, live, shapes, stiffness[g], bending, {bending.plastic_deformation[g], curvature}, g);
+            if (!is_slender) find_blocks(live, g);
         }
     });
 }
@@ -170,11 +219,12 @@ void BendingShapes::take_up_offsets(const SimulationMesh& rest, const LiveTopolo
 }
 
 void BendingShapes::build(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
-                          const GroupStiffness& stiffness, const Bending& bending, ParticleIndex g) {
+                          const GroupStiffness& stiffness, const Bending& bending, const Plastic& plastic,
+                          ParticleIndex g) {
     BendingShape s;
     s.axes = rest.rest_orientation[g].toRotationMatrix();
     s.volume = rest.volume[g];
-    s.plastic_curvature = curvature_[g];
+    s.plastic_curvature = plastic.K_P;
     s.mu = stiffness.k * shapes.rest_trace[g] / (6 * s.volume);
     s.nu = stiffness.volume_ratio / (1 + 2 * stiffness.volume_ratio);
     const Vec3 rho2 = section_moments(rest, g);
@@ -190,7 +240,7 @@ void BendingShapes::build(const SimulationMesh& rest, const LiveTopology& live, 
         const Vec3 x = rest.rest_position[j] - rest.rest_position[g];
         m.offset = pinned ? Vec3(-0.5 * x) : Vec3(Vec3::Zero());
         m.weight = shapes.member_mass(live, slot) * (pinned ? kPinnedWeight : 1);
-        m.arm = s.axes.transpose() * (bending.plastic_deformation[g] * (x + m.offset));
+        m.arm = s.axes.transpose() * (plastic.F_P * (x + m.offset));
         s.is_pinned |= pinned;
         mass += m.weight, mean += m.weight * m.arm;
         if (j == g) continue;
@@ -198,7 +248,7 @@ void BendingShapes::build(const SimulationMesh& rest, const LiveTopology& live, 
         s.reach2 += m.weight * m.arm.squaredNorm(), neighbours += m.weight;
     }
     s.reach2 /= neighbours;
-    s.rank = std::max(1, std::min(2, cover.directions()));
+    s.rank = bending.thin[g] == kSlender ? 3 : std::clamp(cover.directions(), 1, 2);
     s.normal = cover.least(), s.axis = cover.most();
     mean = s.is_pinned ? Vec3(Vec3::Zero()) : Vec3(mean / mass);
     s.A.setZero(), s.A_arm.setZero(), s.pull_sum.setZero();
@@ -235,20 +285,22 @@ void BendingShapes::build(const SimulationMesh& rest, const LiveTopology& live, 
             s.bending_less_turns.block<3, 3>(3 * c, 3 * d) -= Mat3((s.k * s.A_arm(c, d) * s.turn_moment).asDiagonal());
     s.lambda = s.pressure();
     shape_[g] = s;
-    find_blocks(live, g);
 }
 
 // Each member's shift or turn alone. Members' turns move a group by K alone, so that all have one form of K in common;
-// K has two columns, those of the arms' span.
+// K has as many columns as the arms' span.
 void BendingShapes::find_blocks(const LiveTopology& live, ParticleIndex g) {
     const BendingShape& s = shape_[g];
     const std::span<BendingMember> members(member_.data() + live.begin(g), live.count(g));
     const HessianAtRest hessian(s);
     const Mat3 X = s.softness.asDiagonal();
-    HessianAtRest::Shifts by_K[2], by_cell;
-    Mat3 mean[2] = {Mat3::Zero(), Mat3::Zero()}, square_K[2][2] = {{mean[0], mean[0]}, {mean[0], mean[0]}};
+    const int n = std::max(2, s.rank);  // columns
+    HessianAtRest::Shifts by_K[3], by_cell;
+    const Mat3 zero = Mat3::Zero();
+    std::array<Mat3, 3> mean = {zero, zero, zero};
+    std::array<std::array<Mat3, 3>, 3> square_K = {mean, mean, mean};
     Vec3 lever_mean = Vec3::Zero();
-    std::array<std::vector<Mat3>, 2> shift;  // of places by each column
+    std::array<std::vector<Mat3>, 3> shift;  // of places by each column
     std::vector<Vec3> lever;
     double weights = 0;
     for (const BendingMember& m : members) {
@@ -256,30 +308,30 @@ void BendingShapes::find_blocks(const LiveTopology& live, ParticleIndex g) {
         lever.push_back(m.q + arc.place);
         lever_mean += m.mean_part * lever.back();
         weights += m.weight;
-        for (int c = 0; c < 2; ++c) {
+        for (int c = 0; c < n; ++c) {
             shift[c].push_back(-s.arm_span.col(c).dot(m.arm) * arc.rate);
             mean[c] += m.mean_part * shift[c].back();
         }
     }
-    Mat3 turned = Mat3::Zero(), cross_K[2] = {turned, turned};  // of the cell's turn alone, and beside K
-    Vec3 cell_K = Vec3::Zero();                                 // what its turn takes off K, by columns
+    Mat3 turned = zero, cross_K[3] = {zero, zero, zero};  // of the cell's turn alone, and beside K
+    Vec3 cell_K = Vec3::Zero();                           // what its turn takes off K, by columns
     for (size_t i = 0; i < members.size(); ++i) {
         const BendingMember& m = members[i];
         const Mat3 swept = cross_matrix(lever[i] - lever_mean);
-        Mat3 own[2];
-        for (int c = 0; c < 2; ++c) own[c] = shift[c][i] - mean[c];
+        std::array<Mat3, 3> own;
+        for (int c = 0; c < n; ++c) own[c] = shift[c][i] - mean[c];
         turned += s.k * m.weight * swept.transpose() * X * swept;
-        for (int c = 0; c < 2; ++c) {
+        for (int c = 0; c < n; ++c) {
             cross_K[c] += s.k * m.weight * swept.transpose() * X * own[c];
-            for (int d = 0; d < 2; ++d) square_K[c][d] += s.k * m.weight * own[c].transpose() * X * own[d];
+            for (int d = 0; d < n; ++d) square_K[c][d] += s.k * m.weight * own[c].transpose() * X * own[d];
             for (int k = 0; k < 3; ++k) by_K[c].F[k] += m.pull[k] * own[c];
         }
         for (int k = 0; k < 3; ++k) by_cell.F[k] += m.pull[k] * swept;
         if (live.member(live.begin(g) + static_cast<uint32_t>(i)) != g) cell_K -= m.pull_arm;
     }
-    Mat3 of_K[2][2];
-    for (int c = 0; c < 2; ++c)
-        for (int d = 0; d < 2; ++d) {
+    std::array<std::array<Mat3, 3>, 3> of_K;
+    for (int c = 0; c < n; ++c)
+        for (int d = 0; d < n; ++d) {
             if (d < c) {
                 of_K[c][d] = of_K[d][c].transpose();
                 continue;
@@ -291,8 +343,8 @@ void BendingShapes::find_blocks(const LiveTopology& live, ParticleIndex g) {
         }
     const auto by_columns = [&](const Vec3& a, const Vec3& b) {
         Mat3 H = Mat3::Zero();
-        for (int c = 0; c < 2; ++c)
-            for (int d = 0; d < 2; ++d) H += s.arm_span.col(c).dot(a) * s.arm_span.col(d).dot(b) * of_K[c][d];
+        for (int c = 0; c < n; ++c)
+            for (int d = 0; d < n; ++d) H += s.arm_span.col(c).dot(a) * s.arm_span.col(d).dot(b) * of_K[c][d];
         return H;
     };
     const Mat3 Gamma = s.turn_moment.asDiagonal();
@@ -306,7 +358,7 @@ void BendingShapes::find_blocks(const LiveTopology& live, ParticleIndex g) {
             continue;
         }
         Mat3 H = hessian(turned, by_cell, by_cell) + by_columns(cell_K, cell_K) + s.k * other * Gamma;
-        for (int c = 0; c < 2; ++c) {
+        for (int c = 0; c < n; ++c) {
             const Mat3 mixed = s.arm_span.col(c).dot(cell_K) * hessian(cross_K[c], by_cell, by_K[c]);
             H += mixed + mixed.transpose();
         }
@@ -396,8 +448,8 @@ void pull_back(const BendingShapes& shapes, const LiveTopology& live, ParticleIn
     const Mat3 RP = of.R * s.spanned;
     // To the first order in the flow R stays: R^T F and the flow are symmetric.
     const double stretch = (RP.transpose() * of.F).trace() - s.rank - yielding.flowed.stretch.trace();
-    const Mat3 stress =
-        s.volume * (2 * s.mu * (of.F - RP - of.R * yielding.flowed.stretch) + s.pressure() * stretch * RP);
+    Mat3 stress = s.volume * (2 * s.mu * (of.F - RP - of.R * yielding.flowed.stretch) + s.pressure() * stretch * RP);
+    if (s.rank == 3) stress += turned_by_pressure(s, of, stretch);
     const Mat3 elastic = of.K - s.plastic_curvature - yielding.flowed.K;
     const Vec3 shift_left = s.softness.cwiseProduct(yielding.shift_left(s)),
                turn_left = s.turn_moment.cwiseProduct(yielding.turn_left(s));

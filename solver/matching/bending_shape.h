@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -14,11 +15,10 @@ namespace sunder {
 
 using Mat9 = Eigen::Matrix<double, 9, 9>;
 using Vec9 = Eigen::Matrix<double, 9, 1>;
-using Mat32 = Eigen::Matrix<double, 3, 2, Eigen::DontAlign>;
 
 /// What bends, and how it is bent for good.
 struct Bending {
-    std::span<const uint8_t> thin;                  // 1: the group is one of these (n_particles)
+    std::span<const uint8_t> thin;                  // kThin, kSlender, or 0: a block (n_particles)
     std::span<const uint8_t> pinned;                // held by a pin (n_particles)
     std::span<const Mat3> plastic_deformation;      // F_P (n_particles)
     std::span<const Mat3> plastic_curvature;        // K_P in the fragment's axes, rad/m (n_particles), or empty: none
@@ -41,36 +41,46 @@ struct BendingMember {
 /// k and E of a group are in its material's units; axes are those of its fragment at rest. Kernels read it as numbers
 /// (BentRecords).
 struct BendingShape {
-    int rank = 0;                       // directions that are spanned: 1 a rod, 2 a sheet; 0: the group pulls nothing
-    int normal = 2;                     // of a sheet: across it
-    int axis = 0;                       // of a rod: along it
-    bool is_pinned = false;             // holds a pinned member: all is fitted about the cell
-    Mat3 axes = Mat3::Zero();           // E: columns are the fragment's axes at rest, world
-    Vec3 extent = Vec3::Zero();         // t_k = sqrt(12) rho_k, m
-    double volume = 0, mu = 0, nu = 0;  // m3, Pa, -
-    double k = 0;                       // 6 mu V over the trace of the whole ring, 1/s2
-    double reach2 = 0;                  // d^2: weighted mean square of the neighbours' distances, m2
-    Vec3 softness = Vec3::Zero();       // X: chi across what is not spanned, 1 along it
-    Vec3 turn_moment = Vec3::Zero();    // Gamma, m2
-    Vec3 shear = Vec3::Zero();          // c, Pa
-    Mat3 spanned = Mat3::Zero();        // P
+    // Directions that are spanned: 1 a rod, 2 a sheet, 3 one of several through a thickness; 0: the group pulls
+    // nothing.
+    int rank = 0;
+    int normal = 2;                               // of a sheet: across it
+    int axis = 0;                                 // of a rod: along it
+    bool is_pinned = false;                       // holds a pinned member: all is fitted about the cell
+    Mat3 axes = Mat3::Zero();                     // E: columns are the fragment's axes at rest, world
+    Vec3 extent = Vec3::Zero();                   // t_k = sqrt(12) rho_k, m
+    double volume = 0, mu = 0, nu = 0;            // m3, Pa, -
+    double k = 0;                                 // 6 mu V over the trace of the whole ring, 1/s2
+    double reach2 = 0;                            // d^2: weighted mean square of the neighbours' distances, m2
+    Vec3 softness = Vec3::Zero();                 // X: chi across what is not spanned, 1 along it
+    Vec3 turn_moment = Vec3::Zero();              // Gamma, m2
+    Vec3 shear = Vec3::Zero();                    // c, Pa
+    Mat3 spanned = Mat3::Zero();                  // P
     Mat3 A = Mat3::Zero(), A_arm = Mat3::Zero();  // of q and of the arms, kg m2
     Mat9 bending = Mat9::Zero();                  // of K - K_P as a column-major 9-vector, J m2
     Mat9 bending_less_turns = Mat9::Zero();       // less k Gamma A_arm of the turns, which K is the best fit of, J m2
     Mat3 plastic_curvature = Mat3::Zero();
     Vec3 pull_sum = Vec3::Zero();  // sum of pulls: 0 but where pins are
-    // Orthonormal: P = span span^T, and the same of the arms; of a rod the second is 0. Pulls lie in them.
-    Mat32 span = Mat32::Zero(), arm_span = Mat32::Zero();
+    // Orthonormal columns, as many as `rank`, then 0: P = span span^T, and the same of the arms. Pulls lie in them.
+    Mat3 span = Mat3::Zero(), arm_span = Mat3::Zero();
     double lambda = 0;  // pressure(), Pa
 
     double youngs_modulus() const { return 2 * mu * (1 + nu); }
     /// Whether what r has along axis i stretches (else it bends), and what sigma has about it.
-    bool shift_stretches(int i) const { return rank == 2 ? i != normal : i == axis; }
-    bool turn_stretches(int i) const { return rank == 2 && i == normal; }
+    bool shift_stretches(int i) const { return rank == 3 || (rank == 2 ? i != normal : i == axis); }
+    bool turn_stretches(int i) const { return rank == 3 || (rank == 2 && i == normal); }
+    /// lambda' of plane stress, Pa: that of bending, and of a sheet's stretch.
+    double plane_pressure() const { return youngs_modulus() * nu / (1 - nu * nu); }
     /// lambda' of the stretch term: plane stress in sheets, the bar's in rods, Pa.
     double pressure() const {
-        const double E = youngs_modulus();
-        return rank == 2 ? E * nu / (1 - nu * nu) : 2 * mu * nu;
+        if (rank == 3) return 2 * mu * nu / (1 - 2 * nu);
+        return rank == 2 ? plane_pressure() : 2 * mu * nu;
+    }
+    /// Of what spans all directions: how much stiffer than k its stiffest is, -.
+    double stiffest_over_k() const {
+        double least = A.trace();
+        for (int c = 0; c < 3; ++c) least = std::min(least, span.col(c).dot(A * span.col(c)));
+        return (1 - nu) / (1 - 2 * nu) * A.trace() / (3 * least);
     }
     /// The C of one-point shear: Pa.
     Vec3 shear_frame() const { return Vec3::Constant(shear.sum() / 2) - shear; }
@@ -141,7 +151,8 @@ public:
     void update(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
                 std::span<const GroupStiffness> stiffness, const Bending& bending, const WorkerPool& workers);
 
-    bool is_thin(ParticleIndex g) const { return thin_[g] != 0; }
+    /// One that was slender and is torn until a direction is unspanned is a block.
+    bool is_thin(ParticleIndex g) const { return g < thin_.size() && thin_[g] != 0; }
     /// That pulls: thin, with a neighbour, and not pinned.
     bool pulls(ParticleIndex g) const { return shape_[g].rank > 0; }
     /// Of what is not affine in a group, beside the same of a block: chi; 1 where it is a block.
@@ -159,16 +170,24 @@ private:
         double k = -1, volume_ratio = 0;
         bool operator==(const Key&) const = default;
     };
+    struct BlocksKey {  // what a slender group's blocks were found of
+        double k = -1, volume_ratio = 0, weights = 0;
+        bool operator==(const BlocksKey&) const = default;
+    };
+    struct Plastic {
+        Mat3 F_P = Mat3::Identity(), K_P = Mat3::Zero();
+    };
     void build(const SimulationMesh& rest, const LiveTopology& live, const GroupShapes& shapes,
-               const GroupStiffness& stiffness, const Bending& bending, ParticleIndex g);
+               const GroupStiffness& stiffness, const Bending& bending, const Plastic& plastic, ParticleIndex g);
     void take_up_offsets(const SimulationMesh& rest, const LiveTopology& live, std::span<const EdgeOffsets> offsets,
                          ParticleIndex g);
     void find_blocks(const LiveTopology& live, ParticleIndex g);
 
-    std::vector<uint8_t> thin_;          // (n_particles)
+    std::vector<uint8_t> given_, thin_;  // as given; and those that bend as they stand (n_particles)
     std::vector<BendingShape> shape_;    // (n_particles)
     std::vector<BendingMember> member_;  // by slot
     std::vector<Key> key_;
+    std::vector<BlocksKey> blocks_key_;
     std::vector<uint64_t> revision_;
     std::vector<EdgeOffsets> offset_;  // that members were taken up with
     std::vector<uint8_t> pinned_;

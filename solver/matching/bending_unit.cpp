@@ -20,8 +20,11 @@ Yielding yielding_of(const SweepInput& in, ParticleIndex g, const BentGroups& gr
     const double most = in.flow->rate[g] * in.flow->seconds;
     if (yield == kNever || share == 0 || most == 0) return {};
     const BendingShape& s = in.bending->shape(g);
-    Yielding yielding = flow_section(s, section_strain(s, bent_group(groups, lane), s.plastic_curvature),
-                                     in.flow->layers[g], unexplained(s, groups, lane), yield, share);
+    const BentGroup group = bent_group(groups, lane);
+    const Unexplained rest = unexplained(s, groups, lane);
+    const LayerStrain& layers = in.flow->layers[g];
+    if (s.rank == 3 && !may_flow(s, group, s.plastic_curvature, layers, rest, yield)) return {};
+    Yielding yielding = flow_section(s, section_strain(s, group, s.plastic_curvature), layers, rest, yield, share);
     yielding.hold_to(most);
     return yielding;
 }
@@ -48,18 +51,14 @@ void exact_arc(const double* turn, const double* q, double* o_arc) {
     for (int i = 0; i < 9; ++i) o_arc[3 + i] = arc.rate(i / 3, i % 3);
 }
 
-// Numbers without what is rounding beside the largest of them (drop_noise of the kernels).
-template <class Numbers>
-Numbers without_noise(const Numbers& numbers) {
-    constexpr double kNoise = 1e-12;
-    const double least = kNoise * numbers.cwiseAbs().maxCoeff();
-    return numbers.unaryExpr([&](double x) { return std::abs(x) < least ? 0.0 : x; });
-}
-using Pair = Eigen::Matrix<double, 2, 1, Eigen::DontAlign>;
+// Numbers that are rounding beside the largest of them (drop_noise of the kernels).
+constexpr double kNoise = 1e-12;
 template <class Real>
-void put_pair(const Pair& v, size_t lane, Real (*to)[8]) {
-    const Pair numbers = without_noise(v);
-    for (int i = 0; i < 2; ++i) to[i][lane] = static_cast<Real>(numbers(i));
+void put_columns(const Mat3& span, const Vec3& v, int n, size_t lane, Real (*to)[8]) {
+    double numbers[3], most = 0;
+    for (int c = 0; c < n; ++c) numbers[c] = span.col(c).dot(v), most = std::max(most, std::abs(numbers[c]));
+    for (int c = 0; c < n; ++c)
+        to[c][lane] = static_cast<Real>(std::abs(numbers[c]) < kNoise * most ? 0.0 : numbers[c]);
 }
 
 }  // namespace
@@ -146,10 +145,10 @@ bool BendingUnit<Real>::open(const SweepInput& in, const LaneLayout& layout, siz
     for (size_t lane = 0; lane < n_lanes && !any; ++lane) any = bends(lane);
     if (!any) return false;
     lane_group_.resize(n_lanes);
-    is_thin_.assign(u.n_blocks(), 0), all_pull_.assign(u.n_blocks(), 1);
+    columns_.assign(u.n_blocks(), 0), all_pull_.assign(u.n_blocks(), 1);
     for (size_t lane = 0; lane < n_lanes; ++lane) {
         lane_group_[lane] = bends(lane) ? layout.particle(first + lane) : kNone;
-        if (bends(lane)) is_thin_[lane / kLanes] = 1;
+        if (bends(lane)) columns_[lane / kLanes] = 2;
         if (!bends(lane) && layout.particle(first + lane) != kNone) all_pull_[lane / kLanes] = 0;
     }
     rows_.assign(u.n_rows(), {}), groups_.assign(u.n_blocks(), {}), diagonal_.assign(u.n_blocks(), {});
@@ -172,7 +171,7 @@ bool BendingUnit<Real>::open(const SweepInput& in, const LaneLayout& layout, siz
     }
     arrays_ = {rows_.data(),
                groups_.data(),
-               is_thin_.data(),
+               columns_.data(),
                twin_.data(),
                diagonal_.data(),
                kept_.data(),
@@ -191,10 +190,14 @@ void BendingUnit<Real>::linearise(const SweepInput& in, std::span<const MovingPa
     blocks([&](size_t begin, size_t end) {
         std::vector<BentRow> rows;
         for (size_t block = begin; block < end; ++block) {
-            if (!is_thin_[block]) continue;
+            if (columns_[block] == 0) continue;
             rows.resize(row_begin[block + 1] - row_begin[block]);
-            for (size_t lane = kLanes * block; lane < kLanes * (block + 1); ++lane)
-                if (lane_group_[lane] != kNone) put_at_rest(in, lane);
+            columns_[block] = 2;
+            for (size_t lane = kLanes * block; lane < kLanes * (block + 1); ++lane) {
+                if (lane_group_[lane] == kNone) continue;
+                put_at_rest(in, lane);
+                if (in.bending->shape(lane_group_[lane]).rank == 3) columns_[block] = 3;
+            }
             for (size_t lane = kLanes * block; lane < kLanes * (block + 1); lane += 4)
                 linearise_four(in, records, lane, rows, io_goals);
         }
@@ -213,27 +216,29 @@ void BendingUnit<Real>::put_at_rest(const SweepInput& in, size_t lane) {
     const size_t l = lane % kLanes, first = layout_->row_begin(unit_)[lane / kLanes];
     BendingGroups<Real>& to = groups_[lane / kLanes];
     put_lane(s.turn_moment, l, to.Gamma);
-    put_pair<Real>(s.span.transpose() * s.pull_sum, l, to.pull_sum);
-    put_pair<Real>((b * s.k * (s.span.transpose() * s.A * s.span)).diagonal(), l, to.kA);
+    const int n = std::max(2, s.rank);  // columns
+    put_columns(s.span, s.pull_sum, n, l, to.pull_sum);
+    for (int c = 0; c < n; ++c) to.kA[c][l] = static_cast<Real>(b * s.k * s.span.col(c).dot(s.A * s.span.col(c)));
     to.stretch[l] = static_cast<Real>(b * 2 * s.mu * s.volume);
     to.pressure[l] = static_cast<Real>(b * s.pressure() * s.volume);
-    Eigen::Matrix<double, 6, 6> form = Eigen::Matrix<double, 6, 6>::Zero();
-    for (int c = 0; c < 2; ++c)
-        for (int d = 0; d < 2; ++d)
+    Mat9 form = Mat9::Zero();
+    for (int c = 0; c < n; ++c)
+        for (int d = 0; d < n; ++d)
             for (int k = 0; k < 3; ++k)
                 for (int m = 0; m < 3; ++m)
                     form.block<3, 3>(3 * c, 3 * d) += b * s.arm_span(k, c) * s.arm_span(m, d) *
                                                       s.bending_less_turns.template block<3, 3>(3 * k, 3 * m);
-    form = without_noise(form);
-    for (int i = 0; i < 6; ++i)
-        for (int k = 0; k < 6; ++k) to.bending[i][k][l] = static_cast<Real>(form(i, k));
+    const double least = kNoise * form.cwiseAbs().maxCoeff();
+    for (int i = 0; i < 3 * n; ++i)
+        for (int k = 0; k < 3 * n; ++k)
+            to.bending[i][k][l] = static_cast<Real>(std::abs(form(i, k)) < least ? 0.0 : form(i, k));
     for (size_t j = 0; j < in.live.count(g); ++j) {
         const BendingMember& m = in.bending->member(in.live.begin(g) + j);
         BendingRow<Real>& row = rows_[first + j];
         row.weight[l] = static_cast<Real>(b * s.k * m.weight), row.mean_part[l] = static_cast<Real>(m.mean_part);
-        put_pair<Real>(s.arm_span.transpose() * m.arm, l, row.arm);
-        put_pair<Real>(s.span.transpose() * m.pull, l, row.pull);
-        put_pair<Real>(s.arm_span.transpose() * m.pull_arm, l, row.pull_arm);
+        put_columns(s.arm_span, m.arm, n, l, row.arm);
+        put_columns(s.span, m.pull, n, l, row.pull);
+        put_columns(s.arm_span, m.pull_arm, n, l, row.pull_arm);
     }
 }
 
@@ -263,7 +268,8 @@ void BendingUnit<Real>::linearise_four(const SweepInput& in, const BentRecords& 
         for (int c = 0; c < 3; ++c) yielding.shift_left[c][i] = shift[c], yielding.turn_left[c][i] = turn[c];
     }
     const size_t block = lane / kLanes, first = layout_->row_begin(unit_)[block];
-    const BentLanes<Real> to{groups_[block], rows_.data() + first, pull_.data() + kLanes * first, lane % kLanes};
+    const BentLanes<Real> to{groups_[block], rows_.data() + first, pull_.data() + kLanes * first, lane % kLanes,
+                             !in.is_first};
     if constexpr (std::is_same_v<Real, float>)
         kernels_.linearise(records, groups, b, io_rows.size(), bent, io_rows.data(), flows ? &yielding : nullptr, to);
     else

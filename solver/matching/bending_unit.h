@@ -63,7 +63,7 @@ private:
     std::vector<AtRest> at_rest_;       // by lane
     std::vector<BendingRow<Real>> rows_;
     std::vector<BendingGroups<Real>> groups_;
-    std::vector<uint8_t> is_thin_, all_pull_;  // by block
+    std::vector<uint8_t> columns_, all_pull_;  // by block; of spans, 0 where nothing bends
     std::vector<uint32_t> twin_;
     std::vector<BlockDiagonal<Real>> diagonal_;
     std::vector<KeptMotion<Real>> kept_;

@@ -1,22 +1,10 @@
 // Compiled once for each instruction set (lanes.h).
 #include "solver/matching/bent_kernels.h"
 
-#include "solver/matching/bent_lanes.h"
+#include "solver/matching/bent_tension.h"
 
 namespace sunder {
 namespace {
-
-// Four groups, as far as particles do not move them.
-struct FourShapes {
-    const double* shapes[4];
-
-    SUNDER_INLINE FourShapes(const BentRecords& s, const uint32_t (&groups)[4]) {
-        for (size_t i = 0; i < 4; ++i) shapes[i] = s.shapes + BentRecords::kShape * groups[i];
-    }
-    SUNDER_INLINE V number(size_t offset) const { return gather_number(shapes, offset); }
-    SUNDER_INLINE void vector(size_t offset, V (&out)[3]) const { gather_vector(shapes, offset, out); }
-    SUNDER_INLINE void matrix(size_t offset, M3& out) const { gather_matrix(shapes, offset, out); }
-};
 
 // What a row's members are, and where: p, turn, K and the weighted mean of p.
 struct RowSums {
@@ -213,6 +201,43 @@ SUNDER_INLINE void turn_block(const M3& axes, const Sym<V>& S, V b, V (&out)[6])
     for (int i = 0; i < 6; ++i) out[i] = b * dot(half[kRow[i]], axes[kColumn[i]]);
 }
 
+// As turned_by_pressure of bending_shape.cpp, where all directions are spanned.
+SUNDER_INLINE void add_turned_by_pressure(const FourShapes& shapes, V rank, const M3& R, const M3& F, V pressure,
+                                          M3& io_pull) {
+    const V zero = {}, volume = shapes.number(BentRecords::kVolume),
+            stretch = 2.0 * volume * shapes.number(BentRecords::kMu);
+    V shear[3], a[3] = {}, turn[3];
+    shapes.vector(BentRecords::kShear, shear);
+    const V half = 0.5 * (shear[0] + shear[1] + shear[2]);
+    M3 together = {};  // R (2 mu V F + V C)^T
+    for (int c = 0; c < 3; ++c) {
+        const V r[3] = {R[0][c], R[1][c], R[2][c]}, f[3] = {F[0][c], F[1][c], F[2][c]};
+        V by[3], drawn[3] = {stretch * f[0], stretch * f[1], stretch * f[2]};
+        cross_of(r, f, by);
+        drawn[c] += volume * (half - shear[c]);
+        for (int i = 0; i < 3; ++i) a[i] += by[i];
+        add_outer(r, drawn, together);
+    }
+    const V trace = together[0][0] + together[1][1] + together[2][2];
+    const Sym<V> held = {trace - together[0][0],
+                         trace - together[1][1],
+                         trace - together[2][2],
+                         -0.5 * (together[0][1] + together[1][0]),
+                         -0.5 * (together[0][2] + together[2][0]),
+                         -0.5 * (together[1][2] + together[2][1])};
+    const Sym<V> by = inverse_of(held);
+    const V factor = select<V>(zero + 2.5 < rank, pressure * stretch, zero);
+    turn[0] = factor * (by.xx * a[0] + by.xy * a[1] + by.xz * a[2]);
+    turn[1] = factor * (by.xy * a[0] + by.yy * a[1] + by.yz * a[2]);
+    turn[2] = factor * (by.xz * a[0] + by.yz * a[1] + by.zz * a[2]);
+    for (int c = 0; c < 3; ++c) {
+        const V r[3] = {R[0][c], R[1][c], R[2][c]};
+        V pushed[3];
+        cross_of(turn, r, pushed);
+        for (int i = 0; i < 3; ++i) io_pull[i][c] += pushed[i];
+    }
+}
+
 // Forces of a group, and the moment that its curvature has.
 struct Stress {
     M3 pull, moment;
@@ -242,6 +267,7 @@ SUNDER_INLINE void find_stress(const FourShapes& shapes, const BentGroups& group
     for (int i = 0; i < 3; ++i)
         for (int k = 0; k < 3; ++k)
             o.pull[i][k] = volume * (twice_mu * (F[i][k] - RP[i][k] - stretched[i][k]) + pressed * RP[i][k]);
+    if (any(V() + 2.5 < rank)) add_turned_by_pressure(shapes, rank, RP, F, volume * pressed, o.pull);
     for (size_t c = 0; c < 9; ++c) {
         M3 line;
         shapes.matrix(BentRecords::kBending + 9 * c, line);
@@ -249,49 +275,10 @@ SUNDER_INLINE void find_stress(const FourShapes& shapes, const BentGroups& group
     }
 }
 
-// Of the span, by columns: S, R S and E R S.
-struct Columns {
-    V span[2][3], turned[2][3], in_world[2][3];
-
-    Columns(const FourShapes& shapes, const M3& R, const M3& axes) {
-        V first[4], more[4];
-        gather_numbers(shapes.shapes, BentRecords::kSpan, first);
-        gather_numbers(shapes.shapes, BentRecords::kSpan + 2, more);
-        const V numbers[6] = {first[0], first[1], first[2], first[3], more[2], more[3]};
-        for (int c = 0; c < 2; ++c) {
-            for (int i = 0; i < 3; ++i) span[c][i] = numbers[3 * c + i];
-            product_of(R, span[c], turned[c]);
-            product_of(axes, turned[c], in_world[c]);
-        }
-    }
-};
-
-// V times a group's stress in its span, as far as it pulls: xx, yy, xy.
-struct Tension {
-    V xx, yy, xy;
-
-    Tension(const M3& pull, const Columns& columns) {
-        V by[2][3];
-        for (int c = 0; c < 2; ++c) product_of(pull, columns.span[c], by[c]);
-        xx = dot(columns.turned[0], by[0]), yy = dot(columns.turned[1], by[1]);
-        xy = 0.5 * (dot(columns.turned[0], by[1]) + dot(columns.turned[1], by[0]));
-        const V zero = {}, middle = 0.5 * (xx + yy), half = 0.5 * (xx - yy), radius = root(half * half + xy * xy);
-        const V most = maximum(middle + radius, zero), least = maximum(middle - radius, zero);
-        const V share =
-            select<V>(zero < radius, 0.5 * (most - least) / select<V>(zero < radius, radius, zero + 1.0), zero);
-        const V mean = 0.5 * (most + least);
-        xx = mean + share * half, yy = mean - share * half, xy = share * xy;
-    }
-    // Of a member that pulls so.
-    V on(const Columns& columns, const V (&pull)[3]) const {
-        const V x = dot(columns.span[0], pull), y = dot(columns.span[1], pull);
-        return x * (xx * x + 2.0 * xy * y) + yy * (y * y);
-    }
-};
-
 template <class Real>
 SUNDER_INLINE void put_group(const FourShapes& shapes, const M3& R, const M3& axes, const M3& RP,
-                             const Columns& columns, const Tension& tension, V b, const BentLanes<Real>& to) {
+                             const Columns& columns, const Tension& tension, const TurnTension& turned, V b,
+                             const BentLanes<Real>& to) {
     const V volume = shapes.number(BentRecords::kVolume), stretch = 2.0 * shapes.number(BentRecords::kMu) * volume;
     V shear[3], soft[3];
     shapes.vector(BentRecords::kShear, shear), shapes.vector(BentRecords::kSoftness, soft);
@@ -308,9 +295,12 @@ SUNDER_INLINE void put_group(const FourShapes& shapes, const M3& R, const M3& ax
     turn_block(axes, {soft[0], soft[1], soft[2], V(), V(), V()}, V() + 1.0, softness);
     put_exact(yields, to.lane, to.groups.held);
     put_exact(softness, to.lane, to.groups.softness);
-    V numbers[6], tensions[3] = {b * tension.xx, b * tension.yy, b * tension.xy};
-    for (int i = 0; i < 6; ++i) numbers[i] = columns.in_world[i / 3][i % 3];
+    V numbers[9], tensions[3] = {b * tension.xx, b * tension.yy, b * tension.xy};
+    for (int i = 0; i < 9; ++i) numbers[i] = columns.in_world[i / 3][i % 3];
+    V T[6] = {b * turned.T[0][0], b * turned.T[1][1], b * turned.T[2][2],
+              b * turned.T[0][1], b * turned.T[0][2], b * turned.T[1][2]};
     put_exact(tensions, to.lane, to.groups.tension);
+    if (columns.has_third) put_exact(T, to.lane, to.groups.turn_tension);
     put_exact(numbers, to.lane, to.groups.R_span[0]);
 }
 
@@ -328,7 +318,8 @@ void linearise(const BentRecords& s, const uint32_t (&groups)[4], const double (
     find_stress(shapes, group, yielding, RP, stress);
     const Columns columns(shapes, R, axes);
     const Tension tension(stress.pull, columns);
-    put_group(shapes, R, axes, RP, columns, tension, b, to);
+    const TurnTension turn_tension(stress.pull, columns, to.knows_stress);
+    put_group(shapes, R, axes, RP, columns, tension, turn_tension, b, to);
     V across[6];  // what is not spanned, as a projection
     constexpr int kRow[6] = {0, 1, 2, 0, 0, 1}, kColumn[6] = {0, 1, 2, 1, 2, 2};
     for (int i = 0; i < 6; ++i) {
@@ -402,6 +393,7 @@ void linearise(const BentRecords& s, const uint32_t (&groups)[4], const double (
         turn_block(axes, gather_symmetric(members, BentRecords::kTurnBlock), b, turn);
         const V drawn = b * tension.on(columns, pull);
         for (int i = 0; i < 6; ++i) shift[i] += drawn * across[i];
+        turn_tension.add_to(columns, pull, b, shift);
         const V zero = {};
         V numbers[5][4] = {{b * pushed[0], b * pushed[1], b * pushed[2], -b * twisted[0]},
                            {-b * twisted[1], -b * twisted[2], shift[0], shift[1]},

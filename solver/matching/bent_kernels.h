@@ -30,9 +30,9 @@ struct BentRecords {
     // Numbers of a BendingMember, and where some of them are.
     static constexpr size_t kMember = 35, kShiftBlock = 23, kTurnBlock = 29;
     // The same of a BendingShape.
-    static constexpr size_t kShape = 242, kAxes = 2, kVolume = 14, kMu = 15, kK = 17, kSoftness = 19, kTurnMoment = 22,
+    static constexpr size_t kShape = 248, kAxes = 2, kVolume = 14, kMu = 15, kK = 17, kSoftness = 19, kTurnMoment = 22,
                             kShear = 25, kSpanned = 28, kBending = 55, kPlasticCurvature = 217, kSpan = 229,
-                            kLambda = 241;
+                            kLambda = 247;
 };
 
 /// Four groups, as BentGroup. Matrices row by row.
@@ -70,6 +70,7 @@ struct BentLanes {
     BendingRow<Real>* rows;  // of the block (n_rows)
     BentPull* pulls;         // of the block (n_rows x 8)
     size_t lane;
+    bool knows_stress;  // as it is, and not as straight ways strain what turns
 };
 
 /// No group's bits depend on the three beside it.

@@ -13,14 +13,15 @@ struct LiveModel {
     LiveTopology live;
     GroupShapes shapes;
     std::vector<GroupStiffness> stiffness;  // (n_particles)
-    std::vector<uint8_t> thin;              // groups that bend by their curvature (n_particles), or empty: none do
+    std::vector<uint8_t> thin;              // kThin, kSlender or 0 (n_particles), or empty: nothing bends
     std::vector<uint8_t> pinned;            // wholly held by a pin; where something is thin (n_particles)
     BendingShapes bending;                  // of `thin`
     std::vector<uint8_t> edges;             // intact ones, that it was made of
     std::vector<double> hold;               // FrameState::edge_hold, likewise
 
-    bool is_thin(ParticleIndex group) const { return !thin.empty() && thin[group]; }
-    /// Thin, and something bends in it.
+    /// It bends by its curvature where anything does.
+    bool is_thin(ParticleIndex group) const { return !thin.empty() && bending.is_thin(group); }
+    /// So, and something bends in it.
     bool bends(ParticleIndex group) const { return is_thin(group) && bending.pulls(group); }
     const BendingShapes* bending_shapes() const { return thin.empty() ? nullptr : &bending; }
 

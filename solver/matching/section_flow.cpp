@@ -160,13 +160,94 @@ SectionFlow flow_rod(const BendingShape& s, const SectionStrain& strain, const L
     return out;
 }
 
+// A box of a body that has several of them through its thickness.
+struct Places {
+    static constexpr int kCount = 4;
+    const BendingShape& s;
+    double kappa[3][3];  // across each axis n: ii, jj, ij of the two after it
+
+    Places(const BendingShape& shape, const Mat3& K) : s(shape) {
+        for (int n = 0; n < 3; ++n) {
+            const int i = (n + 1) % 3, j = (n + 2) % 3;
+            kappa[n][0] = K(j, i), kappa[n][1] = -K(i, j), kappa[n][2] = 0.5 * (K(j, j) - K(i, i));
+        }
+    }
+    // Every other corner, so that sum w y_n y_m = t_n^2 / 12 where n is m, else 0.
+    static Vec3 corner(const BendingShape& s, int place) {
+        const Vec3 sign(place & 2 ? -1 : 1, place == 1 || place == 2 ? -1 : 1, place & 1 ? -1 : 1);
+        return s.extent.cwiseProduct(sign) / std::sqrt(12.0);
+    }
+    // By bending alone: of each axis as in a layer of a sheet, in plane stress.
+    Mat3 strain(const Vec3& y) const {
+        Mat3 e = Mat3::Zero();
+        for (int n = 0; n < 3; ++n) {
+            const int i = (n + 1) % 3, j = (n + 2) % 3;
+            e(i, i) += y[n] * kappa[n][0], e(j, j) += y[n] * kappa[n][1];
+            e(i, j) += y[n] * kappa[n][2], e(j, i) += y[n] * kappa[n][2];
+            e(n, n) -= s.nu / (1 - s.nu) * y[n] * (kappa[n][0] + kappa[n][1]);
+        }
+        return e;
+    }
+};
+
+Mat3 place_of(const LayerStrain& layers, int place) {
+    const double* p = layers.data() + 6 * place;
+    return Mat3{{p[0], p[3], p[4]}, {p[3], p[1], p[5]}, {p[4], p[5], p[2]}};
+}
+
+void put_place(const Mat3& m, int place, LayerStrain& o_layers) {
+    const Sym3 six = to_sym(m);
+    std::ranges::copy(six, o_layers.begin() + 6 * place);
+}
+
+// The largest of a deviator's eigenvalues is no more than this share of its norm.
+constexpr double kOfNorm = 0.816496580927726;  // sqrt(2/3)
+
+// The largest eigenvalue of the deviator, by size; or, where it is no more than `least`, something that is not either.
+double largest_deviator(const Mat3& strain, double least = 0) {
+    const double mean = strain.trace() / 3;
+    const Mat3 d = strain - mean * Mat3::Identity();
+    const double norm2 = d.squaredNorm();
+    if (kOfNorm * kOfNorm * norm2 <= least * least) return 0;
+    // Of 2 p cos(phi + 2 pi k / 3) one is 2 p cos(phi), phi from 0 to pi / 3, and one -2 p cos(pi / 3 - phi).
+    const double p = std::sqrt(norm2 / 6), cosine = std::clamp(0.5 * d.determinant() / (p * p * p), -1.0, 1.0);
+    return 2 * p * math::cos(math::acos(std::abs(cosine)) / 3);
+}
+
+SectionFlow flow_box(const BendingShape& s, const SectionStrain& strain, const LayerStrain& remainder,
+                     const Unexplained& rest, double yield, double rate_share) {
+    const Places places(s, strain.K);
+    SectionFlow out;
+    Mat3 moment[3] = {Mat3::Zero(), Mat3::Zero(), Mat3::Zero()};
+    for (int place = 0; place < Places::kCount; ++place) {
+        const Vec3 y = Places::corner(s, place);
+        const Mat3 e = strain.stretch + places.strain(y) - place_of(remainder, place);
+        const double size = with_rest(largest_deviator(e), s, rest, 1);
+        if (!(size > yield)) continue;
+        const double share = rate_share * (size - yield) / size;
+        const Mat3 flowed = share * (e - e.trace() / 3 * Mat3::Identity());
+        put_place(flowed, place, out.layers);
+        out.flowed.stretch += flowed / Places::kCount;
+        for (int n = 0; n < 3; ++n) moment[n] += y[n] / Places::kCount * flowed;
+        add_layer(share, size, 1, Places::kCount, out);
+    }
+    for (int n = 0; n < 3; ++n) {
+        const int i = (n + 1) % 3, j = (n + 2) % 3;
+        const Mat3 kappa = 12 / (s.extent[n] * s.extent[n]) * moment[n];
+        out.flowed.K(j, i) = kappa(i, i), out.flowed.K(i, j) = -kappa(j, j);
+        // Twists about three axes are differences of three numbers: their sum is 0, and two thirds of each are its own.
+        out.flowed.K(j, j) += 2.0 / 3 * kappa(i, j), out.flowed.K(i, i) -= 2.0 / 3 * kappa(i, j);
+    }
+    return out;
+}
+
 // Whether the largest deviator of any layer may lie above the yield surface: by norms, which are no smaller.
-bool may_flow(const BendingShape& s, const SectionStrain& strain, const LayerStrain& remainder, const Unexplained& rest,
-              double yield) {
-    const double half = 0.5 * (s.rank == 1 ? s.extent.norm() : s.extent[s.normal]);
+bool may_flow(const BendingShape& s, double stretch, const Mat3& K, const LayerStrain& remainder,
+              const Unexplained& rest, double yield) {
+    const double half = 0.5 * (s.rank == 2 ? s.extent[s.normal] : s.extent.norm());
     double kept = 0;
     for (const double number : remainder) kept = std::max(kept, std::abs(number));
-    const double most = strain.stretch.norm() + half * strain.K.norm() + 2 * kept;
+    const double most = stretch + half * K.norm() + 2 * kept;
     return with_rest(std::max(1.0, 2.0 / 3 * (1 + s.nu) / (1 - s.nu)) * most, s, rest, 6) > yield;
 }
 
@@ -178,6 +259,10 @@ SectionStrain section_strain(const BendingShape& s, const BentGroup& group, cons
     strain.K = group.K - K_P;
     if (s.rank == 1) {
         strain.stretch(s.axis, s.axis) = log_of(stretch(s.axis, s.axis));
+    } else if (s.rank == 3) {
+        const Eigen::SelfAdjointEigenSolver<Mat3> of(0.5 * (stretch + stretch.transpose()));
+        strain.stretch =
+            of.eigenvectors() * of.eigenvalues().unaryExpr(&log_of).asDiagonal() * of.eigenvectors().transpose();
     } else {
         const Plane plane(s);
         strain.stretch = plane.in_space(function_of(plane.in_plane(stretch), log_of));
@@ -185,26 +270,43 @@ SectionStrain section_strain(const BendingShape& s, const BentGroup& group, cons
     return strain;
 }
 
-SectionLayers section_layers(const BendingShape& s) {
-    return s.rank == 1 ? SectionLayers{kFibres + 4, kFibres} : SectionLayers{kLayers + 2, kLayers};
-}
-
-Mat3 layer_strain(const BendingShape& s, const SectionStrain& strain, const LayerStrain& remainder, size_t layer) {
-    const int number = static_cast<int>(layer);
-    Mat3 all = Mat3::Zero();
+void find_face_strains(const BendingShape& s, const SectionStrain& strain, const LayerStrain& remainder, double yield,
+                       FaceStrains& o_faces) {
+    o_faces.n = 0;
     if (s.rank == 1) {
         const Fibres fibres(s);
-        const double e = fibres.strain(strain, number) - remainder[layer];
-        all(fibres.a, fibres.a) = e, all(fibres.i, fibres.i) = all(fibres.k, fibres.k) = -s.nu * e;
-        return all;
+        for (int fibre = kFibres; fibre < kFibres + 4; ++fibre) {
+            const double e = fibres.strain(strain, fibre) - remainder[static_cast<size_t>(fibre)];
+            Mat3& all = o_faces.strain[o_faces.n++];
+            all.setZero();
+            all(fibres.a, fibres.a) = e, all(fibres.i, fibres.i) = all(fibres.k, fibres.k) = -s.nu * e;
+        }
+        return;
     }
-    const Plane plane(s);
-    const Layer of(
-        plane.in_plane(strain.stretch) + plane.height(number) * plane.curvature(strain.K) - layer_of(remainder, number),
-        s.nu);
-    all = plane.in_space(of.strain);
-    all(s.normal, s.normal) = of.across;
-    return all;
+    if (s.rank == 2) {
+        const Plane plane(s);
+        for (int layer = kLayers; layer < kLayers + 2; ++layer) {
+            const Layer of(plane.in_plane(strain.stretch) + plane.height(layer) * plane.curvature(strain.K) -
+                               layer_of(remainder, layer),
+                           s.nu);
+            Mat3& all = o_faces.strain[o_faces.n++];
+            all = plane.in_space(of.strain);
+            all(s.normal, s.normal) = of.across;
+        }
+        return;
+    }
+    const Places places(s, strain.K);
+    double most = yield;
+    for (int place = 0; place < Places::kCount; ++place)
+        most = std::max(most, largest_deviator(strain.stretch + places.strain(Places::corner(s, place)) -
+                                               place_of(remainder, place)));
+    for (int n = 0; n < 3; ++n)
+        for (const double side : {-0.5, 0.5}) {
+            Mat3& e = o_faces.strain[o_faces.n++];
+            e = strain.stretch + places.strain(side * s.extent[n] * Vec3::Unit(n));
+            const double size = largest_deviator(e), mean = e.trace() / 3;
+            if (size > most) e = most / size * (e - mean * Mat3::Identity()) + mean * Mat3::Identity();
+        }
 }
 
 LayerStrain remainder_of(const BendingShape& s, const SectionFlow& flow) {
@@ -215,6 +317,13 @@ LayerStrain remainder_of(const BendingShape& s, const SectionFlow& flow) {
             left[static_cast<size_t>(fibre)] -= fibres.strain(flow.flowed, fibre);
         return left;
     }
+    if (s.rank == 3) {
+        const Places places(s, flow.flowed.K);
+        for (int place = 0; place < Places::kCount; ++place)
+            put_place(place_of(flow.layers, place) - flow.flowed.stretch - places.strain(Places::corner(s, place)),
+                      place, left);
+        return left;
+    }
     const Plane plane(s);
     const Mat2 mean = plane.in_plane(flow.flowed.stretch), bent = plane.curvature(flow.flowed.K);
     for (int layer = 0; layer < kLayers + 2; ++layer)
@@ -222,11 +331,18 @@ LayerStrain remainder_of(const BendingShape& s, const SectionFlow& flow) {
     return left;
 }
 
+bool may_flow(const BendingShape& s, const BentGroup& group, const Mat3& K_P, const LayerStrain& remainder,
+              const Unexplained& rest, double yield) {
+    const Mat3 stretch = unstrained(s) + group.R.transpose() * group.F;
+    const double off = (stretch - Mat3::Identity()).norm();
+    return off >= 0.5 || may_flow(s, off / (1 - off), group.K - K_P, remainder, rest, yield);
+}
+
 SectionFlow flow_section(const BendingShape& s, const SectionStrain& strain, const LayerStrain& remainder,
                          const Unexplained& rest, double yield, double share) {
-    if (!(share > 0) || !may_flow(s, strain, remainder, rest, yield)) return {};
-    return s.rank == 1 ? flow_rod(s, strain, remainder, rest, yield, share)
-                       : flow_sheet(s, strain, remainder, rest, yield, share);
+    if (!(share > 0) || !may_flow(s, strain.stretch.norm(), strain.K, remainder, rest, yield)) return {};
+    const auto flow = s.rank == 1 ? flow_rod : s.rank == 2 ? flow_sheet : flow_box;
+    return flow(s, strain, remainder, rest, yield, share);
 }
 
 }  // namespace sunder

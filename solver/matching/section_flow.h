@@ -9,22 +9,31 @@
 
 namespace sunder {
 
-/// The elastic strain of a group's section, logarithmic in its plane or along it.
+/// The elastic strain of a group's section, logarithmic: in its plane, along it, or, where it spans all directions,
+/// all.
 SectionStrain section_strain(const BendingShape& shape, const BentGroup& group, const Mat3& K_P);
+
+/// False where nothing of it flows: cheaper than its strain.
+bool may_flow(const BendingShape& shape, const BentGroup& group, const Mat3& K_P, const LayerStrain& remainder,
+              const Unexplained& rest, double yield);
 
 /// What flows of it: `flowed` is the mean of the layers, and their moment over t^2 / 12.
 struct SectionFlow : Yielding {
     LayerStrain layers = {};  // what each layer flows
 };
 
-/// Five layers of equal weight through a sheet, z = t/2 (2i - 4) / sqrt(24), so that sum w z^2 = t^2 / 12 exactly; five
-/// by five through a rod. Behind them those without weight, at the faces or the edges.
-struct SectionLayers {
-    size_t n = 0, n_weighted = 0;
+/// The elastic logarithmic strains where a thin or slender group is strained most, in the fragment's axes.
+struct FaceStrains {
+    size_t n = 0;  // 2: at the faces of a sheet; 4: at the edges of a rod; 6: at the faces of a box
+    std::array<Mat3, 6> strain;
 };
-SectionLayers section_layers(const BendingShape& shape);
-/// A layer's own elastic strain.
-Mat3 layer_strain(const BendingShape& shape, const SectionStrain& strain, const LayerStrain& remainder, size_t layer);
+
+/// Five layers of equal weight through a sheet, z = t/2 (2i - 4) / sqrt(24), so that sum w z^2 = t^2 / 12 exactly; five
+/// by five through a rod. Behind them those without weight, at the faces or the edges. Where a fragment is one of
+/// several through a thickness, four places in it, at every other corner of a box of t / sqrt(3): what faces bear is
+/// that of the section there, whose deviator is the yield or that of the four at most.
+void find_face_strains(const BendingShape& shape, const SectionStrain& strain, const LayerStrain& remainder,
+                       double yield, FaceStrains& o_faces);
 /// What the mean and the moment of a flow leave of that of each layer.
 LayerStrain remainder_of(const BendingShape& shape, const SectionFlow& flow);
 

@@ -2,13 +2,13 @@
 
 namespace sunder {
 
-bool bends(const SimulationMesh& rest, std::span<const Material> materials, ParticleIndex g) {
-    return !rest.thin.empty() && rest.thin[g] != 0 && materials[rest.material_of(g)].curvature;
+uint8_t bending_kind(const SimulationMesh& rest, std::span<const Material> materials, ParticleIndex g) {
+    return rest.thin.empty() ? 0 : bending_kind(rest.thin[g], materials[rest.material_of(g)]);
 }
 
 bool bends(const SimulationMesh& rest, std::span<const Material> materials) {
     for (size_t g = 0; g < rest.n_particles(); ++g)
-        if (bends(rest, materials, g)) return true;
+        if (bending_kind(rest, materials, g) != 0) return true;
     return false;
 }
 

@@ -1,4 +1,5 @@
-// Which groups bend by their curvature: those one fragment thick, as in sheets and rods, of bodies that do.
+// Which groups bend by their curvature: those one fragment thick, as in sheets and rods, and those a few fragments
+// thick, of bodies that do.
 #pragma once
 
 #include <span>
@@ -9,9 +10,9 @@
 
 namespace sunder {
 
-/// Whether a group is thin and its body bends by its curvature.
-bool bends(const SimulationMesh& rest, std::span<const Material> materials, ParticleIndex g);
-/// Whether any is.
+/// kThin or kSlender where a group bends by its curvature, else 0: it is one of a block.
+uint8_t bending_kind(const SimulationMesh& rest, std::span<const Material> materials, ParticleIndex g);
+/// Whether any does.
 bool bends(const SimulationMesh& rest, std::span<const Material> materials);
 /// Gives a state that was made without them what such groups change for good, unbent.
 void add_bending(const SimulationMesh& rest, std::span<const Material> materials, FrameState& io_state);

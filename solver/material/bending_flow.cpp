@@ -35,10 +35,35 @@ bool stretch_for_good(const BendingShape& s, int i, int j, const Mat2& flowed, M
     return squares <= most * most + product / (most * most) && product >= least * least * (squares - least * least);
 }
 
+// The same of a flow in all directions.
+bool stretch_for_good(const Mat3& axes, const Mat3& flowed, Mat3& io_F_P) {
+    const Eigen::SelfAdjointEigenSolver<Mat3> of(flowed);
+    const Mat3 by = axes * of.eigenvectors();
+    const Mat3 after =
+        by * of.eigenvalues().unaryExpr([](double e) { return math::exp(e); }).asDiagonal() * by.transpose() * io_F_P;
+    const Eigen::SelfAdjointEigenSolver<Mat3> squared(after.transpose() * after);
+    const double volume = math::cbrt(std::sqrt(squared.eigenvalues().prod()));
+    const double most = std::sqrt(kMaxPlasticRatio);
+    bool is_taken = true;
+    Vec3 right;
+    for (int i = 0; i < 3; ++i) {
+        right[i] = std::sqrt(squared.eigenvalues()[i]) / volume;
+        is_taken &= right[i] <= most && right[i] >= 1 / most;
+        right[i] = std::clamp(right[i], 1 / most, most);
+    }
+    right /= math::cbrt(right.prod());
+    io_F_P = squared.eigenvectors() * right.asDiagonal() * squared.eigenvectors().transpose();
+    return is_taken;
+}
+
 }  // namespace
 
 FacePrincipal principal_of(const BendingShape& s, const Mat3& strain) {
     if (s.rank == 1) return {strain.diagonal(), s.axes};
+    if (s.rank == 3) {
+        const Eigen::SelfAdjointEigenSolver<Mat3> of(strain);
+        return {of.eigenvalues(), s.axes * of.eigenvectors()};
+    }
     const int n = s.normal, i = (n + 1) % 3, j = (n + 2) % 3;
     Mat2 in_plane;
     in_plane << strain(i, i), strain(i, j), strain(i, j), strain(j, j);
@@ -59,26 +84,29 @@ BentFlow flow_bending(const BendingShape& s, const BentGroup& group, const Unexp
     SectionStrain strain = section_strain(s, group, io.K_P);
     const SectionFlow flow =
         flow_section(s, strain, io.remainder, rest, io.yield, h > 0 ? flowing_share(material, h) : 0);
-    BentFlow out{flow, {}};
+    BentFlow out;
+    static_cast<Yielding&>(out) = flow;
     if (out.flows()) {
         const LayerStrain kept = remainder_of(s, flow);
         for (size_t n = 0; n < kept.size(); ++n) io.remainder[n] += kept[n];
         io.K_P += flow.flowed.K;
         const Mat3& e = flow.flowed.stretch;
-        Mat2 drawn;
-        const bool is_rod = s.rank == 1;
-        const int i = is_rod ? s.axis : (s.normal + 1) % 3, j = (i + 1) % 3;
-        if (is_rod)  // along and, half as much, across
-            drawn << e(i, i), 0, 0, -0.5 * e(i, i);
-        else
-            drawn << e(i, i), e(i, j), e(i, j), e(j, j);
-        out.is_taken = stretch_for_good(s, i, j, drawn, io.F_P);
+        if (s.rank == 3) {
+            out.is_taken = stretch_for_good(s.axes, e, io.F_P);
+        } else {
+            Mat2 drawn;
+            const bool is_rod = s.rank == 1;
+            const int i = is_rod ? s.axis : (s.normal + 1) % 3, j = (i + 1) % 3;
+            if (is_rod)  // along and, half as much, across
+                drawn << e(i, i), 0, 0, -0.5 * e(i, i);
+            else
+                drawn << e(i, i), e(i, j), e(i, j), e(j, j);
+            out.is_taken = stretch_for_good(s, i, j, drawn, io.F_P);
+        }
         harden(material, flow.hardening, io.yield);
         strain.stretch -= e, strain.K -= flow.flowed.K;
     }
-    const SectionLayers layers = section_layers(s);
-    for (size_t layer = layers.n_weighted; layer < layers.n; ++layer)
-        out.faces.strain[out.faces.n++] = layer_strain(s, strain, io.remainder, layer);
+    find_face_strains(s, strain, io.remainder, io.yield, out.faces);
     return out;
 }
 

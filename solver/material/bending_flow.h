@@ -18,12 +18,6 @@ struct BendingPlasticity {
     double yield = kNever;        // -
 };
 
-/// The elastic logarithmic strains where a thin group is strained most, in the fragment's axes.
-struct FaceStrains {
-    size_t n = 0;  // 2: at the faces of a sheet; 4: at the edges of a rod
-    std::array<Mat3, 4> strain;
-};
-
 /// Of such a strain, in no order; columns of `directions` are in the rest axes of the world.
 struct FacePrincipal {
     Vec3 strain;

@@ -5,6 +5,7 @@
 
 #include "solver/data/invariant.h"
 #include "solver/data/math_functions.h"
+#include "solver/data/thin_fragments.h"
 #include "solver/scene/scales.h"
 
 namespace sunder {
@@ -36,8 +37,8 @@ void divide_pushes(const StepContext& context, double h, bool last, const LiveMo
     for (const MovableId i : problem.islands.movables_of(island)) {
         double share = 1;
         ContactPiece& p = pieces.whole[pieces.of[i]];
-        const bool bends = model.bends(i.value);
-        const bool gives_freely = !last && !is_unbroken(p.kind) && (bends || !p.is_held());
+        const bool bends = model.bends(i.value), is_thin = bends && model.thin[i.value] == kThin;
+        const bool gives_freely = !last && !is_unbroken(p.kind) && (is_thin || !p.is_held());
         if (!p.rigid && context.settings.method != Method::gauss_seidel && !gives_freely) {
             const double pulls = sum_of_pulls(model, h, i.value),
                          b = bends ? pulls / model.bending.softness(i.value) : pulls;
@@ -47,7 +48,7 @@ void divide_pushes(const StepContext& context, double h, bool last, const LiveMo
                                     ? kUnderLoads * kGive
                                     : kGive;
             share = std::min(1.0, give * reach / (1 + b));
-            if (bends) share = share_across(model.bending.shape(i.value), pulls, give, share, approach * h);
+            if (is_thin) share = share_across(model.bending.shape(i.value), pulls, give, share, approach * h);
         }
         pieces.held_share[i] = share;
         p.own_share = last ? std::min(p.own_share, share) : std::max(p.own_share, share);

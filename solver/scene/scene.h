@@ -12,6 +12,7 @@
 #include "solver/data/signed_distance_grid.h"
 #include "solver/data/simulation_mesh.h"
 #include "solver/data/source_pose.h"
+#include "solver/data/thin_fragments.h"
 
 namespace sunder {
 
@@ -32,6 +33,7 @@ struct Material {
     double friction = 0.5;                  // Coulomb, >= 0
     double restitution = 0.0;               // 0 .. 1
     bool curvature = true;                  // groups one fragment thick bend by their curvature (bending_shape.h)
+    int slender = 0;                        // 1: and those of bars and thick plates, a few fragments through; 2: all
 
     Status check(const std::string& where) const;
 };
@@ -43,6 +45,13 @@ inline Material material_of(const SimulationMesh& rest, ParticleIndex particle, 
     own.toughness *= rest.toughness_factor[particle];
     own.compressive_toughness *= rest.toughness_factor[particle];
     return own;
+}
+
+/// kThin or kSlender where a fragment that lies so (SimulationMesh::thin) bends by its curvature, else 0: as a block.
+inline uint8_t bending_kind(uint8_t lies, const Material& body) {
+    if (!body.curvature) return 0;
+    if (lies == kThin) return kThin;
+    return (lies == kSlender && body.slender > 0) || (lies == kThick && body.slender == 2) ? kSlender : 0;
 }
 
 struct Body {

@@ -112,7 +112,16 @@ std::span<const Field<Material>> material_fields() {
                          "beams of their thickness do; off: as stiff as blocks, and they spring back. Methods "
                          "other than projective leave it out",
              .is_added = true},
-            &M::curvature}};
+            &M::curvature},
+        Field<M>{{.name = "slender",
+                  .label = "Slender",
+                  .sentence = "What is a few fragments thick resists bending, yields and tears as beams and plates do, "
+                              "at some four times the cost of blocks, which bend too little and spring back. Methods "
+                              "other than projective leave it out",
+                  .min = 0,
+                  .max = 2,
+                  .is_added = true},
+                 &M::slender}};
     static_assert(fields.size() == n_members<M>(), "a member that is not described is neither checked nor hashed");
     return fields;
 }

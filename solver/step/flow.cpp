@@ -220,7 +220,10 @@ Found Flow::flow_bent(ParticleIndex g, const BentGroups& four, size_t lane, std:
         state_.yielding_rate[g] = flow.is_taken ? std::min(flow.hardening, lasts) / seconds_ : 0.0;
     }
     state_.strain[g] = 0;
+    const bool may_break = shape.rank < 3 || breaking_strain(rest(), model_.live, own, g, state_.edge_bond) < kNever;
     for (size_t face = 0; face < faces.n; ++face) {
+        // No principal strain is above the norm.
+        if (!may_break && faces.strain[face].norm() <= state_.strain[g]) continue;
         const auto& [strain, directions] = principal_of(shape, faces.strain[face]);
         state_.strain[g] = std::max(state_.strain[g], strain.cwiseAbs().maxCoeff());
         const Quat& R = goals_[g].rotation;
@@ -230,8 +233,14 @@ Found Flow::flow_bent(ParticleIndex g, const BentGroups& four, size_t lane, std:
     }
     if (fades(g)) {
         const auto at_rest = [&](const Mat3& strain) -> Mat3 { return shape.axes * strain * shape.axes.transpose(); };
-        const Mat3 one = at_rest(faces.strain[0]), other = at_rest(faces.strain[faces.n - 1]);
-        stretch_[g] = {0.5 * (one + other), 0.5 * (one - other), shape.axes, shape.extent};
+        if (shape.rank == 3) {  // edges know how it is bent
+            Mat3 sum = Mat3::Zero();
+            for (size_t face = 0; face < faces.n; ++face) sum += faces.strain[face];
+            stretch_[g] = {.mean = at_rest(sum / static_cast<double>(faces.n))};
+        } else {
+            const Mat3 one = at_rest(faces.strain[0]), other = at_rest(faces.strain[faces.n - 1]);
+            stretch_[g] = {0.5 * (one + other), 0.5 * (one - other), shape.axes, shape.extent};
+        }
     }
     found.overloaded = strains_[g].load > 1;
     if (found.changed) {

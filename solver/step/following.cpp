@@ -1,5 +1,7 @@
 #include "solver/step/following.h"
 
+#include <Eigen/Eigenvalues>
+
 #include "solver/data/invariant.h"
 #include "solver/scene/motion.h"
 #include "solver/step/letting_go.h"
@@ -9,6 +11,8 @@ namespace {
 
 // Of a frame, over which the speed of the way on is taken: as long as a step, over which that of the way there was.
 constexpr double kAhead = 0.125;
+// Of a ring's largest moment: along what its neighbours reach less far they tell no curvature.
+constexpr double kSpannedShare = 0.02;
 
 SourceWay way_of(const FrameInput::SourceDrive& drive, double share) {
     return {*drive.begin, *drive.end, drive.pivot, share};
@@ -85,8 +89,39 @@ void set_followers(const Scene& scene, const FrameInput& input, FrameState& stat
     for (size_t k = 0; k < scene.sources.size(); ++k) {
         const std::vector<Mat3>& set = input.sources[k].end->set;
         if (set.empty()) continue;
-        for (const ParticleId i : scene.sources[k].particles)
-            if (follows(state, i)) state.plastic_deformation[i] = set[scene.rest.fragment[i]];
+        std::vector<ParticleId> followers;
+        for (const ParticleId i : scene.sources[k].particles) {
+            if (!follows(state, i)) continue;
+            state.plastic_deformation[i] = set[scene.rest.fragment[i]];
+            followers.push_back(i);
+        }
+        bend_for_good(scene.rest, followers, state);
+    }
+}
+
+void bend_for_good(const SimulationMesh& rest, std::span<const ParticleId> particles, FrameState& io_state) {
+    if (io_state.plastic_curvature.empty()) return;
+    const auto turned = [&](ParticleId i) -> Quat {
+        return io_state.orientation[i] * rest.rest_orientation[i].conjugate();
+    };
+    for (const ParticleId g : particles) {
+        const Mat3 to_axes = rest.rest_orientation[g].conjugate().toRotationMatrix();
+        Mat3 A = Mat3::Zero(), bent = Mat3::Zero();
+        for (uint32_t s = rest.group_offset[g]; s < rest.group_offset[g + 1]; ++s) {
+            const ParticleId j = rest.group_member[s];
+            if (j == g || !io_state.edge_intact[rest.member_edge[s]]) continue;
+            const Vec3 arm =
+                to_axes * (io_state.plastic_deformation[g] * (rest.rest_position[j] - rest.rest_position[g]));
+            A += rest.mass[j] * arm * arm.transpose();
+            bent += rest.mass[j] * (to_axes * rotation_vector(turned(g).conjugate() * turned(j))) * arm.transpose();
+        }
+        const Eigen::SelfAdjointEigenSolver<Mat3> of(A);
+        Mat3 K = Mat3::Zero();
+        for (int i = 0; i < 3; ++i)
+            if (of.eigenvalues()[i] > kSpannedShare * of.eigenvalues()[2])
+                K += bent * of.eigenvectors().col(i) * of.eigenvectors().col(i).transpose() / of.eigenvalues()[i];
+        io_state.plastic_curvature[g] = K;
+        io_state.layer_strain[g] = {};
     }
 }
 

@@ -26,5 +26,8 @@ bool hand_over(const Scene& scene, const FrameInput& input, LetGo when, FrameSta
 
 /// Of what follows at the end of a frame, what of its stretch is no strain.
 void set_followers(const Scene& scene, const FrameInput& input, FrameState& io_state);
+/// The curvature that particles' neighbours show is so for good, as their plastic deformation is (where anything
+/// bends).
+void bend_for_good(const SimulationMesh& rest, std::span<const ParticleId> particles, FrameState& io_state);
 
 }  // namespace sunder

@@ -185,6 +185,7 @@ void take_newton_step(const Pass& pass, int sweep, std::span<const uint8_t> smoo
     }
     SweepInput input = sweep_input(context.scene.rest, model, problem, matching, movables);
     if (flows_within(pass, model, matching.flow)) input.flow = &matching.flow;
+    input.is_first = sweep == 0;
     matching.newton.apply(sweep == 0, input, context.workers, matching.goals, movables.moving);
     if (sweep > 0) return;
     for_all(context, context.n_particles(), [&](size_t g) {

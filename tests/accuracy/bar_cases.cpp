@@ -46,6 +46,7 @@ LoadedBar::LoadedBar(const BarSetup& setup)
     bar_.material.youngs_modulus = 2 * kShearModulus * (1 + setup.poisson_ratio);
     bar_.material.yield = setup.yield;
     bar_.material.flow_rate = setup.flow_rate;
+    bar_.material.slender = setup.slender ? 1 : 0;
     bar_.settings = setup.settings;
     bar_.settings.self_collision = false;  // the field alone
     bar_.start();

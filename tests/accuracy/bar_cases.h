@@ -32,6 +32,7 @@ struct BarSetup {
     double poisson_ratio = 0;
     double yield = kNever;   // principal log strain in pure shear
     double flow_rate = 100;  // 1/s
+    bool slender = false;    // else as blocks
     SolverSettings settings = slow_load_settings();
     double frame_rate = 24;  // 1/s
 };

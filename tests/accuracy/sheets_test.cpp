@@ -5,72 +5,12 @@
 #include <numbers>
 
 #include "solver/data/rotations.h"
-#include "tests/support/lattice_scene.h"
+#include "tests/accuracy/strips.h"
 
 namespace sunder {
 namespace {
 
 using namespace test;
-
-constexpr double kDegrees = 180 / std::numbers::pi;
-
-SolverSettings fine() {
-    SolverSettings settings;
-    settings.substeps = 16;
-    settings.self_collision = false, settings.sleeping = false;
-    return settings;
-}
-
-// Curvature of a cantilever under its own weight over M / (E I), by least squares between inner cells, beside an offset
-// and a slope, which are the clamp's. `aspect`: width of a cell over its thickness; askew in space.
-double curvature_of_cantilever(int width, double aspect, int neighbours, double poisson_ratio) {
-    constexpr int kFree = 20;
-    constexpr double kThickness = 0.02, kGravity = 9.81;
-    const double cell = kThickness * aspect, length = kFree * cell, density = aspect < 10 ? 5000 : 500;
-    const Quat askew = rotation_about(Vec3(1, 2, 3).normalized(), 0.7);
-    SimulationMesh mesh;
-    {
-        LatticeSettings lattice;
-        lattice.cells = {kFree + 2, width, 1};
-        lattice.size = Vec3((kFree + 2) * cell, width * cell, kThickness);
-        lattice.center = Vec3(lattice.size.x() / 2, 0, 0);
-        lattice.neighbours = neighbours;
-        const auto fragments = make_lattice(lattice, "lattice");
-        EXPECT_TRUE(fragments);
-        SimulationMeshSettings settings;
-        settings.density = density;
-        mesh = build_simulation_mesh(*fragments, settings).take();
-    }
-    const std::vector<Vec3> straight = mesh.rest_position;
-    Scene scene;
-    add_body(scene, mesh, {Vec3(1, 2, 3), askew});
-    const Vec3 origin(1, 2, 3);
-    add_pin(scene, [&](const Vec3& x) { return (askew.conjugate() * (x - origin)).x() < 2 * cell; });
-    Material material;
-    material.youngs_modulus =
-        1.5 * density * kGravity * length * length * length / (0.03 * kThickness * kThickness);  // sags by 3 %
-    material.poisson_ratio = poisson_ratio, material.curvature = true;
-    FrameInput input = quiet_input(scene, material);
-    input.gravity = askew * Vec3(0, 0, -kGravity);
-    SolverSettings settings = fine();
-    settings.damping = 8;
-    const auto solver = make_solver(scene);
-    FrameState state = solver->initial_state({material});
-    for (int f = 0; f < 200; ++f) advance(*solver, input, settings, state);
-    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-    Vec3 right = Vec3::Zero();
-    const double load = density * kGravity * kThickness;
-    const double stiffness = material.youngs_modulus * std::pow(kThickness, 3) / 12;
-    for (size_t i = 0; i < straight.size(); ++i) {
-        const double x = straight[i].x() - 2 * cell;
-        if (x < 3 * cell) continue;
-        const double sag = straight[i].z() - (askew.conjugate() * (state.position[i] - origin)).z();
-        const double theory = load * x * x / (24 * stiffness) * (6 * length * length - 4 * length * x + x * x);
-        const Vec3 row(theory, x, 1);
-        normal += row * row.transpose(), right += row * sag;
-    }
-    return normal.ldlt().solve(right).x();
-}
 
 TEST(sheets, bend_as_plates_of_their_thickness_whatever_their_cells_width) {
     struct Case {
@@ -83,88 +23,6 @@ TEST(sheets, bend_as_plates_of_their_thickness_whatever_their_cells_width) {
         std::printf("cells 1:%g, %d wide, %d neighbours: %.3f of theory\n", c.aspect, c.width, c.neighbours, share);
         EXPECT_NEAR(share, 1, 0.03);  // the study's own is 0.98 to 1.00
     }
-}
-
-// A strip of 0.4 x `width` x 0.02 m whose clamped ends turn by half of `angle` each and come nearer along the arc; one
-// is then slowly let go. Its free middle is 0.2 m.
-struct BentStrip {
-    static constexpr double kFree = 0.2, kThickness = 0.02;
-    Scene scene;
-    Material material;
-    std::unique_ptr<Solver> solver;
-    FrameState state;
-    double angle;
-    Grip grip;  // of the second clamp
-
-    BentStrip(int width, int neighbours, double yield, double degrees, double toughness = kNever)
-        : angle(degrees / kDegrees) {
-        LatticeBody body;
-        body.cells = {20, width, 1}, body.spacing = kThickness, body.neighbours = neighbours, body.density = 7800;
-        scene = lattice_scene(body);
-        add_pin(scene, [&](const Vec3& p) { return p.x() < -kFree / 2; });
-        add_pin(scene, [&](const Vec3& p) { return p.x() > kFree / 2; });
-        material.youngs_modulus = 2e8, material.yield = yield, material.flow_rate = 1000;
-        material.toughness = toughness, material.curvature = true;
-        solver = make_solver(scene);
-        state = solver->initial_state({material});
-    }
-    Pose pose(int side, double share) const {
-        const double half = share * angle / 2, near = half > 0 ? kFree / 2 * (1 - std::sin(half) / half) : 0;
-        const Quat turn = rotation_about(Vec3::UnitY(), side * half);
-        const Vec3 pivot(side * kFree / 2, 0, kThickness / 2);
-        return {pivot - turn * pivot + Vec3(-side * near, 0, 0), turn};
-    }
-    void run(int frames, double from, double to, bool both, double damping) {
-        SolverSettings settings = fine();
-        settings.damping = damping;
-        for (int f = 0; f < frames; ++f) {
-            FrameInput input = quiet_input(scene, material);
-            const double begin = from + (to - from) * f / frames, end = from + (to - from) * (f + 1) / frames;
-            for (int side : {-1, 1}) {
-                DrivenPose& drive = input.pins[side < 0 ? 0 : 1];
-                drive = {pose(side, begin), pose(side, end)};
-                drive.active = side < 0 || both;
-                if (side > 0) drive.grip = grip;
-                drive.pivot = Vec3(side * kFree / 2, 0, kThickness / 2);
-            }
-            advance(*solver, input, settings, state);
-        }
-    }
-    // Between the clamped ends, degrees.
-    double bent() const {
-        Quat first = state.orientation[0], last = state.orientation[0];
-        double least = 1e9, most = -1e9;
-        for (size_t i = 0; i < state.n_particles(); ++i) {
-            const double at = scene.rest.rest_position[i].x();
-            const Quat since_rest = state.orientation[i] * scene.rest.rest_orientation[i].conjugate();
-            if (at < least) least = at, first = since_rest;
-            if (at > most) most = at, last = since_rest;
-        }
-        return angle_between(first, last) * kDegrees;
-    }
-    // How far the second clamp's end lies off the first clamp's plane, towards where it is bent, m.
-    double tip() const {
-        size_t last = 0;
-        for (size_t i = 0; i < state.n_particles(); ++i)
-            if (scene.rest.rest_position[i].x() > scene.rest.rest_position[last].x()) last = i;
-        const Pose first = pose(-1, 1);
-        return -(first.orientation.conjugate() * (state.position[last] - first.position)).z() +
-               scene.rest.rest_position[last].z();
-    }
-    double bend_and_let_go() {
-        run(60, 0, 1, true, 4), run(10, 1, 1, true, 4);
-        EXPECT_NEAR(bent(), angle * kDegrees, 0.1);
-        run(130, 1, 1, false, 8);
-        return bent();
-    }
-};
-
-// Of a narrow, elastic, perfectly plastic beam: kappa - 1.5 kappa_Y (1 - (kappa_Y / kappa)^2 / 3), kappa_Y = 2 s / t,
-// of the uniaxial yield strain s = 1.5 yield / (1 + nu).
-double kept_of_narrow_beam(double degrees, double yield) {
-    const double kappa = degrees / kDegrees / BentStrip::kFree, first = 2 * 1.5 * yield / BentStrip::kThickness;
-    if (kappa <= first) return 0;
-    return BentStrip::kFree * (kappa - 1.5 * first * (1 - first * first / (kappa * kappa) / 3)) * kDegrees;
 }
 
 TEST(sheets, what_is_bent_stays_bent_as_in_a_beam) {
@@ -199,7 +57,7 @@ double force_of_drawn_strip(double yields, int iterations) {
     add_pin(scene, [](const Vec3& x) { return x.x() > (kCells - 1) * kCell; });
     Material material;
     material.youngs_modulus = 2e11, material.poisson_ratio = kNu, material.yield = kYield, material.flow_rate = 1e5;
-    SolverSettings settings = fine();
+    SolverSettings settings = fine_steps();
     settings.substeps = 1, settings.iterations = iterations, settings.damping = 20;
     const auto solver = make_solver(scene);
     FrameState state = solver->initial_state({material});
@@ -399,7 +257,7 @@ double deflection_of_plate(int cells, bool hinged, double poisson_ratio) {
     const double stiffness = kYoung * std::pow(kThickness, 3) / (12 * (1 - poisson_ratio * poisson_ratio));
     const double density = scene.rest.mass[0] / scene.rest.volume[0];
     input.gravity.z() = -kSag * stiffness / ((hinged ? 0.00406 : 0.00126) * std::pow(span, 4) * density * kThickness);
-    SolverSettings settings = fine();
+    SolverSettings settings = fine_steps();
     settings.damping = 8;
     const auto solver = make_solver(scene);
     FrameState state = solver->initial_state({material});
@@ -432,7 +290,7 @@ size_t substeps_of_swing(int aspect) {
     add_pin(scene, [](const Vec3& x) { return x.x() < kLength / 10; });
     Material material;
     material.youngs_modulus = 2e8;
-    SolverSettings settings = fine();
+    SolverSettings settings = fine_steps();
     settings.error_budget = 0.02;
     const auto solver = make_solver(scene);
     FrameState state = solver->initial_state({material});

@@ -375,7 +375,8 @@ TEST(Bake, what_a_solver_leaves_out_is_noted) {
     const auto report = bake(graph, settings(folder / "jacobi"));
     ASSERT_TRUE(report);
     ASSERT_EQ(report->notes.size(), 1u);
-    EXPECT_TRUE(has(report->notes[0], "node 'sim': body 'clay': 9 fragments of sheets or rods")) << report->notes[0];
+    EXPECT_TRUE(has(report->notes[0], "node 'sim': body 'clay': 9 fragments of sheets, rods or slender bodies"))
+        << report->notes[0];
 }
 
 TEST(Bake, frames_may_begin_after_the_simulation_does) {

@@ -245,6 +245,15 @@ def test_the_shape_is_kept_or_springs_back(rig, strain, keeps):
     assert (np.median(state.strain) < 0.03) == keeps
 
 
+@pytest.mark.parametrize("strain,keeps", [("rest", True), ("elastic", False)])
+def test_what_bends_by_its_curvature_keeps_its_bend_or_springs_back(rig, strain, keeps):
+    graph = graph_of(shot({"source_strain": strain}, body={"slender": "auto"}), rig)
+    at, free = (graph.evaluate("solver.state", frame=frame) for frame in (LAST, LAST + 4))
+    assert (np.abs(at.plastic_curvature).max() > 0.1) == keeps  # rad/m: it is bent
+    apart = [np.linalg.norm(state.position[:, None] - state.position[None], axis=2) for state in (at, free)]
+    assert (np.abs(apart[1] - apart[0]).max() < 0.02 * SIZE) == keeps
+
+
 def test_a_place_is_followed_round_a_turn(tmp_path):
     cut = {"type": "lattice", "size": [0.4, 0.4, 0.4], "cells": [4, 4, 4]}
     nodes = {

@@ -209,6 +209,23 @@ TEST(random_shots, panels_gain_nothing) {
     EXPECT_GE(torn, 6u) << "else this tells little";
 }
 
+TEST(random_shots, bodies_that_bend_by_their_curvature_gain_nothing) {
+    double most = 0;
+    uint64_t worst = 0;
+    size_t torn = 0;
+    for (uint64_t seed = 0; seed < 24; ++seed) {
+        test::Shot shot(seed);
+        shot.material.slender = 2;
+        const Outcome outcome = shoot(shot);
+        EXPECT_EQ(outcome.error, "") << "shot " << seed;
+        EXPECT_LE(outcome.gained, 0.01) << "shot " << seed;  // as above
+        torn += outcome.broken > 0;
+        if (outcome.gained > most) most = outcome.gained, worst = seed;
+    }
+    std::printf("%zu torn; most energy gained: %.4f of the start, shot %d\n", torn, most, static_cast<int>(worst));
+    EXPECT_GE(torn, 6u) << "else this tells little";
+}
+
 // Forces of any kind and strength anywhere: energy comes from them, and nothing else goes wrong.
 TEST(random_shots, nothing_fails_in_forces_that_differ_from_place_to_place) {
     size_t driven = 0;

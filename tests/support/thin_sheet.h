@@ -15,7 +15,13 @@
 
 namespace sunder::test {
 
-// One layer of fragments, or a row of them, somewhere askew in space.
+// Fragments along three axes: a sheet, a rod, a plate and a bar of two through the thickness.
+struct Cells {
+    int x, y, z;
+};
+inline constexpr Cells kSheets[] = {{4, 3, 1}, {5, 1, 1}, {4, 3, 2}, {5, 2, 2}};
+
+// One layer of fragments, a row of them, or several layers, somewhere askew in space.
 struct ThinSheet {
     SimulationMesh rest;
     LiveTopology live;
@@ -28,8 +34,8 @@ struct ThinSheet {
     WorkerPool workers{1};
     double poisson_ratio;
 
-    ThinSheet(int nx, int ny, double nu, bool with_pin) : poisson_ratio(nu) {
-        rest = lattice_mesh({{nx, ny, 1}, 0.05, 6, 1000, {Vec3(3, -2, 1), rotation_of(Vec3(0.3, -0.8, 0.4))}});
+    ThinSheet(int nx, int ny, double nu, bool with_pin, int nz = 1) : poisson_ratio(nu) {
+        rest = lattice_mesh({{nx, ny, nz}, 0.05, 6, 1000, {Vec3(3, -2, 1), rotation_of(Vec3(0.3, -0.8, 0.4))}});
         build_one_rings(rest);
         live.reset(rest, std::vector<uint8_t>(rest.n_edges(), 1));
         plastic.assign(rest.n_particles(), Mat3::Identity());
@@ -45,7 +51,8 @@ struct ThinSheet {
         stiffness.clear();
         for (size_t g = 0; g < rest.n_particles(); ++g)
             stiffness.push_back(group_stiffness(shapes.group[g], shapes.rest_trace[g], rest.volume[g], material));
-        const std::vector<uint8_t> thin = thin_groups(rest);
+        std::vector<uint8_t> thin = thin_groups(rest);
+        for (uint8_t& kind : thin) kind = kind != 0 ? kThin : kSlender;
         bending.update(rest, live, shapes, stiffness, {thin, pinned, plastic, curvature, offset}, workers);
     }
     // What no bent shape explains of where things are becomes their rest.

@@ -268,6 +268,7 @@ class AddsNodes:
         friction: Union[_Number, _Animation] = ...,
         restitution: Union[_Number, _Animation] = ...,
         curvature: bool = ...,
+        slender: Literal["auto", "always", "never"] = ...,
     ) -> Node:
         """Gives fragments a material, a place and a start; one set of fragments may serve many bodies.
 
@@ -307,6 +308,10 @@ class AddsNodes:
         curvature: Sheets and rods that are one fragment thick resist bending, yield and tear as plates and beams of
             their thickness do; off: as stiff as blocks, and they spring back. Methods other than projective leave it
             out.
+        slender: What is a few fragments thick resists bending, yields and tears as beams and plates do, at some four
+            times the cost of blocks, which bend too little and spring back. Methods other than projective leave it out.
+            "auto": where two to four fragments lie through the thickness of a body that yields or never tears;
+            "always": all of it.
 
         Contact:
         friction: Coulomb friction: tangential force per normal force that a contact can bear before it slides.

@@ -27,10 +27,10 @@ TEST(bending_shape, sheets_and_rods_are_thin_and_blocks_are_not) {
 }
 
 TEST(bending_shape, forces_are_the_slope_of_the_energy) {
-    for (const auto& [nx, ny] : {std::pair(4, 3), std::pair(5, 1)})
+    for (const auto& [nx, ny, nz] : test::kSheets)
         for (const int kind : {0, 1, 2}) {
             const bool with_pin = kind == 1;
-            Sheet sheet(nx, ny, 0.0, with_pin);
+            Sheet sheet(nx, ny, nz > 1 ? 0.3 : 0.0, with_pin, nz);
             if (kind == 2) sheet.let_go(sheet.moved(0.5));
             std::vector<MovingParticle> at = sheet.moved(1);
             const Eigen::VectorXd forces = sheet.forces(at);
@@ -54,9 +54,9 @@ TEST(bending_shape, forces_are_the_slope_of_the_energy) {
 }
 
 TEST(bending_shape, what_no_bent_shape_explains_bears_nothing_when_it_is_let_go) {
-    for (const auto& [nx, ny] : {std::pair(4, 3), std::pair(5, 1)})
+    for (const auto& [nx, ny, nz] : test::kSheets)
         for (const bool with_pin : {false, true}) {
-            Sheet sheet(nx, ny, 0.3, with_pin);
+            Sheet sheet(nx, ny, 0.3, with_pin, nz);
             const std::vector<MovingParticle> at = sheet.moved(1);
             const auto groups = [&] {
                 std::vector<BentGroup> all;
@@ -152,9 +152,9 @@ TEST(bending_shape, what_is_drawn_resists_what_tilts_it) {
 
 // Where nothing is strained the Hessian is all there is: the change of the forces.
 TEST(bending_shape, products_are_what_a_small_motion_changes) {
-    for (const auto& [nx, ny] : {std::pair(4, 3), std::pair(5, 1)})
+    for (const auto& [nx, ny, nz] : test::kSheets)
         for (const bool with_pin : {false, true}) {
-            const Sheet sheet(nx, ny, 0.3, with_pin);
+            const Sheet sheet(nx, ny, 0.3, with_pin, nz);
             const std::vector<MovingParticle> at = sheet.moved(0);
             EXPECT_LT(sheet.energy(at), 1e-20);
             LaneLayout layout;

@@ -49,10 +49,10 @@ std::vector<const BentKernels*> kernel_sets() {
 
 // Neighbours turn against one another by little, by some 20 degrees, and by up to half a turn.
 TEST(bent_kernels, a_group_is_bent_as_it_is_alone_whatever_is_beside_it) {
-    for (const auto& [nx, ny] : {std::pair(4, 3), std::pair(5, 1)})
+    for (const auto& [nx, ny, nz] : test::kSheets)
         for (const bool with_pin : {false, true})
             for (const double amount : {0.01, 1.0, 8.0}) {
-                Sheet sheet(nx, ny, 0.3, with_pin);
+                Sheet sheet(nx, ny, 0.3, with_pin, nz);
                 const std::vector<MovingParticle> at = sheet.moved(amount);
                 const BentRecords records = bent_records(sheet.bending, sheet.live, at);
                 for (uint32_t g = 0; g < at.size(); ++g) {
@@ -102,10 +102,10 @@ TEST(bent_kernels, a_group_is_bent_as_it_is_alone_whatever_is_beside_it) {
 }
 
 TEST(bent_kernels, forces_are_those_of_each_group_with_what_flows_of_them) {
-    for (const auto& [nx, ny] : {std::pair(4, 3), std::pair(5, 1)})
+    for (const auto& [nx, ny, nz] : test::kSheets)
         for (const bool with_pin : {false, true})
             for (const bool flows : {false, true}) {
-                Sheet sheet(nx, ny, 0.3, with_pin);
+                Sheet sheet(nx, ny, 0.3, with_pin, nz);
                 const std::vector<MovingParticle> at = sheet.moved(1);
                 const test::SheetFlow flow(sheet, 0.01, 0.5);
                 const FlowWithin* const within = flows ? &flow.within : nullptr;
@@ -122,9 +122,9 @@ TEST(bent_kernels, forces_are_those_of_each_group_with_what_flows_of_them) {
 
 // Of one particle that moves alone, what is read at itself.
 TEST(bent_kernels, the_diagonal_is_that_of_the_products) {
-    for (const auto& [nx, ny] : {std::pair(4, 3), std::pair(5, 1)})
+    for (const auto& [nx, ny, nz] : test::kSheets)
         for (const bool with_pin : {false, true}) {
-            const Sheet sheet(nx, ny, 0.3, with_pin);
+            const Sheet sheet(nx, ny, 0.3, with_pin, nz);
             const std::vector<MovingParticle> at = sheet.moved(0);
             const Unit unit(sheet, at, nullptr);
             std::vector<Sym3> shift(at.size(), Sym3{}), turn = shift;

@@ -73,9 +73,9 @@ TEST(bending_flow, with_the_stretch_it_yields_as_one_material) {
 
 // A step's forces are those of the material as it has flowed by its end: to the order of its strains.
 TEST(bending_flow, leaves_the_forces_that_the_step_had) {
-    for (const auto& [nx, ny] : {std::pair(4, 3), std::pair(5, 1)})
+    for (const auto& [nx, ny, nz] : test::kSheets)
         for (const double share : {0.4, 1.0}) {
-            test::ThinSheet sheet(nx, ny, kNu, false);
+            test::ThinSheet sheet(nx, ny, kNu, false, nz);
             const test::SheetFlow flow(sheet, 1e-4, share);
             const std::vector<MovingParticle> at = sheet.moved(0.01);
             const Eigen::VectorXd elastic = sheet.forces(at), within = sheet.forces(at, &flow.within);

@@ -49,8 +49,10 @@ TEST(scene_fields, each_of_a_material_is_hashed) {
         field.visit(other.materials[0], []<class T>(T& io_value) {
             if constexpr (std::is_same_v<T, bool>)
                 io_value = !io_value;
+            else if constexpr (std::is_integral_v<T>)
+                io_value = 1;
             else
-                io_value = static_cast<T>(0.25);
+                io_value = 0.25;
         });
         EXPECT_NE(rest_conditions(other, true, FrameEnd::end, {}), before) << field.description.name;
     }
