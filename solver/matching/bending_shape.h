@@ -4,7 +4,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -75,12 +74,6 @@ struct BendingShape {
     double pressure() const {
         if (rank == 3) return 2 * mu * nu / (1 - 2 * nu);
         return rank == 2 ? plane_pressure() : 2 * mu * nu;
-    }
-    /// Of what spans all directions: how much stiffer than k its stiffest is, -.
-    double stiffest_over_k() const {
-        double least = A.trace();
-        for (int c = 0; c < 3; ++c) least = std::min(least, span.col(c).dot(A * span.col(c)));
-        return (1 - nu) / (1 - 2 * nu) * A.trace() / (3 * least);
     }
     /// The C of one-point shear: Pa.
     Vec3 shear_frame() const { return Vec3::Constant(shear.sum() / 2) - shear; }

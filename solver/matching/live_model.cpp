@@ -94,14 +94,9 @@ void LiveModel::take_up_bending(const SimulationMesh& rest, const FrameState& st
 
 bool resolves_waves(const LiveModel& model, std::span<const ParticleId> particles, double h) {
     if (particles.size() == 1) return true;
-    double stiffest = 0, size = math::cbrt(static_cast<double>(particles.size()));
-    for (const ParticleId j : particles) {
-        const bool is_slender = model.bends(j) && model.bending.shape(j).rank == 3;
-        const double k = model.stiffness[j].k * (is_slender ? model.bending.shape(j).stiffest_over_k() : 1);
-        stiffest = std::max(stiffest, model.live.count(j) * k);
-        if (is_slender) size = 1;  // its fragments' own bending has none of the piece's size
-    }
-    return waves_in_step(h * h * stiffest) <= kFarthestWave * size;
+    double stiffest = 0;
+    for (const ParticleId j : particles) stiffest = std::max(stiffest, model.live.count(j) * model.stiffness[j].k);
+    return waves_in_step(h * h * stiffest) <= kFarthestWave * math::cbrt(static_cast<double>(particles.size()));
 }
 
 double sum_of_pulls(const LiveModel& model, double h, ParticleIndex i) {

@@ -2,9 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <numbers>
 
-#include "solver/data/rotations.h"
 #include "tests/accuracy/strips.h"
 
 namespace sunder {
