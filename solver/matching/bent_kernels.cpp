@@ -422,7 +422,7 @@ SUNDER_INLINE V load_wide(const float* from) { return wide(load<Float4>(from)); 
 template <class Real>
 void add_pulls(const BentPull* pulls, const uint32_t* twin, size_t n_rows, const CgParticles<Real>& cg,
                NewtonParticles& p, BlockDiagonal<Real>& to) {
-    V magnitude = {};
+    V magnitude = {}, way = {};
     const V zero = {}, one = zero + 1.0;
     for (size_t lane = 0; lane < 8; lane += 4) {
         double sums[4][20];
@@ -474,8 +474,11 @@ void add_pulls(const BentPull* pulls, const uint32_t* twin, size_t n_rows, const
         times(by_shift, pushed, moved);
         times(by_turn, twisted, by);
         magnitude += counts * (free * dot(pushed, moved) + dot(twisted, by));
+        for (int i = 0; i < 3; ++i) pushed[i] = mass * (load<V>(p.x_inertial[i] + lane) - load<V>(p.x[i] + lane));
+        times(by_shift, pushed, moved);
+        way += counts * (free * dot(pushed, moved));
     }
-    p.magnitude = sum(magnitude);
+    p.magnitude = sum(magnitude), p.way = sum(way);
 }
 
 }  // namespace

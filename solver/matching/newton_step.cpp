@@ -112,12 +112,15 @@ void NewtonStep::find_residuals(Precision<Real>& precision, bool first_iteration
         }
         change(u, blocks, std::span(scratch.particles), precision.stores[store_of(u, slot)]);
         residual.now = residual.size = 0;
+        double way = 0;
         for (size_t block = 0; block < unit.n_blocks(); ++block) {
             const NewtonParticles& p = scratch.particles[block];
+            if (bends && in.is_first) way += p.way;
             block_residual_[unit.begin_block + block] = {p.magnitude, p.size};
             residual.now += p.magnitude, residual.size += p.size;
         }
-        if (first_iteration) residual.reference = residual.now;
+        // What begins in its own shape, at rest or in steady flight, is solved to a part of what moves it.
+        if (first_iteration) residual.reference = std::max(residual.now, way);
         gradients.take_residual(unit, scratch.particles, residual, blocks);
     });
 }

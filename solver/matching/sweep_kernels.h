@@ -104,6 +104,7 @@ struct alignas(64) NewtonParticles {
     double brace[8], tether[8];              // masses
     double residual[6][8];                   // result: M^-1 times minus the gradient, m and rad
     double magnitude, size;  // of the block: residual . M residual / diagonal; sum of traces of A_qq; kg m2
+    double way;              // as magnitude, of what inertia alone would move it by; where something bends
 };
 
 /// Rest shapes as GroupShapes keeps them, and whose they are.

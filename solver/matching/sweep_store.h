@@ -30,7 +30,7 @@ struct SweepInput {
     std::span<const double> tether = {};
     const BendingShapes* bending = nullptr;  // of thin groups, which shape matching leaves alone; null: there are none
     const FlowWithin* flow = nullptr;        // of thin groups, what flows by the end of the step; null: nothing does
-    bool is_first = false;                   // Newton step of a substep: things are where inertia takes them
+    bool is_first = false;                   // Newton step of a substep: what is loaded is not yet strained by it
 };
 
 /// One unit of a layout; blocks and lanes are counted from its first.

@@ -174,6 +174,26 @@ void remember_pieces(const StepContext& context, double h, const LiveTopology& l
     }
 }
 
+void start_in_shape(const StepContext& context, double h, const LiveModel& model, std::span<const uint8_t> kept,
+                    const Pieces& pieces, Movables& movables) {
+    if (model.thin.empty()) return;
+    const SimulationMesh& rest = context.scene.rest;
+    for_pieces(model.live, kParticleGrain, context.workers, [&](size_t piece) {
+        const ContactPiece& c = pieces.whole[piece];
+        const auto particles = model.live.piece_particles(piece);
+        if (pieces.held[piece] || moves_alone(c) || pieces.is_touched[piece] || kept[particles.front()]) return;
+        if (std::ranges::none_of(particles, [&](ParticleId j) { return model.bends(j); })) return;
+        if (resolves_waves(model, particles, h)) return;
+        const Vec3 center = piece_center(rest, particles, movables.moving, &MovingParticle::x);
+        const Quat turn = mean_turn(rest, particles, c.center, center, movables);
+        for (const ParticleId j : particles) {
+            MovingParticle& p = movables.moving[j];
+            p.x = center + turn * (movables.start_position[j] - c.center);
+            p.d = (turn * movables.start_rotation[j]).normalized();
+        }
+    });
+}
+
 void tumble_pieces(const StepContext& context, double h, const LiveModel& model, std::span<const uint8_t> kept,
                    const Pieces& pieces, std::span<GroupGoal> goals, Movables& movables) {
     const SimulationMesh& rest = context.scene.rest;

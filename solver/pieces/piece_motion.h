@@ -15,6 +15,14 @@ namespace sunder {
 void remember_pieces(const StepContext& context, double h, const LiveTopology& live, std::span<const uint8_t> smooth,
                      const Movables& movables, Pieces& io_pieces);
 
+/// Before the first Newton step: a free piece that bends, that nothing touches, and whose waves are not resolved,
+/// starts with the shape that it has, turned as a whole as far as its particles' ways turn it. Straight ways swell what
+/// spins, and velocities against each other, which stiffness takes up within the step, strain it: what ends the solve
+/// is measured by what it begins with, and beside such strains what a bar resists its bend with is nothing. From its
+/// own shape every iteration lessens the energy, and a solve that ends early gains none.
+void start_in_shape(const StepContext& context, double h, const LiveModel& model, std::span<const uint8_t> kept,
+                    const Pieces& pieces, Movables& io_movables);
+
 /// Of free pieces of several particles that nothing touches: what is so stiff that its waves are not resolved turns as
 /// a rigid body turns. An implicit step of it ends with a torque that is small beside those within it, but not beside
 /// what turns all of it: with all of its angular momentum it came to spin about its longest axis, at 1.35 times

@@ -183,6 +183,7 @@ void take_newton_step(const Pass& pass, int sweep, std::span<const uint8_t> smoo
             movables.moving[g].x_inertial += problem.brace[g] * fall_of(g);  // braces hold where it was
         });
     }
+    if (sweep == 0) start_in_shape(context, pass.time.h, model, pass.slice.kept, pieces, movables);
     SweepInput input = sweep_input(context.scene.rest, model, problem, matching, movables);
     if (flows_within(pass, model, matching.flow)) input.flow = &matching.flow;
     input.is_first = sweep == 0;

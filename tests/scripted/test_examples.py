@@ -224,7 +224,8 @@ def test_the_ball_goes_through_the_vase_which_falls_apart_behind_it():
     sizes = sizes_of_pieces(pierced)
     assert pierced.rigid_position[0][0] > 0.15 and 10 < pierced.rigid_velocity[0][0] < 20
     assert sizes[-1] > 0.7 * len(pierced.piece) and 15 < len(sizes) < 40
-    assert sizes_of_pieces(fallen)[-1] < 0.5 * len(fallen.piece) and np.percentile(fallen.position[:, 2], 95) < 0.25
+    assert sizes_of_pieces(fallen)[-1] < 0.5 * len(fallen.piece)
+    assert np.median(fallen.position[:, 2]) < 0.7 * np.median(whole.position[:, 2])  # a wedge may lean on the others still
 
 
 def test_the_arch_stands_as_it_settled_and_would_crack_without():
