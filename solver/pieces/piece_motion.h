@@ -18,8 +18,7 @@ void remember_pieces(const StepContext& context, double h, const LiveTopology& l
 /// Before the first Newton step: a free piece that bends, that nothing touches, and whose waves are not resolved,
 /// starts with the shape that it has, turned as a whole as far as its particles' ways turn it. Straight ways swell what
 /// spins, and velocities against each other, which stiffness takes up within the step, strain it: what ends the solve
-/// is measured by what it begins with, and beside such strains what a bar resists its bend with is nothing. From its
-/// own shape every iteration lessens the energy, and a solve that ends early gains none.
+/// is measured by what it begins with, and beside such strains what a bar resists its bend with is nothing.
 void start_in_shape(const StepContext& context, double h, const LiveModel& model, std::span<const uint8_t> kept,
                     const Pieces& pieces, Movables& io_movables);
 

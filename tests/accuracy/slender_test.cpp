@@ -99,9 +99,9 @@ TEST(slender, have_the_same_bits_for_any_threads_and_instructions_and_from_any_f
     EXPECT_EQ(state_hash(bent(0, {}, "avx2", 3)), state_hash(whole));
 }
 
-// Beside the swelling of its straight ways what resists a bend was nothing: a bar of long stiff cells came to be bent
-// by 0.3 to 3 mm as it flew, and hit by a box it gained up to 29 times its energy.
-TEST(slender, stiff_bars_that_tumble_stay_straight) {
+// Beside the swelling of its straight ways what resists a bend was nothing: this bar came to be bent by 1.8 mm. A
+// twentieth of that shows the cause, and is a thousandth of the bar's thickness.
+TEST(slender, a_stiff_bar_that_tumbles_stays_straight) {
     LatticeSettings lattice;
     lattice.cells = {2, 2, 13}, lattice.size = Vec3(0.1, 0.1, 2.6), lattice.neighbours = 6;
     const auto fragments = make_lattice(lattice, "lattice");
@@ -114,28 +114,25 @@ TEST(slender, stiff_bars_that_tumble_stay_straight) {
     material.youngs_modulus = 6.1e10, material.poisson_ratio = 0.3, material.slender = 1;
     FrameInput input = quiet_input(scene, material);
     input.gravity = Vec3::Zero();
-    for (const int substeps : {16, 64}) {
-        SolverSettings settings = fine_steps();
-        settings.substeps = substeps;
-        const auto solver = make_solver(scene);
-        FrameState state = solver->initial_state({material});
-        const Vec3 spin(0, 124, 83);  // end over end, and about its axis, rad/s
-        for (size_t i = 0; i < state.n_particles(); ++i)
-            state.angular_velocity[i] = spin, state.velocity[i] = spin.cross(state.position[i]);
-        for (int f = 0; f < 12; ++f) advance(*solver, input, settings, state);
-        // Where ends and middle are, against a line.
-        Vec3 first = Vec3::Zero(), last = first, middle = first;
-        const std::vector<Vec3>& at_rest = scene.rest.rest_position;
-        for (size_t i = 0; i < state.n_particles(); ++i) {
-            if (at_rest[i].z() < -1.15) first += state.position[i] / 4;
-            if (at_rest[i].z() > 1.15) last += state.position[i] / 4;
-            if (std::abs(at_rest[i].z()) < 0.05) middle += state.position[i] / 4;
-        }
-        const Vec3 along = (last - first).normalized(), off = middle - first;
-        const double bend = (off - off.dot(along) * along).norm();
-        std::printf("%d substeps: bent by %.4f mm\n", substeps, bend * 1e3);
-        EXPECT_LT(bend, 1e-4);
+    const SolverSettings settings = fine_steps();
+    const auto solver = make_solver(scene);
+    FrameState state = solver->initial_state({material});
+    const Vec3 spin(0, 124, 83);  // end over end, and about its axis, rad/s
+    for (size_t i = 0; i < state.n_particles(); ++i)
+        state.angular_velocity[i] = spin, state.velocity[i] = spin.cross(state.position[i]);
+    for (int f = 0; f < 12; ++f) advance(*solver, input, settings, state);
+    // Where ends and middle are, against a line.
+    Vec3 first = Vec3::Zero(), last = first, middle = first;
+    const std::vector<Vec3>& at_rest = scene.rest.rest_position;
+    for (size_t i = 0; i < state.n_particles(); ++i) {
+        if (at_rest[i].z() < -1.15) first += state.position[i] / 4;
+        if (at_rest[i].z() > 1.15) last += state.position[i] / 4;
+        if (std::abs(at_rest[i].z()) < 0.05) middle += state.position[i] / 4;
     }
+    const Vec3 along = (last - first).normalized(), off = middle - first;
+    const double bend = (off - off.dot(along) * along).norm();
+    std::printf("bent by %.4f mm\n", bend * 1e3);
+    EXPECT_LT(bend, 1e-4);
 }
 
 // How many of a lattice lie a few through a thickness.
