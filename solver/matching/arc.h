@@ -14,6 +14,9 @@ inline Mat3 cross_matrix(const Vec3& a) {
     return m;
 }
 
+/// Of rotations that K is the gradient of: how what is drawn along the other two axes changes across each, 1/m.
+inline Vec3 across_gradient(const Mat3& K) { return {K(2, 1) - K(1, 2), K(0, 2) - K(2, 0), K(1, 0) - K(0, 1)}; }
+
 /// J^-1 = 1 - [phi]x / 2 + (1/phi^2 - cot(phi/2) / (2 phi)) [phi]x^2: how a rotation vector changes by a turn.
 inline Mat3 rotation_vector_rate(const Vec3& phi) {
     const double t2 = phi.squaredNorm();

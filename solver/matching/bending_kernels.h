@@ -33,6 +33,7 @@ struct alignas(64) BendingGroups {
     Real tension[3][8];            // b V of the stress in a sheet's span, as far as it pulls: xx, yy, xy
     Real turn_tension[6][8];       // b T of what is spanned in all directions (TurnTension), Sym3
     Real held[6][8];               // b (2 mu V)^2 (V c + 2 mu V sum (1 - R e (R e)^T))^-1, Sym3
+    Real thinned[3][3][8];         // -nu / (2 (1 - nu)) D_g E of what is spanned in all directions (across_gradient)
     Real bending[9][9][8];         // b (bending form - k Gamma A_arm), of K arm_span column by column
 };
 
@@ -200,6 +201,42 @@ SUNDER_INLINE void add_turn_tension(const BendingGroups<Real>& g, size_t lane, c
     for (int i = 0; i < 3; ++i) io_torque[i] += drawn[i];
 }
 
+// What K moves across what it bends, by the squares of arms, and what forces there have on K; of sheets and rods
+// nothing.
+template <int n, class V, class Real>
+struct Thinned {
+    SUNDER_INLINE Thinned(const BendingGroups<Real>&, size_t, const V (&)[n][3]) {}
+    SUNDER_INLINE void add_to(const V (&)[n], V (&)[3]) const {}
+    SUNDER_INLINE void push(const V (&)[n], const V (&)[3]) {}
+    SUNDER_INLINE void take_from(V (&)[n][3]) const {}
+};
+template <class V, class Real>
+struct Thinned<3, V, Real> {
+    V axes[3][3], across[3], pushed[3] = {};
+
+    SUNDER_INLINE Thinned(const BendingGroups<Real>& g, size_t lane, const V (&K)[3][3])
+        : across{K[1][2] - K[2][1], K[2][0] - K[0][2], K[0][1] - K[1][0]} {
+        load_matrix(g.thinned, lane, axes);
+    }
+    SUNDER_INLINE void add_to(const V (&arm)[3], V (&io_place)[3]) const {
+        const V in_axes[3] = {arm[0] * arm[0] * across[0], arm[1] * arm[1] * across[1], arm[2] * arm[2] * across[2]};
+        V by[3];
+        product_of(axes, in_axes, by);
+        for (int i = 0; i < 3; ++i) io_place[i] += by[i];
+    }
+    SUNDER_INLINE void push(const V (&arm)[3], const V (&force)[3]) {
+        V by[3];
+        transposed_product_of(axes, force, by);
+        for (int i = 0; i < 3; ++i) pushed[i] += arm[i] * arm[i] * by[i];
+    }
+    // From columns, as K's.
+    SUNDER_INLINE void take_from(V (&io_moment)[3][3]) const {
+        for (int i = 0; i < 3; ++i) {
+            const int j = (i + 1) % 3, k = (i + 2) % 3;
+            io_moment[j][k] -= pushed[i], io_moment[k][j] += pushed[i];
+        }
+    }
+};
 // H z of the thin groups, z in `motion`: to `pulls` and `cell_torque`. Eight groups in four passes over their rows:
 //   turns and K;  places off the bent shape and F;  forces, and the moment that they have on K;  torques.
 // What is left of places after F, r = v - F q, and of turns after K need not be formed: F and K are least squares of
@@ -231,6 +268,7 @@ SUNDER_INLINE void multiply_block(const BendingArrays<Real>& a, const uint32_t* 
                 store(row.place[i] + lane, shifted[i] + swept[i]);
             }
         }
+        Thinned<n, V, Real> thinned(g, lane, K);
         for (size_t r = first; r < last; ++r) {
             BendingRow<Real>& row = a.rows[r];
             V place[3], arm[n], bent[3], rate[3][3], arc[3], pull[n];
@@ -239,6 +277,7 @@ SUNDER_INLINE void multiply_block(const BendingArrays<Real>& a, const uint32_t* 
             product_of_columns(K, arm, bent);
             load_matrix(row.arc_rate, lane, rate);
             product_of(rate, bent, arc);
+            thinned.add_to(arm, arc);
             load_columns(row.pull, lane, pull);
             const V part = load<V>(row.mean_part + lane);
             for (int i = 0; i < 3; ++i) {
@@ -285,7 +324,9 @@ SUNDER_INLINE void multiply_block(const BendingArrays<Real>& a, const uint32_t* 
                 torque[i] -= by[i];
                 for (int c = 0; c < n; ++c) moment[c][i] -= back[i] * arm[c];
             }
+            thinned.push(arm, force);
         }
+        thinned.take_from(moment);
         V Gamma[3];
         load_vector(g.Gamma, lane, Gamma);
         const V zero = {};

@@ -104,6 +104,9 @@ Mat9 bending_form(const BendingShape& s, const Vec3& rho2) {
     return form;
 }
 
+// By what across_gradient is times: nothing presses across what is bent, so that its thickness changes as it is drawn.
+Vec3 thinned_by(const BendingShape& s, const Vec3& arm) { return -0.5 * s.thinning * arm.cwiseProduct(arm); }
+
 // The Hessian of a group's energy at rest along motions that shift its members.
 class HessianAtRest {
 public:
@@ -261,7 +264,7 @@ void BendingShapes::build(const SimulationMesh& rest, const LiveTopology& live, 
     }
     const Span span(s.A, s.rank), span_arm(s.A_arm, s.rank);
     s.spanned = span.projection;
-    s.span = span.basis, s.arm_span = span_arm.basis;
+    s.span = span.basis, s.arm_span = s.rank == 3 ? span_arm.projection : span_arm.basis;
     for (BendingMember& m : members) {
         m.pull = m.weight * (span.inverse * m.q);
         m.pull_arm = m.weight * (span_arm.inverse * m.arm);
@@ -284,6 +287,7 @@ void BendingShapes::build(const SimulationMesh& rest, const LiveTopology& live, 
         for (int d = 0; d < 3; ++d)
             s.bending_less_turns.block<3, 3>(3 * c, 3 * d) -= Mat3((s.k * s.A_arm(c, d) * s.turn_moment).asDiagonal());
     s.lambda = s.pressure();
+    s.thinning = s.rank == 3 ? s.nu / (1 - s.nu) : 0;
     shape_[g] = s;
 }
 
@@ -310,6 +314,7 @@ void BendingShapes::find_blocks(const LiveTopology& live, ParticleIndex g) {
         weights += m.weight;
         for (int c = 0; c < n; ++c) {
             shift[c].push_back(-s.arm_span.col(c).dot(m.arm) * arc.rate);
+            shift[c].back() -= thinned_by(s, m.arm).asDiagonal() * cross_matrix(s.arm_span.col(c));
             mean[c] += m.mean_part * shift[c].back();
         }
     }
@@ -387,6 +392,7 @@ BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<
                         : Vec3(s.axes.transpose() * rotation_vector(cell.d.conjugate() * particles[i].d));
         of.K += (m.turn - rest.own.turn) * rest.pull_arm.transpose();
     }
+    const Vec3 drawn = across_gradient(of.K - s.plastic_curvature);
     Vec3 mean = Vec3::Zero();  // of the bent shape's places
     for (size_t j = 0; j < o_members.size(); ++j) {
         const BendingMember& rest = shapes.member(begin + j);
@@ -394,6 +400,7 @@ BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<
         const Arc arc(of.K * rest.arm, rest.arm);
         m.p = of.axes.transpose() * (m.p - center);
         m.r = arc.place + rest.own.shift, m.arc_rate = arc.rate;
+        m.r += thinned_by(s, rest.arm).cwiseProduct(drawn);
         m.turn_rate = rotation_vector_rate(m.turn);
         mean += rest.mean_part * m.r;
     }
@@ -463,6 +470,7 @@ void pull_back(const BendingShapes& shapes, const LiveTopology& live, ParticleIn
         total += m.force;
         torque += m.p.cross(m.force);
         moment -= m.arc_rate.transpose() * m.force * rest.arm.transpose();
+        moment -= cross_matrix(thinned_by(s, rest.arm).cwiseProduct(m.force));
     }
     size_t cell = 0;
     for (size_t j = 0; j < io_members.size(); ++j) {

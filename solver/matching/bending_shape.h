@@ -62,7 +62,8 @@ struct BendingShape {
     Vec3 pull_sum = Vec3::Zero();  // sum of pulls: 0 but where pins are
     // Orthonormal columns, as many as `rank`, then 0: P = span span^T, and the same of the arms. Pulls lie in them.
     Mat3 span = Mat3::Zero(), arm_span = Mat3::Zero();
-    double lambda = 0;  // pressure(), Pa
+    double lambda = 0;    // pressure(), Pa
+    double thinning = 0;  // nu / (1 - nu) of what bends where all directions are spanned, else 0: thinner where drawn
 
     double youngs_modulus() const { return 2 * mu * (1 + nu); }
     /// Whether what r has along axis i stretches (else it bends), and what sigma has about it.

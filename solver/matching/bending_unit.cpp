@@ -91,6 +91,7 @@ BentRecords bent_records(const BendingShapes& shapes, const LiveTopology& live,
     static_assert(offsetof(S, plastic_curvature) == BentRecords::kPlasticCurvature * number);
     static_assert(offsetof(S, span) == BentRecords::kSpan * number);
     static_assert(offsetof(S, lambda) == BentRecords::kLambda * number);
+    static_assert(offsetof(S, thinning) == BentRecords::kThinning * number);
     return {moving_records(particles),
             reinterpret_cast<const double*>(shapes.members().data()),
             reinterpret_cast<const double*>(shapes.shapes().data()),

@@ -104,6 +104,9 @@ void bend(const BentRecords& s, const uint32_t (&groups)[4], size_t n_rows, bool
         take_row(s, groups, static_cast<uint32_t>(r), cell_x, cell_d, rest_axes, rows[r], own_shift, sums);
         put(own_shift, rows[r].r);
     }
+    const Thinning thinning(shapes);
+    V thinned[3] = {};
+    thinning.of(shapes, sums.K, thinned);
     for (size_t r = 0; r < n_rows; ++r) {
         BentRow& row = rows[r];
         V arm[3], bent[3], place[3], p[3], own_shift[3];
@@ -117,6 +120,7 @@ void bend(const BentRecords& s, const uint32_t (&groups)[4], size_t n_rows, bool
         const V part = load<V>(row.mean_part);
         for (int i = 0; i < 3; ++i) {
             place[i] += own_shift[i];
+            if (thinning.is_any) place[i] -= arm[i] * arm[i] * thinned[i];
             sums.mean[i] += part * place[i];
         }
         put(in_axes, row.p), put(place, row.r);
@@ -335,7 +339,8 @@ void linearise(const BentRecords& s, const uint32_t (&groups)[4], const double (
         }
         shift_held[i] = k * shift_held[i], turn_held[i] = k * turn_held[i];
     }
-    V total[3] = {}, torque[3] = {};
+    const Thinning thinning(shapes);
+    V total[3] = {}, torque[3] = {}, thinned[3] = {};
     for (size_t r = 0; r < n_rows; ++r) {
         const BentRow& row = rows[r];
         V left[3], pull[3], p[3], arm[3], force[3], by[3], back[3];
@@ -352,6 +357,7 @@ void linearise(const BentRecords& s, const uint32_t (&groups)[4], const double (
         for (int i = 0; i < 3; ++i) {
             torque[i] += by[i];
             for (int c = 0; c < 3; ++c) stress.moment[i][c] -= back[i] * arm[c];
+            if (thinning.is_any) thinned[i] -= thinning.half * (arm[i] * arm[i] * force[i]);
         }
         BendingRow<Real>& out = to.rows[r];
         V lever[3];
@@ -361,6 +367,10 @@ void linearise(const BentRecords& s, const uint32_t (&groups)[4], const double (
         put_exact(lever, to.lane, out.lever);
         put_exact(swept, to.lane, out.arc_rate);
     }
+    if (thinning.is_any) take_across(thinned, stress.moment);
+    M3 in_world;
+    thinning.in_world(axes, in_world);
+    if (columns.has_third) put_exact(in_world, to.lane, to.groups.thinned);
     for (size_t r = 0; r < n_rows; ++r) {
         const BentRow& row = rows[r];
         V left[3], pull[3], pull_arm[3], sigma[3], force[3], moment[3], turned[3];

@@ -138,5 +138,16 @@ SUNDER_INLINE void find_arc(void (*exact)(const double*, const double*, double*)
     if (angle.any_far && any(V() + kFar2 < angle.t2)) far_arcs(exact, angle, phi, q, place, rate);
 }
 
+// As across_gradient; and back, cross_matrix of what each of its numbers does.
+SUNDER_INLINE void across_gradient(const M3& K, V (&out)[3]) {
+    for (int i = 0; i < 3; ++i) out[i] = K[(i + 2) % 3][(i + 1) % 3] - K[(i + 1) % 3][(i + 2) % 3];
+}
+SUNDER_INLINE void take_across(const V (&by)[3], M3& io_m) {
+    for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        io_m[k][j] -= by[i], io_m[j][k] += by[i];
+    }
+}
+
 }  // namespace
 }  // namespace sunder

@@ -20,6 +20,29 @@ struct FourShapes {
     SUNDER_INLINE void matrix(size_t offset, M3& out) const { gather_matrix(shapes, offset, out); }
 };
 
+// How what bends is thinner where it is drawn (BendingShape::thinning).
+struct Thinning {
+    V half;
+    bool is_any;
+
+    SUNDER_INLINE explicit Thinning(const FourShapes& shapes)
+        : half(0.5 * shapes.number(BentRecords::kThinning)), is_any(any(V() < half)) {}
+    // Of the elastic curvature, by the squares of arms.
+    SUNDER_INLINE void of(const FourShapes& shapes, const M3& K, V (&out)[3]) const {
+        if (!is_any) return;
+        M3 elastic;
+        shapes.matrix(BentRecords::kPlasticCurvature, elastic);
+        for (int i = 0; i < 3; ++i)
+            for (int k = 0; k < 3; ++k) elastic[i][k] = K[i][k] - elastic[i][k];
+        across_gradient(elastic, out);
+        for (int i = 0; i < 3; ++i) out[i] = half * out[i];
+    }
+    SUNDER_INLINE void in_world(const M3& axes, M3& out) const {
+        for (int i = 0; i < 3; ++i)
+            for (int k = 0; k < 3; ++k) out[i][k] = -(half * axes[i][k]);
+    }
+};
+
 // Of the span, by columns: S, R S and E R S.
 struct Columns {
     V span[3][3], turned[3][3], in_world[3][3];

@@ -13,11 +13,14 @@ TEST(slender, bars_and_thick_plates_bend_as_beams_do) {
         int through, width;
         double aspect;
         int neighbours;
+        double nu;
     };
-    for (const Case c : {Case{2, 2, 1, 6}, Case{2, 4, 1, 26}, Case{3, 3, 1, 6}, Case{4, 4, 1, 6}, Case{2, 3, 4, 6}}) {
-        const double share = curvature_of_cantilever(c.width, c.aspect, c.neighbours, 0, c.through);
-        std::printf("%d through, 1:%g, %d wide, %d neighbours: %.3f of theory\n", c.through, c.aspect, c.width,
-                    c.neighbours, share);
+    for (const Case c : {Case{2, 2, 1, 6, 0}, Case{2, 2, 1, 6, 0.3}, Case{2, 2, 1, 6, 0.45}, Case{2, 4, 1, 26, 0},
+                         Case{2, 4, 1, 26, 0.3}, Case{3, 3, 1, 6, 0}, Case{4, 4, 1, 6, 0}, Case{4, 4, 1, 6, 0.45},
+                         Case{2, 3, 4, 6, 0}, Case{2, 3, 4, 6, 0.45}}) {
+        const double share = curvature_of_cantilever(c.width, c.aspect, c.neighbours, c.nu, c.through);
+        std::printf("%d through, 1:%g, %d wide, %d neighbours, nu %g: %.3f of theory\n", c.through, c.aspect, c.width,
+                    c.neighbours, c.nu, share);
         EXPECT_NEAR(share, 1, 0.05);  // as blocks 0.06 to 0.89
     }
 }
@@ -68,7 +71,7 @@ TEST(slender, fields_of_bars_lie_within_a_percent_or_so_of_finite_elements) {
             EXPECT_GE(bar.settle(), 0) << "not at rest after 20 s";
             const FieldError error = field_error(bar.bar(), setup.n, read_reference(load, nu, setup.n));
             std::printf("%s: L2 %.2f %%\n", reference_name(load, nu).c_str(), 100 * error.l2);
-            EXPECT_LE(error.l2, 0.0125);
+            EXPECT_LE(error.l2, 0.0135);
         }
 }
 
