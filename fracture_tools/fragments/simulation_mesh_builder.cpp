@@ -4,6 +4,7 @@
 #include <string>
 
 #include "fracture_tools/fragments/fragment_hulls.h"
+#include "solver/data/math_functions.h"
 
 namespace sunder {
 namespace {
@@ -14,6 +15,22 @@ Status check_settings(const SimulationMeshSettings& settings) {
     if (!(settings.min_radius_share > 0 && settings.min_radius_share <= 1))
         return bad_input("simulation mesh", "the smallest radius must be a share above 0 and at most 1 of the largest");
     return {};
+}
+
+// Areas of a closed surface have no sum: what those of interfaces lack is bare.
+std::vector<double> bareness_of(const FragmentSet& set) {
+    std::vector<Vec3> covered(set.fragments.size(), Vec3::Zero());
+    for (const Interface& face : set.interfaces) {
+        if (!face.joins) continue;
+        covered[face.a] += face.area * face.normal;
+        covered[face.b] -= face.area * face.normal;
+    }
+    std::vector<double> bareness;
+    for (size_t i = 0; i < covered.size(); ++i) {
+        const double size = math::cbrt(set.fragments[i].volume);
+        bareness.push_back(covered[i].norm() / (size * size));
+    }
+    return bareness;
 }
 
 }  // namespace
@@ -41,6 +58,7 @@ Result<SimulationMesh> build_simulation_mesh(const FragmentSet& set, const Simul
         mesh.fragment.push_back(static_cast<uint32_t>(i));
     }
     mesh.body.assign(n, 0);
+    mesh.bareness = bareness_of(set);
     find_hulls(set, mesh);
     for (size_t k = 0; k < set.interfaces.size(); ++k) {
         const Interface& face = set.interfaces[k];

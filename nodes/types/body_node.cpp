@@ -89,7 +89,7 @@ std::vector<ParameterDescription> material_parameters() {
         {.name = slender.name,
          .label = slender.label,
          .type = ParameterType::choice,
-         .default_value = "never",
+         .default_value = kAutomatic,
          .sentence =
              slender.sentence +
              std::string(". \"auto\": where two to four fragments lie through the thickness of a body that yields or "

@@ -62,7 +62,7 @@ void build_one_rings(SimulationMesh& m) {
 void trim(SimulationMesh& m) {
     const auto each = [](auto&... array) { (array.shrink_to_fit(), ...); };
     each(m.rest_position, m.rest_orientation, m.radii, m.volume, m.mass, m.body, m.fragment, m.edges);
-    each(m.yield_factor, m.toughness_factor, m.material, m.hull_offset, m.hull_point);
+    each(m.bareness, m.yield_factor, m.toughness_factor, m.material, m.hull_offset, m.hull_point);
 }
 
 namespace {
@@ -96,6 +96,7 @@ void append_body(SimulationMesh& scene, const SimulationMesh& body, const Pose& 
     append(scene.mass, body.mass);
     append(scene.fragment, body.fragment);
     append_hulls(scene, body, pose.orientation);
+    append_factors(scene.bareness, particle_base, body.bareness, body.n_particles());
     append_factors(scene.yield_factor, particle_base, body.yield_factor, body.n_particles());
     append_factors(scene.toughness_factor, particle_base, body.toughness_factor, body.n_particles());
     for (const Edge& e : body.edges)

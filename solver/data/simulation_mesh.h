@@ -34,6 +34,10 @@ struct SimulationMesh {
     std::vector<uint32_t> fragment;      // which fragment of that body    (n_particles)
     std::vector<Edge> edges;             // ascending by (a, b)            (n_edges)
 
+    /// What of a fragment's surface no interface covers, in sum of its normals, over a face of a cube of its volume;
+    /// empty: all 1 (n_particles), -.
+    std::vector<double> bareness;
+
     // Factors on the body's material, > 0; empty: all 1.
     std::vector<double> yield_factor;      // on the yield strain at the start (n_particles), -
     std::vector<double> toughness_factor;  // on both toughnesses of its group (n_particles), -

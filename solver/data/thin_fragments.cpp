@@ -10,10 +10,10 @@ namespace {
 
 constexpr double kFlat = 0.35;  // of the largest moment: walls two fragments thick have 0.27, those inside a ball 0.5
 
-constexpr double kOpen = 0.3;  // of a face of a cube: what of a fragment's surface no neighbour covers, in sum
+constexpr double kBare = 0.3;  // of a face of a cube: what of a surface fragment's no neighbour covers, in sum
 constexpr uint8_t kDeep = 3;   // of fragments with two others between them and the surface
 constexpr double kOfCore = 4;  // of a fragment's size: from the corner of a block to its first deep fragment
-constexpr double kLong = 1.5;  // of what lies through the thickness: how far a slender body reaches
+constexpr double kLong = 2;    // of what lies through the thickness: how far a slender body reaches, end to end
 constexpr double kReach = kLong * 2 * (kDeep - 1);  // of a fragment's size
 
 // Neighbours by edges at rest, and these.
@@ -33,14 +33,8 @@ Cover cover_at_rest(const SimulationMesh& rest, ParticleIndex g) {
 std::vector<uint8_t> depths(const SimulationMesh& rest) {
     std::vector<uint8_t> depth(rest.n_particles(), kDeep);
     for (uint32_t g = 0; g < depth.size(); ++g) {
-        // Areas of a closed surface have no sum: what is left is where no neighbour is.
-        Vec3 open = Vec3::Zero();
-        visit_neighbours(rest, g, [&](ParticleId j, const Edge& edge) {
-            open += edge.area * (rest.rest_position[j] - rest.rest_position[g]).normalized();
-        });
-        const Cover cover = cover_at_rest(rest, g);
-        const double face = math::cbrt(rest.volume[g] * rest.volume[g]);
-        if (open.norm() > kOpen * face || cover.directions() < 3) depth[g] = 1;
+        const bool is_bare = rest.bareness.empty() || rest.bareness[g] > kBare;
+        if (is_bare || cover_at_rest(rest, g).directions() < 3) depth[g] = 1;
     }
     for (uint8_t from = 1; from + 1 < kDeep; ++from)
         for (uint32_t g = 0; g < depth.size(); ++g)
@@ -50,6 +44,17 @@ std::vector<uint8_t> depths(const SimulationMesh& rest) {
     return depth;
 }
 
+// 1 where a fragment is, and at least half of its neighbours are.
+std::vector<uint8_t> among_their_like(const SimulationMesh& rest, const std::vector<uint8_t>& are) {
+    std::vector<uint8_t> like(are.size(), 0);
+    for (uint32_t g = 0; g < like.size(); ++g) {
+        int n = 0, n_are = 0;
+        visit_neighbours(rest, g, [&](ParticleId j, const Edge&) { ++n, n_are += are[j]; });
+        like[g] = are[g] && n > 0 && 2 * n_are >= n;
+    }
+    return like;
+}
+
 // What hangs together with a fragment, near it.
 class Surroundings {
 public:
@@ -57,23 +62,35 @@ public:
         : rest_(rest), depth_(depth), is_reached_(depth.size(), 0) {}
 
     bool are_slender(ParticleIndex g) {
-        const double size = math::cbrt(rest_.volume[g]);
+        const double size = mean_size(g);
         uint8_t deepest = depth_[g];
+        Vec3 end = rest_.rest_position[g];
         double farthest = 0;
         reached_.assign(1, g), is_reached_[g] = 1;
         for (size_t next = 0; next < reached_.size() && deepest < kDeep; ++next)
             visit_neighbours(rest_, ParticleIndex(reached_[next]), [&](ParticleId j, const Edge&) {
                 if (is_reached_[j]) return;
                 const double far = (rest_.rest_position[j] - rest_.rest_position[g]).norm() / size;
-                farthest = std::max(farthest, far);
+                if (far > farthest) farthest = far, end = rest_.rest_position[j];
                 if (far < kOfCore) deepest = std::max(deepest, depth_[j]);
                 if (far < kReach) is_reached_[j] = 1, reached_.push_back(j);
             });
-        for (const uint32_t j : reached_) is_reached_[j] = 0;
+        for (const uint32_t j : reached_) {
+            is_reached_[j] = 0;
+            farthest = std::max(farthest, (rest_.rest_position[j] - end).norm() / size);
+        }
         return deepest < kDeep && farthest > kLong * 2 * deepest;
     }
 
 private:
+    // Of a fragment and its neighbours: a small one among large ones lies no deeper for it.
+    double mean_size(ParticleIndex g) const {
+        double volume = rest_.volume[g];
+        int n = 1;
+        visit_neighbours(rest_, g, [&](ParticleId j, const Edge&) { volume += rest_.volume[j], ++n; });
+        return math::cbrt(volume / n);
+    }
+
     const SimulationMesh& rest_;
     const std::vector<uint8_t>& depth_;
     std::vector<uint8_t> is_reached_;
@@ -112,22 +129,17 @@ std::vector<uint8_t> thin_groups(const SimulationMesh& rest) {
         for (int k = 0; k < 3; ++k)
             if (!cover.spans(k) && !cover.is_free(k)) uncovered[g] = 0;
     }
-    std::vector<uint8_t> thin(uncovered.size(), 0);
-    for (uint32_t g = 0; g < thin.size(); ++g) {
-        int n = 0, n_uncovered = 0;
-        visit_neighbours(rest, g, [&](ParticleId j, const Edge&) { ++n, n_uncovered += uncovered[j]; });
-        thin[g] = uncovered[g] && n > 0 && 2 * n_uncovered >= n;
-    }
-    return thin;
+    return among_their_like(rest, uncovered);
 }
 
 std::vector<uint8_t> bending_groups(const SimulationMesh& rest) {
-    std::vector<uint8_t> kind = thin_groups(rest);
+    std::vector<uint8_t> kind = thin_groups(rest), slender(kind.size(), 0);
     const std::vector<uint8_t> depth = depths(rest);
     Surroundings around(rest, depth);
+    for (uint32_t g = 0; g < kind.size(); ++g) slender[g] = kind[g] || around.are_slender(g);
+    const std::vector<uint8_t> bends = among_their_like(rest, slender);
     for (uint32_t g = 0; g < kind.size(); ++g)
-        if (kind[g] == 0 && cover_at_rest(rest, g).directions() == 3)
-            kind[g] = around.are_slender(g) ? kSlender : kThick;
+        if (kind[g] == 0 && cover_at_rest(rest, g).directions() == 3) kind[g] = bends[g] ? kSlender : kThick;
     return kind;
 }
 

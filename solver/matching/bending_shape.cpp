@@ -392,7 +392,7 @@ BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<
                         : Vec3(s.axes.transpose() * rotation_vector(cell.d.conjugate() * particles[i].d));
         of.K += (m.turn - rest.own.turn) * rest.pull_arm.transpose();
     }
-    const Vec3 drawn = across_gradient(of.K - s.plastic_curvature);
+    const Vec3 drawn = across_gradient(of.K);
     Vec3 mean = Vec3::Zero();  // of the bent shape's places
     for (size_t j = 0; j < o_members.size(); ++j) {
         const BendingMember& rest = shapes.member(begin + j);

@@ -105,8 +105,8 @@ void bend(const BentRecords& s, const uint32_t (&groups)[4], size_t n_rows, bool
         put(own_shift, rows[r].r);
     }
     const Thinning thinning(shapes);
-    V thinned[3] = {};
-    thinning.of(shapes, sums.K, thinned);
+    V thinned[3];
+    thinning.of(sums.K, thinned);
     for (size_t r = 0; r < n_rows; ++r) {
         BentRow& row = rows[r];
         V arm[3], bent[3], place[3], p[3], own_shift[3];

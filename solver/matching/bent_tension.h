@@ -27,14 +27,9 @@ struct Thinning {
 
     SUNDER_INLINE explicit Thinning(const FourShapes& shapes)
         : half(0.5 * shapes.number(BentRecords::kThinning)), is_any(any(V() < half)) {}
-    // Of the elastic curvature, by the squares of arms.
-    SUNDER_INLINE void of(const FourShapes& shapes, const M3& K, V (&out)[3]) const {
-        if (!is_any) return;
-        M3 elastic;
-        shapes.matrix(BentRecords::kPlasticCurvature, elastic);
-        for (int i = 0; i < 3; ++i)
-            for (int k = 0; k < 3; ++k) elastic[i][k] = K[i][k] - elastic[i][k];
-        across_gradient(elastic, out);
+    // By the squares of arms.
+    SUNDER_INLINE void of(const M3& K, V (&out)[3]) const {
+        across_gradient(K, out);
         for (int i = 0; i < 3; ++i) out[i] = half * out[i];
     }
     SUNDER_INLINE void in_world(const M3& axes, M3& out) const {

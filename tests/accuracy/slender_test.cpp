@@ -16,8 +16,8 @@ TEST(slender, bars_and_thick_plates_bend_as_beams_do) {
         double nu;
     };
     for (const Case c : {Case{2, 2, 1, 6, 0}, Case{2, 2, 1, 6, 0.3}, Case{2, 2, 1, 6, 0.45}, Case{2, 4, 1, 26, 0},
-                         Case{2, 4, 1, 26, 0.3}, Case{3, 3, 1, 6, 0}, Case{4, 4, 1, 6, 0}, Case{4, 4, 1, 6, 0.45},
-                         Case{2, 3, 4, 6, 0}, Case{2, 3, 4, 6, 0.45}}) {
+                         Case{2, 4, 1, 26, 0.3}, Case{3, 3, 1, 6, 0}, Case{3, 3, 1, 6, 0.45}, Case{4, 4, 1, 6, 0},
+                         Case{4, 4, 1, 6, 0.45}, Case{2, 3, 4, 6, 0}, Case{2, 3, 4, 6, 0.45}}) {
         const double share = curvature_of_cantilever(c.width, c.aspect, c.neighbours, c.nu, c.through);
         std::printf("%d through, 1:%g, %d wide, %d neighbours, nu %g: %.3f of theory\n", c.through, c.aspect, c.width,
                     c.neighbours, c.nu, share);
@@ -150,8 +150,11 @@ TEST(slender, bars_plates_and_shells_are_slender_and_blocks_are_not) {
     EXPECT_EQ(count_slender(12, 4, 2), 96u);
     EXPECT_EQ(count_slender(20, 4, 4), 320u);
     EXPECT_EQ(count_slender(20, 20, 3), 1200u);
+    EXPECT_EQ(count_slender(6, 2, 2), 24u);  // all of them alike, whether they lie at its ends
+    EXPECT_EQ(count_slender(6, 6, 2), 72u);
     EXPECT_EQ(count_slender(20, 1, 1), 0u);  // rods are thin
     EXPECT_EQ(count_slender(2, 2, 2), 0u);
+    EXPECT_EQ(count_slender(3, 3, 3), 0u);
     EXPECT_EQ(count_slender(4, 4, 4), 0u);
     EXPECT_EQ(count_slender(8, 8, 8), 0u);
     EXPECT_EQ(count_slender(20, 6, 6), 0u);

@@ -21,11 +21,11 @@ inline SolverSettings fine_steps() {
 }
 
 // Curvature of a cantilever under its own weight over M / (E I), by least squares between inner cells, beside an offset
-// and a slope, which are the clamp's. `aspect`: width of a cell over its thickness, of which there are `through`; askew
-// in space.
+// and a slope, which are the clamp's; of what is left when Timoshenko's shear is off. `aspect`: width of a cell over
+// its thickness, of which there are `through`; askew in space.
 inline double curvature_of_cantilever(int width, double aspect, int neighbours, double poisson_ratio, int through = 1) {
     constexpr double kThickness = 0.02, kGravity = 9.81;
-    const int n_free = 20 * std::max(1, through / 2);
+    constexpr int n_free = 20;
     const double cell = kThickness / through * aspect, length = n_free * cell, density = aspect < 10 ? 5000 : 500;
     const Quat askew = rotation_about(Vec3(1, 2, 3).normalized(), 0.7);
     SimulationMesh mesh;
@@ -61,13 +61,15 @@ inline double curvature_of_cantilever(int width, double aspect, int neighbours, 
     Vec3 right = Vec3::Zero();
     const double load = density * kGravity * kThickness;
     const double stiffness = material.youngs_modulus * std::pow(kThickness, 3) / 12;
+    const double shear_stiffness = 5.0 / 6 * material.youngs_modulus / (2 * (1 + poisson_ratio)) * kThickness;
     for (size_t i = 0; i < straight.size(); ++i) {
         const double x = straight[i].x() - 2 * cell;
         if (x < 3 * cell) continue;
         const double sag = straight[i].z() - (askew.conjugate() * (state.position[i] - origin)).z();
         const double theory = load * x * x / (24 * stiffness) * (6 * length * length - 4 * length * x + x * x);
+        const double sheared = load * (length * x - x * x / 2) / shear_stiffness;
         const Vec3 row(theory, x, 1);
-        normal += row * row.transpose(), right += row * sag;
+        normal += row * row.transpose(), right += row * (sag - sheared);
     }
     return normal.ldlt().solve(right).x();
 }

@@ -132,19 +132,19 @@ class Fig6StruckBunnies(unittest.TestCase):
             position = state.position[mine]
             edge_intact = state.edge_intact[edges]
         Slice.edges = state.edges[edges] - mine[0]
-        return pieces(Slice), state.plastic_deformation[mine]
+        return pieces(Slice), np.mean(Slice.edge_intact == 0), state.plastic_deformation[mine]
 
     def test_brittle_breaks_to_chunks_and_ductile_dents_and_tears(self):
         start, state = self.graph.evaluate("sim.state"), self.graph.evaluate("sim.state", frame=24)  # before the balls come down again
         self.assertEqual(len(start.position), 600)
-        brittle, stored = self.bunny(state, 0)
+        brittle, _, stored = self.bunny(state, 0)
         np.testing.assert_array_equal(stored, np.broadcast_to(np.eye(3), stored.shape))  # nothing flowed
-        ductile, stored = self.bunny(state, 1)
+        ductile, torn, stored = self.bunny(state, 1)
         dents = np.median([np.linalg.cond(f) for f in stored])
         print(f"Fig. 6: {len(start.edges) // 2} edges a bunny; brittle {len(brittle)} pieces, ductile {len(ductile)}, largest "
-              f"{brittle[:2]} and {ductile[:2]}, plastic stretch ratio {dents:.2f}")
+              f"{brittle[:2]} and {ductile[:2]}, {torn:.2f} of its edges torn, plastic stretch ratio {dents:.2f}")
         self.assertGreater(len(brittle), 1.5 * len(ductile))
-        self.assertGreaterEqual(len(ductile), 4)  # it tears
+        self.assertGreater(torn, 0.1)
         self.assertGreater(dents, 1.2)
 
     def test_the_mesh_is_the_bunny_until_it_tears_and_closed_after(self):

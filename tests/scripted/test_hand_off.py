@@ -237,7 +237,7 @@ def test_what_spins_and_swings_keeps_its_angular_momentum_and_its_energy(rig):
 
 @pytest.mark.parametrize("strain,keeps", [("rest", True), ("elastic", False)])
 def test_the_shape_is_kept_or_springs_back(rig, strain, keeps):
-    graph = graph_of(shot({"source_strain": strain}), rig)
+    graph = graph_of(shot({"source_strain": strain}, body={"slender": "never"}), rig)
     state = graph.evaluate("solver.state", frame=LAST + 1)
     at = graph.evaluate("solver.state", frame=LAST)
     rest = np.abs(at.plastic_deformation - np.eye(3)).max()
@@ -247,7 +247,7 @@ def test_the_shape_is_kept_or_springs_back(rig, strain, keeps):
 
 @pytest.mark.parametrize("strain,keeps", [("rest", True), ("elastic", False)])
 def test_what_bends_by_its_curvature_keeps_its_bend_or_springs_back(rig, strain, keeps):
-    graph = graph_of(shot({"source_strain": strain}, body={"slender": "auto"}), rig)
+    graph = graph_of(shot({"source_strain": strain}), rig)
     at, free = (graph.evaluate("solver.state", frame=frame) for frame in (LAST, LAST + 4))
     assert (np.abs(at.plastic_curvature).max() > 0.1) == keeps  # rad/m: it is bent
     apart = [np.linalg.norm(state.position[:, None] - state.position[None], axis=2) for state in (at, free)]

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "fracture_tools/lattice.h"
+#include "solver/data/thin_fragments.h"
+#include "tests/fracture_tools/shapes.h"
+#include "tests/fracture_tools/voronoi/voronoi_body.h"
 
 namespace sunder {
 namespace {
@@ -63,6 +66,27 @@ TEST(SimulationMeshBuilder, refuses_a_pair_with_two_interfaces) {
     const Result<SimulationMesh> mesh = build_simulation_mesh(set, {});
     ASSERT_FALSE(mesh);
     EXPECT_NE(mesh.error().what.find("two interfaces"), std::string::npos);
+}
+
+// Cells of sites anywhere have centres that tell little of where their interfaces look.
+TEST(SimulationMeshBuilder, bars_and_plates_are_slender_and_blocks_are_not_however_they_are_cut) {
+    struct Case {
+        Vec3 size;
+        int pieces;
+        double least, most;  // share that lies in a slender body
+    };
+    for (const Case& c : {Case{Vec3(1, 1, 1), 20, 0, 0.02}, Case{Vec3(1, 1, 1), 150, 0, 0.02},
+                          Case{Vec3(1, 1, 1), 600, 0, 0.02}, Case{Vec3(1, 0.15, 0.15), 100, 0.95, 1},
+                          Case{Vec3(1, 0.3, 0.1), 400, 0.95, 1}, Case{Vec3(0.6, 0.6, 0.1), 150, 0.95, 1}})
+        for (const SiteKind kind : {SiteKind::uniform, SiteKind::poisson, SiteKind::grid}) {
+            PrefractureSettings settings;
+            settings.sites.kind = kind;
+            const SimulationMesh rest = testing::VoronoiBody(testing::make_box(c.size), c.pieces, settings).rest;
+            const std::vector<uint8_t> kinds = bending_groups(rest);
+            const double share = static_cast<double>(std::ranges::count(kinds, kSlender)) / double(rest.n_particles());
+            EXPECT_GE(share, c.least) << c.pieces << " pieces, sites " << int(kind);
+            EXPECT_LE(share, c.most) << c.pieces << " pieces, sites " << int(kind);
+        }
 }
 
 }  // namespace
