@@ -5,6 +5,7 @@
 
 #include "solver/data/math.h"
 #include "solver/data/math_functions.h"
+#include "solver/matching/bent_kernels.h"
 
 namespace sunder {
 
@@ -16,6 +17,21 @@ inline Mat3 cross_matrix(const Vec3& a) {
 
 /// Of rotations that K is the gradient of: how what is drawn along the other two axes changes across each, 1/m.
 inline Vec3 across_gradient(const Mat3& K) { return {K(2, 1) - K(1, 2), K(0, 2) - K(2, 0), K(1, 0) - K(0, 1)}; }
+
+/// Nothing presses across what is bent, so that its thickness changes as it is drawn: places by the squares of arms
+/// times `by`, 1/m, whose slope by across_gradient is `rate`. What is crumpled, and has flowed, is not turned inside
+/// out. `ratio`: nu / (1 - nu).
+struct Thinned {
+    Vec3 by, rate;
+
+    Thinned(double ratio, const Vec3& extent, const Mat3& K) {
+        const Vec3 drawn = across_gradient(K);
+        for (int k = 0; k < 3; ++k) {
+            const double strain = drawn[k] * extent[k] / kMostDrawn, left = 1 / std::sqrt(1 + strain * strain);
+            by[k] = -0.5 * ratio * left * drawn[k], rate[k] = -0.5 * ratio * left * left * left;
+        }
+    }
+};
 
 /// J^-1 = 1 - [phi]x / 2 + (1/phi^2 - cot(phi/2) / (2 phi)) [phi]x^2: how a rotation vector changes by a turn.
 inline Mat3 rotation_vector_rate(const Vec3& phi) {

@@ -104,9 +104,6 @@ Mat9 bending_form(const BendingShape& s, const Vec3& rho2) {
     return form;
 }
 
-// By what across_gradient is times: nothing presses across what is bent, so that its thickness changes as it is drawn.
-Vec3 thinned_by(const BendingShape& s, const Vec3& arm) { return -0.5 * s.thinning * arm.cwiseProduct(arm); }
-
 // The Hessian of a group's energy at rest along motions that shift its members.
 class HessianAtRest {
 public:
@@ -297,6 +294,7 @@ void BendingShapes::find_blocks(const LiveTopology& live, ParticleIndex g) {
     const BendingShape& s = shape_[g];
     const std::span<BendingMember> members(member_.data() + live.begin(g), live.count(g));
     const HessianAtRest hessian(s);
+    const Thinned thinned(s.thinning, s.extent, s.plastic_curvature);
     const Mat3 X = s.softness.asDiagonal();
     const int n = std::max(2, s.rank);  // columns
     HessianAtRest::Shifts by_K[3], by_cell;
@@ -314,7 +312,8 @@ void BendingShapes::find_blocks(const LiveTopology& live, ParticleIndex g) {
         weights += m.weight;
         for (int c = 0; c < n; ++c) {
             shift[c].push_back(-s.arm_span.col(c).dot(m.arm) * arc.rate);
-            shift[c].back() -= thinned_by(s, m.arm).asDiagonal() * cross_matrix(s.arm_span.col(c));
+            shift[c].back() -=
+                m.arm.cwiseProduct(m.arm).cwiseProduct(thinned.rate).asDiagonal() * cross_matrix(s.arm_span.col(c));
             mean[c] += m.mean_part * shift[c].back();
         }
     }
@@ -392,7 +391,7 @@ BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<
                         : Vec3(s.axes.transpose() * rotation_vector(cell.d.conjugate() * particles[i].d));
         of.K += (m.turn - rest.own.turn) * rest.pull_arm.transpose();
     }
-    const Vec3 drawn = across_gradient(of.K);
+    const Thinned thinned(s.thinning, s.extent, of.K);
     Vec3 mean = Vec3::Zero();  // of the bent shape's places
     for (size_t j = 0; j < o_members.size(); ++j) {
         const BendingMember& rest = shapes.member(begin + j);
@@ -400,7 +399,7 @@ BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<
         const Arc arc(of.K * rest.arm, rest.arm);
         m.p = of.axes.transpose() * (m.p - center);
         m.r = arc.place + rest.own.shift, m.arc_rate = arc.rate;
-        m.r += thinned_by(s, rest.arm).cwiseProduct(drawn);
+        m.r += rest.arm.cwiseProduct(rest.arm).cwiseProduct(thinned.by);
         m.turn_rate = rotation_vector_rate(m.turn);
         mean += rest.mean_part * m.r;
     }
@@ -460,6 +459,7 @@ void pull_back(const BendingShapes& shapes, const LiveTopology& live, ParticleIn
     const Mat3 elastic = of.K - s.plastic_curvature - yielding.flowed.K;
     const Vec3 shift_left = s.softness.cwiseProduct(yielding.shift_left(s)),
                turn_left = s.turn_moment.cwiseProduct(yielding.turn_left(s));
+    const Thinned thinned(s.thinning, s.extent, of.K);
     Mat3 moment;
     Eigen::Map<Vec9>(moment.data()) = s.bending * Eigen::Map<const Vec9>(elastic.data());
     Vec3 total = Vec3::Zero(), torque = Vec3::Zero();
@@ -470,7 +470,7 @@ void pull_back(const BendingShapes& shapes, const LiveTopology& live, ParticleIn
         total += m.force;
         torque += m.p.cross(m.force);
         moment -= m.arc_rate.transpose() * m.force * rest.arm.transpose();
-        moment -= cross_matrix(thinned_by(s, rest.arm).cwiseProduct(m.force));
+        moment -= cross_matrix(thinned.rate.cwiseProduct(rest.arm.cwiseProduct(rest.arm)).cwiseProduct(m.force));
     }
     size_t cell = 0;
     for (size_t j = 0; j < io_members.size(); ++j) {

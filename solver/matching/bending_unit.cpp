@@ -81,6 +81,7 @@ BentRecords bent_records(const BendingShapes& shapes, const LiveTopology& live,
     static_assert(offsetof(M, turn_block) == BentRecords::kTurnBlock * number);
     using S = BendingShape;
     static_assert(sizeof(S) == BentRecords::kShape * number && offsetof(S, axes) == BentRecords::kAxes * number);
+    static_assert(offsetof(S, extent) == BentRecords::kExtent * number);
     static_assert(offsetof(S, volume) == BentRecords::kVolume * number);
     static_assert(offsetof(S, mu) == BentRecords::kMu * number && offsetof(S, k) == BentRecords::kK * number);
     static_assert(offsetof(S, softness) == BentRecords::kSoftness * number);

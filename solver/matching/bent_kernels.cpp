@@ -104,9 +104,7 @@ void bend(const BentRecords& s, const uint32_t (&groups)[4], size_t n_rows, bool
         take_row(s, groups, static_cast<uint32_t>(r), cell_x, cell_d, rest_axes, rows[r], own_shift, sums);
         put(own_shift, rows[r].r);
     }
-    const Thinning thinning(shapes);
-    V thinned[3];
-    thinning.of(sums.K, thinned);
+    const Thinning thinned(shapes, sums.K);
     for (size_t r = 0; r < n_rows; ++r) {
         BentRow& row = rows[r];
         V arm[3], bent[3], place[3], p[3], own_shift[3];
@@ -120,7 +118,7 @@ void bend(const BentRecords& s, const uint32_t (&groups)[4], size_t n_rows, bool
         const V part = load<V>(row.mean_part);
         for (int i = 0; i < 3; ++i) {
             place[i] += own_shift[i];
-            if (thinning.is_any) place[i] -= arm[i] * arm[i] * thinned[i];
+            if (thinned.is_any) place[i] += arm[i] * arm[i] * thinned.by[i];
             sums.mean[i] += part * place[i];
         }
         put(in_axes, row.p), put(place, row.r);
@@ -339,7 +337,9 @@ void linearise(const BentRecords& s, const uint32_t (&groups)[4], const double (
         }
         shift_held[i] = k * shift_held[i], turn_held[i] = k * turn_held[i];
     }
-    const Thinning thinning(shapes);
+    M3 K;
+    get(group.K, K);
+    const Thinning thinning(shapes, K);
     V total[3] = {}, torque[3] = {}, thinned[3] = {};
     for (size_t r = 0; r < n_rows; ++r) {
         const BentRow& row = rows[r];
@@ -357,7 +357,7 @@ void linearise(const BentRecords& s, const uint32_t (&groups)[4], const double (
         for (int i = 0; i < 3; ++i) {
             torque[i] += by[i];
             for (int c = 0; c < 3; ++c) stress.moment[i][c] -= back[i] * arm[c];
-            if (thinning.is_any) thinned[i] -= thinning.half * (arm[i] * arm[i] * force[i]);
+            if (thinning.is_any) thinned[i] += thinning.rate[i] * (arm[i] * arm[i] * force[i]);
         }
         BendingRow<Real>& out = to.rows[r];
         V lever[3];

@@ -16,6 +16,9 @@ struct BendingGroups;
 template <class Real>
 struct BlockDiagonal;
 
+/// Strain that grows through a fragment: what is bent changes its thickness by no more, -.
+inline constexpr double kMostDrawn = 0.25;
+
 /// Groups at rest, and where particles are.
 struct BentRecords {
     const MovingRecord* moving;            // (n_particles)
@@ -30,9 +33,9 @@ struct BentRecords {
     // Numbers of a BendingMember, and where some of them are.
     static constexpr size_t kMember = 35, kShiftBlock = 23, kTurnBlock = 29;
     // The same of a BendingShape.
-    static constexpr size_t kShape = 249, kAxes = 2, kVolume = 14, kMu = 15, kK = 17, kSoftness = 19, kTurnMoment = 22,
-                            kShear = 25, kSpanned = 28, kBending = 55, kPlasticCurvature = 217, kSpan = 229,
-                            kLambda = 247, kThinning = 248;
+    static constexpr size_t kShape = 249, kAxes = 2, kExtent = 11, kVolume = 14, kMu = 15, kK = 17, kSoftness = 19,
+                            kTurnMoment = 22, kShear = 25, kSpanned = 28, kBending = 55, kPlasticCurvature = 217,
+                            kSpan = 229, kLambda = 247, kThinning = 248;
 };
 
 /// Four groups, as BentGroup. Matrices row by row.

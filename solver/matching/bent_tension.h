@@ -22,19 +22,24 @@ struct FourShapes {
 
 // How what bends is thinner where it is drawn (BendingShape::thinning).
 struct Thinning {
-    V half;
+    V by[3], rate[3];  // of places by squares of arms, and by across_gradient
     bool is_any;
 
-    SUNDER_INLINE explicit Thinning(const FourShapes& shapes)
-        : half(0.5 * shapes.number(BentRecords::kThinning)), is_any(any(V() < half)) {}
-    // By the squares of arms.
-    SUNDER_INLINE void of(const M3& K, V (&out)[3]) const {
-        across_gradient(K, out);
-        for (int i = 0; i < 3; ++i) out[i] = half * out[i];
+    SUNDER_INLINE Thinning(const FourShapes& shapes, const M3& K) {
+        const V half = -0.5 * shapes.number(BentRecords::kThinning);
+        is_any = any(half < V());
+        if (!is_any) return;
+        V extent[3];
+        shapes.vector(BentRecords::kExtent, extent);
+        across_gradient(K, by);
+        for (int k = 0; k < 3; ++k) {
+            const V strain = (1 / kMostDrawn) * (by[k] * extent[k]), left = 1.0 / root(1.0 + strain * strain);
+            by[k] = half * left * by[k], rate[k] = half * (left * left * left);
+        }
     }
     SUNDER_INLINE void in_world(const M3& axes, M3& out) const {
         for (int i = 0; i < 3; ++i)
-            for (int k = 0; k < 3; ++k) out[i][k] = -(half * axes[i][k]);
+            for (int k = 0; k < 3; ++k) out[i][k] = is_any ? rate[k] * axes[i][k] : V();
     }
 };
 
