@@ -17,18 +17,16 @@ Status check_settings(const SimulationMeshSettings& settings) {
     return {};
 }
 
-// Areas of a closed surface have no sum: what those of interfaces lack is bare.
 std::vector<double> bareness_of(const FragmentSet& set) {
-    std::vector<Vec3> covered(set.fragments.size(), Vec3::Zero());
-    for (const Interface& face : set.interfaces) {
-        if (!face.joins) continue;
-        covered[face.a] += face.area * face.normal;
-        covered[face.b] -= face.area * face.normal;
-    }
     std::vector<double> bareness;
-    for (size_t i = 0; i < covered.size(); ++i) {
-        const double size = math::cbrt(set.fragments[i].volume);
-        bareness.push_back(covered[i].norm() / (size * size));
+    for (const Fragment& f : set.fragments) {
+        Vec3 bare = Vec3::Zero();
+        for (uint32_t t = f.outer_begin; t < f.outer_end; ++t) {
+            const auto& [a, b, c] = set.outer_triangles[t];
+            bare += 0.5 * (set.vertices[b] - set.vertices[a]).cross(set.vertices[c] - set.vertices[a]);
+        }
+        const double size = math::cbrt(f.volume);
+        bareness.push_back(bare.norm() / (size * size));
     }
     return bareness;
 }

@@ -68,7 +68,7 @@ TEST(SimulationMeshBuilder, refuses_a_pair_with_two_interfaces) {
     EXPECT_NE(mesh.error().what.find("two interfaces"), std::string::npos);
 }
 
-// Cells of sites anywhere have centres that tell little of where their interfaces look.
+// Cells of sites anywhere have centres that tell little of where their interfaces look, and those of tets have steps.
 TEST(SimulationMeshBuilder, bars_and_plates_are_slender_and_blocks_are_not_however_they_are_cut) {
     struct Case {
         Vec3 size;
@@ -78,14 +78,16 @@ TEST(SimulationMeshBuilder, bars_and_plates_are_slender_and_blocks_are_not_howev
     for (const Case& c : {Case{Vec3(1, 1, 1), 20, 0, 0.02}, Case{Vec3(1, 1, 1), 150, 0, 0.02},
                           Case{Vec3(1, 1, 1), 600, 0, 0.02}, Case{Vec3(1, 0.15, 0.15), 100, 0.95, 1},
                           Case{Vec3(1, 0.3, 0.1), 400, 0.95, 1}, Case{Vec3(0.6, 0.6, 0.1), 150, 0.95, 1}})
-        for (const SiteKind kind : {SiteKind::uniform, SiteKind::poisson, SiteKind::grid}) {
+        for (const auto& [method, kind] :
+             {std::pair(CutMethod::voronoi, SiteKind::uniform), std::pair(CutMethod::voronoi, SiteKind::poisson),
+              std::pair(CutMethod::voronoi, SiteKind::grid), std::pair(CutMethod::kmeans, SiteKind::uniform)}) {
             PrefractureSettings settings;
-            settings.sites.kind = kind;
+            settings.method = method, settings.sites.kind = kind;
             const SimulationMesh rest = testing::VoronoiBody(testing::make_box(c.size), c.pieces, settings).rest;
             const std::vector<uint8_t> kinds = bending_groups(rest);
             const double share = static_cast<double>(std::ranges::count(kinds, kSlender)) / double(rest.n_particles());
-            EXPECT_GE(share, c.least) << c.pieces << " pieces, sites " << int(kind);
-            EXPECT_LE(share, c.most) << c.pieces << " pieces, sites " << int(kind);
+            EXPECT_GE(share, c.least) << c.pieces << " pieces, method " << int(method) << ", sites " << int(kind);
+            EXPECT_LE(share, c.most) << c.pieces << " pieces, method " << int(method) << ", sites " << int(kind);
         }
 }
 
