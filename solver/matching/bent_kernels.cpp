@@ -104,7 +104,8 @@ void bend(const BentRecords& s, const uint32_t (&groups)[4], size_t n_rows, bool
         take_row(s, groups, static_cast<uint32_t>(r), cell_x, cell_d, rest_axes, rows[r], own_shift, sums);
         put(own_shift, rows[r].r);
     }
-    const Thinning thinned(shapes, sums.K);
+    put(sums.K, o.K);
+    Thinning(shapes, o.K).add_to(n_rows, rows);
     for (size_t r = 0; r < n_rows; ++r) {
         BentRow& row = rows[r];
         V arm[3], bent[3], place[3], p[3], own_shift[3];
@@ -118,7 +119,6 @@ void bend(const BentRecords& s, const uint32_t (&groups)[4], size_t n_rows, bool
         const V part = load<V>(row.mean_part);
         for (int i = 0; i < 3; ++i) {
             place[i] += own_shift[i];
-            if (thinned.is_any) place[i] += arm[i] * arm[i] * thinned.by[i];
             sums.mean[i] += part * place[i];
         }
         put(in_axes, row.p), put(place, row.r);
@@ -138,7 +138,7 @@ void bend(const BentRecords& s, const uint32_t (&groups)[4], size_t n_rows, bool
         put(left, row.r);
     }
     find_rotation(s, shapes, F, rest_axes, cell_d, R, o.rotation);
-    put(axes, o.axes), put(sums.K, o.K), put(F, o.F), put(R, o.R);
+    put(axes, o.axes), put(F, o.F), put(R, o.R);
     shapes.matrix(BentRecords::kSpanned, P);
     V softness[3], Gamma[3], shift_square[3] = {}, turn_square[3] = {};
     shapes.vector(BentRecords::kSoftness, softness), shapes.vector(BentRecords::kTurnMoment, Gamma);
@@ -337,10 +337,9 @@ void linearise(const BentRecords& s, const uint32_t (&groups)[4], const double (
         }
         shift_held[i] = k * shift_held[i], turn_held[i] = k * turn_held[i];
     }
-    M3 K;
-    get(group.K, K);
-    const Thinning thinning(shapes, K);
-    V total[3] = {}, torque[3] = {}, thinned[3] = {};
+    const Thinning thinning = columns.has_third ? Thinning(shapes, group.K) : Thinning();
+    thinning.push(rows, n_rows, stress.pull, shift_held, stress.moment);
+    V total[3] = {}, torque[3] = {};
     for (size_t r = 0; r < n_rows; ++r) {
         const BentRow& row = rows[r];
         V left[3], pull[3], p[3], arm[3], force[3], by[3], back[3];
@@ -357,7 +356,6 @@ void linearise(const BentRecords& s, const uint32_t (&groups)[4], const double (
         for (int i = 0; i < 3; ++i) {
             torque[i] += by[i];
             for (int c = 0; c < 3; ++c) stress.moment[i][c] -= back[i] * arm[c];
-            if (thinning.is_any) thinned[i] += thinning.rate[i] * (arm[i] * arm[i] * force[i]);
         }
         BendingRow<Real>& out = to.rows[r];
         V lever[3];
@@ -367,10 +365,11 @@ void linearise(const BentRecords& s, const uint32_t (&groups)[4], const double (
         put_exact(lever, to.lane, out.lever);
         put_exact(swept, to.lane, out.arc_rate);
     }
-    if (thinning.is_any) take_across(thinned, stress.moment);
-    M3 in_world;
-    thinning.in_world(axes, in_world);
-    if (columns.has_third) put_exact(in_world, to.lane, to.groups.thinned);
+    if (columns.has_third) {
+        M3 in_world;
+        thinning.in_world(axes, in_world);
+        put_exact(in_world, to.lane, to.groups.thinned);
+    }
     for (size_t r = 0; r < n_rows; ++r) {
         const BentRow& row = rows[r];
         V left[3], pull[3], pull_arm[3], sigma[3], force[3], moment[3], turned[3];

@@ -23,19 +23,45 @@ struct FourShapes {
 // How what bends is thinner where it is drawn (BendingShape::thinning).
 struct Thinning {
     V by[3], rate[3];  // of places by squares of arms, and by across_gradient
-    bool is_any;
+    bool is_any = false;
 
-    SUNDER_INLINE Thinning(const FourShapes& shapes, const M3& K) {
+    Thinning() = default;
+    SUNDER_INLINE Thinning(const FourShapes& shapes, const double (&at)[3][3][4]) {
         const V half = -0.5 * shapes.number(BentRecords::kThinning);
         is_any = any(half < V());
         if (!is_any) return;
+        M3 K;
         V extent[3];
+        get(at, K);
         shapes.vector(BentRecords::kExtent, extent);
         across_gradient(K, by);
         for (int k = 0; k < 3; ++k) {
             const V strain = (1 / kMostDrawn) * (by[k] * extent[k]), left = 1.0 / root(1.0 + strain * strain);
             by[k] = half * left * by[k], rate[k] = half * (left * left * left);
         }
+    }
+    // To the members' own shifts, which their places are to have.
+    void add_to(size_t n_rows, BentRow* rows) const {
+        for (size_t r = 0; is_any && r < n_rows; ++r) {
+            V arm[3], shift[3];
+            get(rows[r].arm, arm), get(rows[r].r, shift);
+            for (int i = 0; i < 3; ++i) shift[i] += arm[i] * arm[i] * by[i];
+            put(shift, rows[r].r);
+        }
+    }
+    // What members' forces have on K by it. `held`: of a member of unit weight.
+    void push(const BentRow* rows, size_t n_rows, const M3& pull, const V (&held)[3], M3& io_moment) const {
+        if (!is_any) return;
+        V pushed[3] = {};
+        for (size_t r = 0; r < n_rows; ++r) {
+            V arm[3], left[3], own[3], force[3];
+            get(rows[r].arm, arm), get(rows[r].r, left), get(rows[r].pull, own);
+            product_of(pull, own, force);
+            const V weight = load<V>(rows[r].weight);
+            for (int i = 0; i < 3; ++i)
+                pushed[i] += rate[i] * (arm[i] * arm[i] * (force[i] + weight * (held[i] * left[i])));
+        }
+        take_across(pushed, io_moment);
     }
     SUNDER_INLINE void in_world(const M3& axes, M3& out) const {
         for (int i = 0; i < 3; ++i)
