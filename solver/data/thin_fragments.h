@@ -42,8 +42,9 @@ inline Vec3 section_moments(const SimulationMesh& rest, ParticleIndex g) {
 std::vector<uint8_t> thin_groups(const SimulationMesh& rest);
 
 /// kThin as above; 0 where interfaces leave a direction unspanned; kSlender where a fragment lies in a bar, a frame, a
-/// shell or a thick plate: within four of their sizes none has two others between it and the surface, so that four at
-/// most lie through the thickness, and the body is twice as long; else kThick (n_particles).
+/// shell or a thick plate: within four sizes of those about it none has two others between it and the surface, so that
+/// four at most lie through the thickness, the body there is twice as long, and half of the neighbours lie so, too;
+/// else kThick (n_particles).
 std::vector<uint8_t> bending_groups(const SimulationMesh& rest);
 
 /// 1 where a fragment and its neighbours at rest lie flat, or in a row: the least second moment of their centres is

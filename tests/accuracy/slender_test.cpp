@@ -71,7 +71,7 @@ TEST(slender, fields_of_bars_lie_within_a_percent_or_so_of_finite_elements) {
             EXPECT_GE(bar.settle(), 0) << "not at rest after 20 s";
             const FieldError error = field_error(bar.bar(), setup.n, read_reference(load, nu, setup.n));
             std::printf("%s: L2 %.2f %%\n", reference_name(load, nu).c_str(), 100 * error.l2);
-            EXPECT_LE(error.l2, 0.0135);
+            EXPECT_LE(error.l2, 0.0135);  // 1.28 % where it bends at nu 0.3
         }
 }
 
