@@ -60,8 +60,8 @@ struct BendingShape {
     Mat9 bending_less_turns = Mat9::Zero();       // less k Gamma A_arm of the turns, which K is the best fit of, J m2
     Mat3 plastic_curvature = Mat3::Zero();
     Vec3 pull_sum = Vec3::Zero();  // sum of pulls: 0 but where pins are
-    // Orthonormal columns, as many as `rank`, then 0: P = span span^T, and the same of the arms. Pulls lie in them. Arms
-    // that span all directions do so along the axes.
+    // Orthonormal columns, as many as `rank`, then 0: P = span span^T, and the same of the arms. Pulls lie in them.
+    // Arms that span all directions do so along the axes.
     Mat3 span = Mat3::Zero(), arm_span = Mat3::Zero();
     double lambda = 0;    // pressure(), Pa
     double thinning = 0;  // nu / (1 - nu) of what bends where all directions are spanned, else 0: thinner where drawn
