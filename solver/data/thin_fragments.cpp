@@ -106,6 +106,16 @@ Cover::Cover(const SimulationMesh& rest, ParticleIndex g)
 void Cover::add(const SimulationMesh& rest, ParticleIndex g, ParticleIndex neighbour, double area) {
     const Vec3 e = to_axes_ * (rest.rest_position[neighbour] - rest.rest_position[g]).normalized();
     cover_ += area * extent_per_volume_.cwiseProduct(e.cwiseProduct(e));
+    const Vec3 root = extent_per_volume_.cwiseSqrt().cwiseProduct(e);
+    for (int k = 0; k < 3; ++k) between_[k] += area * root[(k + 1) % 3] * root[(k + 2) % 3];
+}
+
+bool Cover::spans_all() const {
+    if (directions() < 3) return false;
+    Mat3 cover = cover_.asDiagonal();
+    for (int k = 0; k < 3; ++k) cover((k + 1) % 3, (k + 2) % 3) = cover((k + 2) % 3, (k + 1) % 3) = between_[k];
+    const Eigen::SelfAdjointEigenSolver<Mat3> principal(cover, Eigen::EigenvaluesOnly);
+    return principal.eigenvalues()[0] > kFree;
 }
 
 int Cover::least() const {
@@ -139,7 +149,7 @@ std::vector<uint8_t> bending_groups(const SimulationMesh& rest) {
     for (uint32_t g = 0; g < kind.size(); ++g) slender[g] = kind[g] || around.are_slender(g);
     const std::vector<uint8_t> bends = among_their_like(rest, slender);
     for (uint32_t g = 0; g < kind.size(); ++g)
-        if (kind[g] == 0 && cover_at_rest(rest, g).directions() == 3) kind[g] = bends[g] ? kSlender : kThick;
+        if (kind[g] == 0 && cover_at_rest(rest, g).spans_all()) kind[g] = bends[g] ? kSlender : kThick;
     return kind;
 }
 

@@ -22,6 +22,9 @@ public:
     bool is_free(int k) const { return cover_[k] < kFree; }
     /// 0 .. 3
     int directions() const { return spans(0) + spans(1) + spans(2); }
+    /// All three, and none between the axes is free: three neighbours in a slanting plane span each axis, and no more
+    /// than that plane.
+    bool spans_all() const;
     int least() const;
     int most() const;
 
@@ -30,6 +33,7 @@ private:
     static constexpr double kFree = 0.1;
     Mat3 to_axes_;
     Vec3 extent_per_volume_, cover_ = Vec3::Zero();
+    Vec3 between_ = Vec3::Zero();  // of the axes other than each: their cover of what lies between
 };
 
 /// Second moments of a fragment along its own axes, over its volume, m2: those of a box of its radii.

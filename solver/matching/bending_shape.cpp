@@ -183,7 +183,7 @@ void BendingShapes::update(const SimulationMesh& rest, const LiveTopology& live,
         for (uint64_t& revision : revision_) ++revision;
         curvature_.assign(n, Mat3::Zero()), given_.assign(bending.thin.begin(), bending.thin.end()), thin_ = given_;
         for (size_t g = 0; g < n; ++g)
-            if (given_[g] == kSlender && live.count(g) > 1 && cover_of(rest, live, g).directions() < 3) thin_[g] = 0;
+            if (given_[g] == kSlender && live.count(g) > 1 && !cover_of(rest, live, g).spans_all()) thin_[g] = 0;
         pinned_.assign(bending.pinned.begin(), bending.pinned.end());
         version_ = live.version();
     }

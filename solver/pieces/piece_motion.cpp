@@ -10,6 +10,7 @@
 #include "solver/matching/polar_decomposition.h"
 #include "solver/matching/unit_schedule.h"
 #include "solver/pieces/free_rotation.h"
+#include "solver/pieces/momentum.h"
 #include "solver/scene/motion.h"
 #include "solver/scene/scales.h"
 
@@ -21,7 +22,7 @@ namespace {
 constexpr double kMostTurn = std::numbers::pi / 2;
 constexpr double kTiny = 1e-300;
 // A turn of a substep below which less than a hundredth of the energy is gained in 50 frames, and above which
-// velocities, which are ways of a substep, point too far inwards, rad.
+// ways of a substep are no velocities: they point too far inwards, and on, out of the shape, rad.
 constexpr double kLeastTumble = 0.02, kMostTumble = 0.5;
 
 Vec3 ellipsoid_inertia(const SimulationMesh& rest, ParticleId i) {
@@ -42,14 +43,20 @@ void turn_alone(Movables& movables, MovableId i, const Quat& rest_frame, const V
     movables.angular_velocity[i] = after.angular_velocity;
 }
 
-// Centre of mass of the present or of the inertial positions, m.
-Vec3 piece_center(const SimulationMesh& rest, std::span<const ParticleId> particles,
-                  std::span<const MovingParticle> moving, Vec3 MovingParticle::*position) {
-    const Vec3 origin = moving[particles.front()].*position;  // relative: exact far from the world's origin
+// Centre of mass, m; `position`: of a particle.
+template <class Position>
+Vec3 center_of_mass(const SimulationMesh& rest, std::span<const ParticleId> particles, const Position& position) {
+    const Vec3 origin = position(particles.front());  // relative: exact far from the world's origin
     Vec3 center = Vec3::Zero();
     double mass = 0;
-    for (const ParticleId j : particles) mass += rest.mass[j], center += rest.mass[j] * (moving[j].*position - origin);
+    for (const ParticleId j : particles) mass += rest.mass[j], center += rest.mass[j] * (position(j) - origin);
     return origin + center / mass;
+}
+
+// Of the present or of the inertial positions.
+Vec3 piece_center(const SimulationMesh& rest, std::span<const ParticleId> particles,
+                  std::span<const MovingParticle> moving, Vec3 MovingParticle::*position) {
+    return center_of_mass(rest, particles, [&](ParticleId j) -> const Vec3& { return moving[j].*position; });
 }
 
 bool moves_alone(const ContactPiece& p) { return p.rigid || p.inverse_mass == 0; }
@@ -125,6 +132,20 @@ Quat mean_turn(const SimulationMesh& rest, std::span<const ParticleId> particles
     return optimal_rotation(A, Quat::Identity());
 }
 
+// Something bends in a piece whose waves are not resolved.
+bool bends_stiffly(const LiveModel& model, std::span<const ParticleId> particles, double h) {
+    return std::ranges::any_of(particles, [&](ParticleId j) { return model.bends(j); }) &&
+           !resolves_waves(model, particles, h);
+}
+
+// So, free, and not in a pair (`smooth`).
+bool turns_by_itself(const LiveModel& model, std::span<const ParticleId> particles, std::span<const uint8_t> kept,
+                     std::span<const uint8_t> smooth, const Movables& movables, double h) {
+    return particles.size() > 1 && !kept[particles.front()] && !smooth[particles.front()] &&
+           bends_stiffly(model, particles, h) &&
+           std::ranges::none_of(particles, [&](ParticleId j) { return movables.is_held_or_tied(j); });
+}
+
 PieceKind kind_of(size_t n_particles, bool is_unbroken) {
     if (n_particles == 1) return is_unbroken ? PieceKind::single : PieceKind::chip;
     return is_unbroken ? PieceKind::whole : PieceKind::torn;
@@ -174,6 +195,48 @@ void remember_pieces(const StepContext& context, double h, const LiveTopology& l
     }
 }
 
+void predict_turns(const StepContext& context, double h, const LiveModel& model, std::span<const uint8_t> kept,
+                   std::span<const uint8_t> smooth, Movables& movables) {
+    if (model.thin.empty()) return;
+    const SimulationMesh& rest = context.scene.rest;
+    for_pieces(model.live, kParticleGrain, context.workers, [&](size_t piece) {
+        const auto particles = model.live.piece_particles(piece);
+        if (!turns_by_itself(model, particles, kept, smooth, movables, h)) return;
+        const PieceMomentum p = piece_momentum(rest, movables.inertia, particles, movables.start_position,
+                                               movables.velocity, movables.angular_velocity);
+        const Vec3 spin = rigid_spin(p, p.angular);
+        if (!(h * spin.norm() > kMostTumble)) return;
+        const Quat turn = rotation_of(h * spin);
+        for (const ParticleId j : particles) {
+            MovingParticle& m = movables.moving[j];
+            const Vec3 lever = movables.start_position[j] - p.center;
+            const Vec3 own = movables.velocity[j] - p.velocity - spin.cross(lever);
+            m.x = m.x_inertial = p.center + h * p.velocity + turn * (lever + h * own);
+        }
+    });
+}
+
+void keep_rigid_motion(const StepContext& context, double h, const LiveModel& model, std::span<const uint8_t> kept,
+                       std::span<const uint8_t> smooth, std::span<const Vec3> position, Movables& movables) {
+    if (model.thin.empty()) return;
+    const SimulationMesh& rest = context.scene.rest;
+    for_pieces(model.live, kParticleGrain, context.workers, [&](size_t piece) {
+        const auto particles = model.live.piece_particles(piece);
+        if (!turns_by_itself(model, particles, kept, smooth, movables, h)) return;
+        const Vec3 start =
+            center_of_mass(rest, particles, [&](ParticleId j) -> const Vec3& { return movables.start_position[j]; });
+        const PieceMomentum p =
+            piece_momentum(rest, movables.inertia, particles, position, movables.velocity, movables.angular_velocity);
+        const Quat turn = mean_turn(rest, particles, start, p.center, movables);
+        if (!(rotation_vector(turn).norm() > kMostTumble)) return;
+        const Vec3 spin = rigid_spin(p, p.angular);
+        for (const ParticleId j : particles) {
+            movables.velocity[j] = p.velocity + spin.cross(position[j] - p.center);
+            movables.angular_velocity[j] = spin;
+        }
+    });
+}
+
 void start_in_shape(const StepContext& context, double h, const LiveModel& model, std::span<const uint8_t> kept,
                     const Pieces& pieces, Movables& movables) {
     if (model.thin.empty()) return;
@@ -182,8 +245,7 @@ void start_in_shape(const StepContext& context, double h, const LiveModel& model
         const ContactPiece& c = pieces.whole[piece];
         const auto particles = model.live.piece_particles(piece);
         if (pieces.held[piece] || moves_alone(c) || pieces.is_touched[piece] || kept[particles.front()]) return;
-        if (std::ranges::none_of(particles, [&](ParticleId j) { return model.bends(j); })) return;
-        if (resolves_waves(model, particles, h)) return;
+        if (!bends_stiffly(model, particles, h)) return;
         const Vec3 center = piece_center(rest, particles, movables.moving, &MovingParticle::x);
         const Quat turn = mean_turn(rest, particles, c.center, center, movables);
         for (const ParticleId j : particles) {
@@ -203,7 +265,8 @@ void tumble_pieces(const StepContext& context, double h, const LiveModel& model,
         if (moves_alone(c) || pieces.is_touched[piece] || kept[particles.front()]) return;
         const Vec3& L = pieces.angular[piece];
         const double turn = h * (c.inverse_inertia * L).norm();
-        if (turn < kLeastTumble || turn > kMostTumble || resolves_waves(model, particles, h)) return;
+        if (turn < kLeastTumble || resolves_waves(model, particles, h)) return;
+        if (turn > kMostTumble && !bends_stiffly(model, particles, h)) return;
         const Eigen::SelfAdjointEigenSolver<Mat3> eigen(c.inverse_inertia);
         Mat3 axes = eigen.eigenvectors();
         axes.col(2) *= axes.determinant();

@@ -15,6 +15,19 @@ namespace sunder {
 void remember_pieces(const StepContext& context, double h, const LiveTopology& live, std::span<const uint8_t> smooth,
                      const Movables& movables, Pieces& io_pieces);
 
+/// Where inertia takes a free piece that bends, whose waves are not resolved, and that turns by more than 0.5 rad in
+/// the substep: its particles turn with it, and go their own ways within it. Straight ways lead it apart, to a strain
+/// of 1 where it turns by a radian, and out of a bent shape so torn no Newton step leads back. `smooth`: of what is in
+/// a pair (second_order.h; n_movables). Call after `predict`.
+void predict_turns(const StepContext& context, double h, const LiveModel& model, std::span<const uint8_t> kept,
+                   std::span<const uint8_t> smooth, Movables& io_movables);
+
+/// The same of velocities, once contacts are settled, of what turned so far: they become those of a rigid body. None
+/// with these momenta has less energy.
+/// `position`: of particles at the end of the substep, m (n_particles).
+void keep_rigid_motion(const StepContext& context, double h, const LiveModel& model, std::span<const uint8_t> kept,
+                       std::span<const uint8_t> smooth, std::span<const Vec3> position, Movables& io_movables);
+
 /// Before the first Newton step: a free piece that bends, that nothing touches, and whose waves are not resolved,
 /// starts with the shape that it has, turned as a whole as far as its particles' ways turn it. Straight ways swell what
 /// spins, and velocities against each other, which stiffness takes up within the step, strain it: what ends the solve
@@ -25,7 +38,7 @@ void start_in_shape(const StepContext& context, double h, const LiveModel& model
 /// Of free pieces of several particles that nothing touches: what is so stiff that its waves are not resolved turns as
 /// a rigid body turns. An implicit step of it ends with a torque that is small beside those within it, but not beside
 /// what turns all of it: with all of its angular momentum it came to spin about its longest axis, at 1.35 times
-/// its energy. Call after shape matching.
+/// its energy. Turns of 0.02 rad a substep and more; of what does not bend up to 0.5. Call after shape matching.
 void tumble_pieces(const StepContext& context, double h, const LiveModel& model, std::span<const uint8_t> kept,
                    const Pieces& pieces, std::span<GroupGoal> io_goals, Movables& io_movables);
 

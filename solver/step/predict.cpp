@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "solver/pieces/momentum.h"
+#include "solver/pieces/piece_motion.h"
 #include "solver/scene/motion.h"
 #include "solver/scene/scales.h"
 #include "solver/step/following.h"
@@ -123,6 +124,7 @@ void predict(const StepContext& context, const StepTime& time, const LiveModel& 
         p.x = p.x_inertial = p.x + share * (pin.apply(rest.rest_position[i]) - p.x);
         p.d = p.d_inertial = slerp(p.d, share, pin.orientation);
     });
+    predict_turns(context, time.h, model, kept, pair.smooth, movables);
 }
 
 }  // namespace sunder

@@ -212,6 +212,7 @@ Status Stepper::close_books(bool may_break) {
         if (!state_.inactive.empty() && context_.wakes)
             add_pushes(context_, time_.h, m_.problem.contacts, m_.movables, state_);
         settle_contacts(context_, time_.h, live, m_.problem, m_.pieces, m_.movables, state_);
+        keep_rigid_motion(context_, time_.h, m_.model, m_.slice.kept, m_.pair.smooth, state_.position, m_.movables);
     }
     if (may_break) flow_and_break(0);
     return store(context_, time_, m_.matching.goals, m_.pieces, m_.pair, m_.movables, state_);
