@@ -5,7 +5,6 @@
 
 #include "solver/scene/curl_noise.h"
 #include "solver/scene/motion.h"
-#include "solver/scene/pressure.h"
 
 namespace sunder {
 namespace {
@@ -88,14 +87,14 @@ LocalFields::LocalFields(const Scene& scene, const FrameInput& input, const Fram
         const Pressure* gas = std::get_if<Pressure>(&f.local->kind);
         if (!is_known && (gas || !f.local->body.empty())) continue;
         const auto index = is_known ? static_cast<uint32_t>(std::distance(scene.bodies.begin(), body)) : kNone;
-        forces_.push_back({f.local.get(), index, gas ? pressure_left(*gas, rest_, state, asleep, index) : 1});
+        forces_.push_back({f.local.get(), index, gas ? gas_in(*gas, rest_, state, asleep, index) : Gas()});
     }
 }
 
 Pull LocalFields::on(const Pulled& thing) const {
     Pull pull;
     const size_t i = thing.movable;
-    for (const auto& [force, body, left] : forces_) {
+    for (const auto& [force, body, inside] : forces_) {
         const bool is_fragment = i < rest_.n_particles();
         if (body != kNone && !(is_fragment && rest_.body[i] == body)) continue;
         if (const Guide* guide = std::get_if<Guide>(&force->kind)) {
@@ -106,9 +105,10 @@ Pull LocalFields::on(const Pulled& thing) const {
             continue;
         }
         if (const Pressure* gas = std::get_if<Pressure>(&force->kind)) {
-            if (is_fragment)
-                pull.acceleration -=
-                    left * gas->pressure / rest_.mass[i] * (thing.turn * (*gas->lining)[rest_.fragment[i]]);
+            if (!is_fragment) continue;
+            Vec3 lining = thing.turn * (*gas->lining)[rest_.fragment[i]];
+            if (!inside.beyond.empty()) lining -= inside.beyond[rest_.fragment[i]];
+            pull.acceleration -= inside.left * gas->pressure / rest_.mass[i] * lining;
             continue;
         }
         const AtPlace v = std::visit([&](const auto& kind) { return value(kind, thing.place); }, force->kind);

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "solver/scene/local_force.h"
+#include "solver/scene/pressure.h"
 
 namespace sunder {
 
@@ -39,7 +39,7 @@ private:
     struct Acting {
         const LocalForce* force;
         uint32_t body;  // that alone it acts on, or none: on all
-        double left;    // of a pressure
+        Gas gas;        // of a pressure
     };
     const SimulationMesh& rest_;
     std::vector<Acting> forces_;
