@@ -58,11 +58,11 @@ SUNDER_INLINE void optimal_rotation(const Double4 (&A)[3][3], Double4 (&q)[4], v
     for (int i = 0; i < 4; ++i) q[i] = load<V>(rotation[i]);
 }
 
-// The rotation vector of a unit quaternion, 2 log q, of the representative with w >= 0. With t the tangent of a quarter
-// of the angle it is v 4 atan(t) / (t (1 + w)), t2 = t^2 = |v|^2 / (1 + w)^2 <= 1; atan by halving the angle once more
-// and a polynomial (Chebyshev points, error below 1e-16).
+// The rotation vector of a unit quaternion, 2 log q, of the representative with w >= 0; returns t2 below. With t the
+// tangent of a quarter of the angle it is v 4 atan(t) / (t (1 + w)), t2 = t^2 = |v|^2 / (1 + w)^2 <= 1; atan by halving
+// the angle once more and a polynomial (Chebyshev points, error below 1e-16).
 template <class V>
-SUNDER_INLINE void rotation_vector(const V (&q)[4], V (&out)[3]) {
+SUNDER_INLINE V rotation_vector(const V (&q)[4], V (&out)[3]) {
     constexpr double kArcTangent[] = {1.0,
                                       -0.3333333333333312,
                                       0.19999999999940837,
@@ -83,6 +83,7 @@ SUNDER_INLINE void rotation_vector(const V (&q)[4], V (&out)[3]) {
     for (int i = 10; i >= 0; --i) series = kArcTangent[i] + u * series;
     const V factor = sign * (8.0 * series / (root1 * w1));
     for (int i = 0; i < 3; ++i) out[i] = factor * q[i];
+    return t2;
 }
 
 }  // namespace

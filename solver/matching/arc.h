@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <numbers>
 
 #include "solver/data/math.h"
 #include "solver/data/math_functions.h"
@@ -32,6 +33,14 @@ struct Thinned {
         }
     }
 };
+
+/// A turn is known but for whole ones: beyond half of one it is taken to be the one that lies nearer to `expected`, up
+/// to three quarters. What is folded for good turns no back flip as it comes to half a turn.
+inline Vec3 continued(const Vec3& turn, const Vec3& expected) {
+    const double t = turn.norm(), pi = std::numbers::pi;
+    if (t < pi / 2) return turn;
+    return turn.dot(expected) < t * (t - pi) ? Vec3((1 - 2 * pi / t) * turn) : turn;
+}
 
 /// J^-1 = 1 - [phi]x / 2 + (1/phi^2 - cot(phi/2) / (2 phi)) [phi]x^2: how a rotation vector changes by a turn.
 inline Mat3 rotation_vector_rate(const Vec3& phi) {

@@ -284,7 +284,7 @@ void BendingShapes::build(const SimulationMesh& rest, const LiveTopology& live, 
         for (int d = 0; d < 3; ++d)
             s.bending_less_turns.block<3, 3>(3 * c, 3 * d) -= Mat3((s.k * s.A_arm(c, d) * s.turn_moment).asDiagonal());
     s.lambda = s.pressure();
-    s.thinning = s.rank == 3 ? s.nu / (1 - s.nu) : 0;
+    s.thinning = s.rank == 3 ? s.nu / (1 - s.nu) : 0, s.thins = s.thinning > 0;
     shape_[g] = s;
 }
 
@@ -389,6 +389,7 @@ BentGroup bend(const BendingShapes& shapes, const LiveTopology& live, std::span<
         center += rest.mean_part * m.p;
         m.turn = i == g ? Vec3(Vec3::Zero())
                         : Vec3(s.axes.transpose() * rotation_vector(cell.d.conjugate() * particles[i].d));
+        m.turn = continued(m.turn, s.plastic_curvature * rest.arm + rest.own.turn);
         of.K += (m.turn - rest.own.turn) * rest.pull_arm.transpose();
     }
     const Thinned thinned(s.thinning, s.extent, of.K);

@@ -46,6 +46,7 @@ struct BendingShape {
     int normal = 2;                               // of a sheet: across it
     int axis = 0;                                 // of a rod: along it
     bool is_pinned = false;                       // holds a pinned member: all is fitted about the cell
+    bool thins = false;                           // `thinning` is not 0
     Mat3 axes = Mat3::Zero();                     // E: columns are the fragment's axes at rest, world
     Vec3 extent = Vec3::Zero();                   // t_k = sqrt(12) rho_k, m
     double volume = 0, mu = 0, nu = 0;            // m3, Pa, -
@@ -90,9 +91,11 @@ struct BentMember {
     Mat3 arc_rate;       // W: of the bent shape's place, by K arm
     Vec3 force, torque;  // minus the slope of the energy, world; N, N m
 };
-struct BentGroup {
+struct BentShape {
+    Mat3 K, F, R;  // rad/m, -, -
+};
+struct BentGroup : BentShape {
     Mat3 axes;                               // D_g E
-    Mat3 K, F, R;                            // rad/m, -, -
     double bend = 0, stretch = 0, rest = 0;  // energy, J; `rest`: what neither bends nor stretches
     double energy() const { return bend + stretch + rest; }
 };

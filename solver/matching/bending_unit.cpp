@@ -20,7 +20,7 @@ Yielding yielding_of(const SweepInput& in, ParticleIndex g, const BentGroups& gr
     const double most = in.flow->rate[g] * in.flow->seconds;
     if (yield == kNever || share == 0 || most == 0) return {};
     const BendingShape& s = in.bending->shape(g);
-    const BentGroup group = bent_group(groups, lane);
+    const BentShape group = bent_shape(groups, lane);
     const Unexplained rest = unexplained(s, groups, lane);
     const LayerStrain& layers = in.flow->layers[g];
     if (s.rank == 3 && !may_flow(s, group, s.plastic_curvature, layers, rest, yield)) return {};
@@ -81,6 +81,8 @@ BentRecords bent_records(const BendingShapes& shapes, const LiveTopology& live,
     static_assert(offsetof(M, turn_block) == BentRecords::kTurnBlock * number);
     using S = BendingShape;
     static_assert(sizeof(S) == BentRecords::kShape * number && offsetof(S, axes) == BentRecords::kAxes * number);
+    static_assert(sizeof(bool) == 1 && offsetof(S, is_pinned) == BentRecords::kFlags);
+    static_assert(offsetof(S, thins) == BentRecords::kFlags + 1);
     static_assert(offsetof(S, extent) == BentRecords::kExtent * number);
     static_assert(offsetof(S, volume) == BentRecords::kVolume * number);
     static_assert(offsetof(S, mu) == BentRecords::kMu * number && offsetof(S, k) == BentRecords::kK * number);
@@ -103,9 +105,9 @@ BentRecords bent_records(const BendingShapes& shapes, const LiveTopology& live,
             exact_arc};
 }
 
-BentGroup bent_group(const BentGroups& groups, size_t lane) {
-    BentGroup of;
-    of.axes = matrix_of(groups.axes, lane), of.K = matrix_of(groups.K, lane);
+BentShape bent_shape(const BentGroups& groups, size_t lane) {
+    BentShape of;
+    of.K = matrix_of(groups.K, lane);
     of.F = matrix_of(groups.F, lane), of.R = matrix_of(groups.R, lane);
     return of;
 }

@@ -16,7 +16,7 @@ const BentKernels& bent_kernels();
 BentRecords bent_records(const BendingShapes& shapes, const LiveTopology& live,
                          std::span<const MovingParticle> particles);
 /// Of four groups one.
-BentGroup bent_group(const BentGroups& groups, size_t lane);
+BentShape bent_shape(const BentGroups& groups, size_t lane);
 void bent_members(std::span<const BentRow> rows, size_t lane, std::span<BentMember> o_members);  // r and sigma alone
 Unexplained unexplained(const BendingShape& shape, const BentGroups& groups, size_t lane);
 

@@ -33,6 +33,7 @@ struct BentRecords {
     // Numbers of a BendingMember, and where some of them are.
     static constexpr size_t kMember = 35, kShiftBlock = 23, kTurnBlock = 29;
     // The same of a BendingShape.
+    static constexpr size_t kFlags = 12;  // two bytes
     static constexpr size_t kShape = 249, kAxes = 2, kExtent = 11, kVolume = 14, kMu = 15, kK = 17, kSoftness = 19,
                             kTurnMoment = 22, kShear = 25, kSpanned = 28, kBending = 55, kPlasticCurvature = 217,
                             kSpan = 229, kLambda = 247, kThinning = 248;

@@ -41,7 +41,7 @@ SUNDER_INLINE void add_outer(const V (&a)[3], const V (&b)[3], M3& io_m) {
 }
 
 // (1 - cos t) / t^2 and (t - sin t) / t^3 as series in t^2, and their derivatives by t over t: those of Arc.
-constexpr int kTerms = 13;                   // up to half a turn
+constexpr int kTerms = 13;                   // up to three quarters of a turn
 constexpr int kNearTerms = 6;                // up to
 constexpr double kNear2 = 0.06, kFar2 = 10;  // rad2
 struct ArcSeries {

@@ -2,6 +2,8 @@
 // bent_kernels.cpp alone.
 #pragma once
 
+#include <cstring>
+
 #include "solver/lanes/lane_eigen.h"
 #include "solver/matching/bent_lanes.h"
 
@@ -11,9 +13,22 @@ namespace {
 // Four groups, as far as particles do not move them.
 struct FourShapes {
     const double* shapes[4];
+    uint32_t special = 0;  // 0: none holds a pinned member, or thins
 
     SUNDER_INLINE FourShapes(const BentRecords& s, const uint32_t (&groups)[4]) {
-        for (size_t i = 0; i < 4; ++i) shapes[i] = s.shapes + BentRecords::kShape * groups[i];
+        for (size_t i = 0; i < 4; ++i) {
+            shapes[i] = s.shapes + BentRecords::kShape * groups[i];
+            uint16_t flags;
+            std::memcpy(&flags, reinterpret_cast<const char*>(shapes[i]) + BentRecords::kFlags, sizeof flags);
+            special |= flags;
+        }
+    }
+    // Whether one holds a pinned member.
+    SUNDER_INLINE bool any_pinned() const {
+        bool any = false;
+        for (size_t i = 0; special != 0 && i < 4; ++i)
+            any |= reinterpret_cast<const unsigned char*>(shapes[i])[BentRecords::kFlags] != 0;
+        return any;
     }
     SUNDER_INLINE V number(size_t offset) const { return gather_number(shapes, offset); }
     SUNDER_INLINE void vector(size_t offset, V (&out)[3]) const { gather_vector(shapes, offset, out); }
@@ -27,6 +42,7 @@ struct Thinning {
 
     Thinning() = default;
     SUNDER_INLINE Thinning(const FourShapes& shapes, const double (&at)[3][3][4]) {
+        if (shapes.special == 0) return;
         const V half = -0.5 * shapes.number(BentRecords::kThinning);
         is_any = any(half < V());
         if (!is_any) return;

@@ -253,7 +253,7 @@ bool may_flow(const BendingShape& s, double stretch, const Mat3& K, const LayerS
 
 }  // namespace
 
-SectionStrain section_strain(const BendingShape& s, const BentGroup& group, const Mat3& K_P) {
+SectionStrain section_strain(const BendingShape& s, const BentShape& group, const Mat3& K_P) {
     const Mat3 stretch = unstrained(s) + group.R.transpose() * group.F;
     SectionStrain strain;
     strain.K = group.K - K_P;
@@ -331,7 +331,7 @@ LayerStrain remainder_of(const BendingShape& s, const SectionFlow& flow) {
     return left;
 }
 
-bool may_flow(const BendingShape& s, const BentGroup& group, const Mat3& K_P, const LayerStrain& remainder,
+bool may_flow(const BendingShape& s, const BentShape& group, const Mat3& K_P, const LayerStrain& remainder,
               const Unexplained& rest, double yield) {
     const Mat3 stretch = unstrained(s) + group.R.transpose() * group.F;
     const double off = (stretch - Mat3::Identity()).norm();

@@ -11,10 +11,10 @@ namespace sunder {
 
 /// The elastic strain of a group's section, logarithmic: in its plane, along it, or, where it spans all directions,
 /// all.
-SectionStrain section_strain(const BendingShape& shape, const BentGroup& group, const Mat3& K_P);
+SectionStrain section_strain(const BendingShape& shape, const BentShape& group, const Mat3& K_P);
 
 /// False where nothing of it flows: cheaper than its strain.
-bool may_flow(const BendingShape& shape, const BentGroup& group, const Mat3& K_P, const LayerStrain& remainder,
+bool may_flow(const BendingShape& shape, const BentShape& group, const Mat3& K_P, const LayerStrain& remainder,
               const Unexplained& rest, double yield);
 
 /// What flows of it: `flowed` is the mean of the layers, and their moment over t^2 / 12.

@@ -79,7 +79,7 @@ FacePrincipal principal_of(const BendingShape& s, const Mat3& strain) {
 
 double flowing_share(const Material& material, double h) { return -math::expm1(-material.flow_rate * h); }
 
-BentFlow flow_bending(const BendingShape& s, const BentGroup& group, const Unexplained& rest, const Material& material,
+BentFlow flow_bending(const BendingShape& s, const BentShape& group, const Unexplained& rest, const Material& material,
                       double h, BendingPlasticity& io) {
     SectionStrain strain = section_strain(s, group, io.K_P);
     const SectionFlow flow =

@@ -36,7 +36,7 @@ double flowing_share(const Material& material, double h);
 
 /// Lets a section flow for `h` seconds, as `flow` of plasticity.h does (flow_section). F_P takes the mean of its
 /// layers, K_P their moment over t^2 / 12, each layer keeps the rest.
-BentFlow flow_bending(const BendingShape& shape, const BentGroup& group, const Unexplained& rest,
+BentFlow flow_bending(const BendingShape& shape, const BentShape& group, const Unexplained& rest,
                       const Material& material, double h, BendingPlasticity& io_plastic);
 
 }  // namespace sunder

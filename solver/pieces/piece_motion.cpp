@@ -21,9 +21,8 @@ namespace {
 // away before it does: it turns so far and no further, and the rest of the couple is lost, rad.
 constexpr double kMostTurn = std::numbers::pi / 2;
 constexpr double kTiny = 1e-300;
-// A turn of a substep below which less than a hundredth of the energy is gained in 50 frames, and above which
-// ways of a substep are no velocities: they point too far inwards, and on, out of the shape, rad.
-constexpr double kLeastTumble = 0.02, kMostTumble = 0.5;
+// A turn of a substep below which less than a hundredth of the energy is gained in 50 frames, rad.
+constexpr double kLeastTumble = 0.02;
 
 Vec3 ellipsoid_inertia(const SimulationMesh& rest, ParticleId i) {
     const Vec3 squared = rest.radii[i].cwiseProduct(rest.radii[i]);
@@ -119,6 +118,15 @@ void move_piece(const SimulationMesh& rest, std::span<const ParticleId> particle
     }
 }
 
+// Where a free body comes to in h seconds, from where it is.
+Quat free_turn(const Mat3& inverse_inertia, const Vec3& L, double h) {
+    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(inverse_inertia);
+    Mat3 axes = eigen.eigenvectors();
+    axes.col(2) *= axes.determinant();
+    const Quat start(axes);
+    return turn_freely(start, eigen.eigenvalues().cwiseInverse(), L, h).frame * start.conjugate();
+}
+
 // How far a piece turned since the start of the substep, in the mean.
 Quat mean_turn(const SimulationMesh& rest, std::span<const ParticleId> particles, const Vec3& start_center,
                const Vec3& center, const Movables& movables) {
@@ -132,13 +140,7 @@ Quat mean_turn(const SimulationMesh& rest, std::span<const ParticleId> particles
     return optimal_rotation(A, Quat::Identity());
 }
 
-// Something bends in a piece whose waves are not resolved.
-bool bends_stiffly(const LiveModel& model, std::span<const ParticleId> particles, double h) {
-    return std::ranges::any_of(particles, [&](ParticleId j) { return model.bends(j); }) &&
-           !resolves_waves(model, particles, h);
-}
-
-// So, free, and not in a pair (`smooth`).
+// Whether it bends stiffly, free, and not in a pair (`smooth`).
 bool turns_by_itself(const LiveModel& model, std::span<const ParticleId> particles, std::span<const uint8_t> kept,
                      std::span<const uint8_t> smooth, const Movables& movables, double h) {
     return particles.size() > 1 && !kept[particles.front()] && !smooth[particles.front()] &&
@@ -152,6 +154,11 @@ PieceKind kind_of(size_t n_particles, bool is_unbroken) {
 }
 
 }  // namespace
+
+bool bends_stiffly(const LiveModel& model, std::span<const ParticleId> particles, double h) {
+    return std::ranges::any_of(particles, [&](ParticleId j) { return model.bends(j); }) &&
+           !resolves_waves(model, particles, h);
+}
 
 void remember_pieces(const StepContext& context, double h, const LiveTopology& live, std::span<const uint8_t> smooth,
                      const Movables& movables, Pieces& pieces) {
@@ -205,13 +212,15 @@ void predict_turns(const StepContext& context, double h, const LiveModel& model,
         const PieceMomentum p = piece_momentum(rest, movables.inertia, particles, movables.start_position,
                                                movables.velocity, movables.angular_velocity);
         const Vec3 spin = rigid_spin(p, p.angular);
-        if (!(h * spin.norm() > kMostTumble)) return;
-        const Quat turn = rotation_of(h * spin);
+        if (!(h * spin.norm() > kFarTurn)) return;
+        const Quat turn = free_turn(p.inertia.inverse(), p.angular, h);
         for (const ParticleId j : particles) {
             MovingParticle& m = movables.moving[j];
             const Vec3 lever = movables.start_position[j] - p.center;
             const Vec3 own = movables.velocity[j] - p.velocity - spin.cross(lever);
             m.x = m.x_inertial = p.center + h * p.velocity + turn * (lever + h * own);
+            const Quat own_turn = rotation_of(h * (movables.angular_velocity[j] - spin));
+            m.d = m.d_inertial = (turn * own_turn * movables.start_rotation[j]).normalized();
         }
     });
 }
@@ -228,7 +237,7 @@ void keep_rigid_motion(const StepContext& context, double h, const LiveModel& mo
         const PieceMomentum p =
             piece_momentum(rest, movables.inertia, particles, position, movables.velocity, movables.angular_velocity);
         const Quat turn = mean_turn(rest, particles, start, p.center, movables);
-        if (!(rotation_vector(turn).norm() > kMostTumble)) return;
+        if (!(rotation_vector(turn).norm() > kFarTurn)) return;
         const Vec3 spin = rigid_spin(p, p.angular);
         for (const ParticleId j : particles) {
             movables.velocity[j] = p.velocity + spin.cross(position[j] - p.center);
@@ -266,12 +275,8 @@ void tumble_pieces(const StepContext& context, double h, const LiveModel& model,
         const Vec3& L = pieces.angular[piece];
         const double turn = h * (c.inverse_inertia * L).norm();
         if (turn < kLeastTumble || resolves_waves(model, particles, h)) return;
-        if (turn > kMostTumble && !bends_stiffly(model, particles, h)) return;
-        const Eigen::SelfAdjointEigenSolver<Mat3> eigen(c.inverse_inertia);
-        Mat3 axes = eigen.eigenvectors();
-        axes.col(2) *= axes.determinant();
-        const Quat start(axes);
-        const Quat wanted = turn_freely(start, eigen.eigenvalues().cwiseInverse(), L, h).frame * start.conjugate();
+        if (turn > kFarTurn && !bends_stiffly(model, particles, h)) return;
+        const Quat wanted = free_turn(c.inverse_inertia, L, h);
         const Vec3 center = piece_center(rest, particles, movables.moving, &MovingParticle::x);
         const Quat more = wanted * mean_turn(rest, particles, c.center, center, movables).conjugate();
         for (const ParticleId j : particles) {

@@ -15,10 +15,16 @@ namespace sunder {
 void remember_pieces(const StepContext& context, double h, const LiveTopology& live, std::span<const uint8_t> smooth,
                      const Movables& movables, Pieces& io_pieces);
 
+/// A turn of a substep above which ways of it are no velocities: they point too far inwards, and on, out of the shape,
+/// rad.
+inline constexpr double kFarTurn = 0.5;
+/// Whether something bends in these particles, one piece, whose waves steps of h seconds do not resolve.
+bool bends_stiffly(const LiveModel& model, std::span<const ParticleId> particles, double h);
+
 /// Where inertia takes a free piece that bends, whose waves are not resolved, and that turns by more than 0.5 rad in
-/// the substep: its particles turn with it, and go their own ways within it. Straight ways lead it apart, to a strain
-/// of 1 where it turns by a radian, and out of a bent shape so torn no Newton step leads back. `smooth`: of what is in
-/// a pair (second_order.h; n_movables). Call after `predict`.
+/// the substep: its particles turn with it, as a free rigid body turns, and go their own ways within it. Straight ways
+/// lead it apart, to a strain of 1 where it turns by a radian, and out of a bent shape so torn no Newton step leads
+/// back. `smooth`: of what is in a pair (second_order.h; n_movables). Call after `predict`.
 void predict_turns(const StepContext& context, double h, const LiveModel& model, std::span<const uint8_t> kept,
                    std::span<const uint8_t> smooth, Movables& io_movables);
 

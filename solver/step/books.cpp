@@ -87,8 +87,9 @@ Status take_up_motion(const StepContext& context, const GroupShapes& shapes, con
     return check(context, state.time, movables, unsound.get(), "shape matching and fracture");
 }
 
-void restore_momentum(const StepContext& context, double h, const LiveTopology& live, const FrameState& state,
+void restore_momentum(const StepContext& context, double h, const LiveModel& model, const FrameState& state,
                       Pieces& pieces, Movables& movables) {
+    const LiveTopology& live = model.live;
     const SimulationMesh& rest = context.scene.rest;
     for_pieces(live, kParticleGrain, context.workers, [&](size_t piece) {
         ContactPiece& whole = pieces.whole[piece];
@@ -102,7 +103,8 @@ void restore_momentum(const StepContext& context, double h, const LiveTopology& 
                       movables.push[j].torque;
         const Vec3 wanted = pieces.angular[piece] + gained / h, turn = whole.inverse_inertia * wanted;
         whole.spin = turn;
-        const bool is_resolved = !(turn.norm() * h > kResolvedTurn);
+        const bool turns_far = turn.norm() * h > kFarTurn && bends_stiffly(model, particles, h);
+        const bool is_resolved = !turns_far && !(turn.norm() * h > kResolvedTurn);
         const double most_energy = is_resolved ? std::numeric_limits<double>::max() : 0.5 * turn.dot(wanted);
         set_angular_momentum(rest, movables.inertia, particles, wanted, most_energy, state.position, movables.velocity,
                              movables.angular_velocity);

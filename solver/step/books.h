@@ -13,7 +13,7 @@ Status take_up_motion(const StepContext& context, const GroupShapes& shapes, con
                       Movables& io_movables, FrameState& io_state);
 
 /// Each free piece gets the angular momentum that it had, plus what contacts gave it.
-void restore_momentum(const StepContext& context, double h, const LiveTopology& live, const FrameState& state,
+void restore_momentum(const StepContext& context, double h, const LiveModel& model, const FrameState& state,
                       Pieces& io_pieces, Movables& io_movables);
 
 /// Velocities of what touches, and what lasts of the contacts' forces.

@@ -211,7 +211,7 @@ Found Flow::flow_bent(ParticleIndex g, const BentGroups& four, size_t lane, std:
                                  state_.yield[g]};
     Found found;
     // What was rigid in a clamp that lets go bends, but not for good: what is bent beside it eases into it.
-    const BentFlow flow = flow_bending(shape, bent_group(four, lane), unexplained(shape, four, lane), own,
+    const BentFlow flow = flow_bending(shape, bent_shape(four, lane), unexplained(shape, four, lane), own,
                                        movables_.tethers.hold(g) ? 0 : seconds_, plastic);
     const FaceStrains& faces = flow.faces;
     found.changed = flow.flows();

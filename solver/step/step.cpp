@@ -205,7 +205,7 @@ Status Stepper::close_books(bool may_break) {
         turn_rigid_things(context_, time_.h, live, m_.pieces, m_.movables);
         if (Status ok = take_up_motion(context_, m_.model.shapes, m_.pieces, m_.movables, state_); !ok) return ok;
         damp_vibrations(context_, time_, state_, m_.pieces, m_.pair, m_.model, m_.matching, m_.movables);
-        restore_momentum(context_, time_.h, live, state_, m_.pieces, m_.movables);
+        restore_momentum(context_, time_.h, m_.model, state_, m_.pieces, m_.movables);
     }
     {
         Stopwatch watch(report_.contact_s);

@@ -103,7 +103,7 @@ struct ThinSheet {
         return sum;
     }
     // What flows of a group in a step that ends here.
-    SectionFlow flow_of(ParticleIndex g, const BentGroup& group, std::span<const BentMember> members,
+    SectionFlow flow_of(ParticleIndex g, const BentShape& group, std::span<const BentMember> members,
                         const FlowWithin* flow) const {
         if (!flow) return {};
         const BendingShape& s = bending.shape(g);

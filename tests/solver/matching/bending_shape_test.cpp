@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <numbers>
 #include <random>
 
 #include "tests/support/thin_sheet.h"
@@ -24,6 +25,29 @@ TEST(bending_shape, sheets_and_rods_are_thin_and_blocks_are_not) {
     EXPECT_EQ(count(6, 1, 1), 6u);
     EXPECT_EQ(count(4, 4, 2), 0u);
     EXPECT_EQ(count(1, 1, 1), 0u);
+}
+
+// A slab that folded in half by its weight took the fold for one to the other side, and flew apart.
+TEST(bending_shape, a_fold_that_stays_is_known_beyond_half_a_turn) {
+    const double turn = 3.5;  // of each fragment against the last, rad
+    Sheet rod(5, 1, 0, false);
+    std::vector<MovingParticle> at = rod.moved(0);
+    for (size_t i = 0; i < at.size(); ++i) {
+        const Vec3 about = rod.rest.rest_orientation[i] * Vec3(0, 0, turn * double(i));
+        at[i].d = rotation_of(about);
+    }
+    std::vector<BentMember> members(rod.live.count(2));
+    const double spacing = (rod.rest.rest_position[1] - rod.rest.rest_position[0]).norm();
+    const auto curvature = [&] {
+        rod.update();
+        return bend(rod.bending, rod.live, at, 2, members).K.norm() * spacing;
+    };
+    EXPECT_NEAR(curvature(), 2 * std::numbers::pi - turn, 1e-9);  // nothing says otherwise
+    const Mat3 read = bend(rod.bending, rod.live, at, 2, members).K;
+    rod.curvature[2] = read * (-2.9 / (2 * std::numbers::pi - turn));
+    EXPECT_NEAR(curvature(), turn, 1e-9);
+    rod.curvature[2] = -rod.curvature[2];
+    EXPECT_NEAR(curvature(), 2 * std::numbers::pi - turn, 1e-9);
 }
 
 TEST(bending_shape, forces_are_the_slope_of_the_energy) {
