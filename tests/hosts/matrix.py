@@ -222,7 +222,14 @@ def _is_whole(told, commit):
         and not told["not_run"] and told["passed"] > 0
 
 
+def _rows():
+    """What the table says of each part: of those that this copy never ran it stays."""
+    lines = TABLE.read_text().splitlines() if TABLE.exists() else []
+    return {line.split("|")[1].strip(): line for line in lines if line.startswith("| ")}
+
+
 def write_table(known):
+    before = _rows()
     lines = ["# What is tested where", "",
              "Written by `./sunder test --all`. *Not run* is no pass: nothing is known of it.", "",
              "| part | what | versions | commit | date | passed | failed | host's own faults | not run, and why |",
@@ -230,7 +237,7 @@ def write_table(known):
     for part in parts().values():
         told = known.get(part.name)
         if told is None:
-            lines.append(f"| {part.name} | {part.sentence} | | | | | | | never run |")
+            lines.append(before.get(part.name, f"| {part.name} | {part.sentence} | | | | | | | never run |"))
             continue
         failed = ", ".join(told["failed"]) or "0"
         explained = "; ".join(f"{name}: {why}" for name, why in told["explained"].items())
