@@ -15,22 +15,21 @@ namespace sunder {
 void remember_pieces(const StepContext& context, double h, const LiveTopology& live, std::span<const uint8_t> smooth,
                      const Movables& movables, Pieces& io_pieces);
 
-/// A turn of a substep above which ways of it are no velocities: they point too far inwards, and on, out of the shape,
-/// rad.
+/// A turn of a substep above which ways of it are no velocities: at its end they point outwards, and the next step
+/// begins with what they tear, rad.
 inline constexpr double kFarTurn = 0.5;
 /// Whether something bends in these particles, one piece, whose waves steps of h seconds do not resolve.
 bool bends_stiffly(const LiveModel& model, std::span<const ParticleId> particles, double h);
 
 /// Where inertia takes a free piece that bends, whose waves are not resolved, and that turns by more than 0.5 rad in
 /// the substep: its particles turn with it, as a free rigid body turns, and go their own ways within it. Straight ways
-/// lead it apart, to a strain of 1 where it turns by a radian, and out of a bent shape so torn no Newton step leads
-/// back. `smooth`: of what is in a pair (second_order.h; n_movables). Call after `predict`.
+/// lead it apart, to a strain of 1 where it turns by a radian, and no Newton step leads back to a bent shape from
+/// there. `smooth`: of what is in a pair (second_order.h; n_movables). Call after `predict`.
 void predict_turns(const StepContext& context, double h, const LiveModel& model, std::span<const uint8_t> kept,
                    std::span<const uint8_t> smooth, Movables& io_movables);
 
 /// The same of velocities, once contacts are settled, of what turned so far: they become those of a rigid body. None
-/// with these momenta has less energy.
-/// `position`: of particles at the end of the substep, m (n_particles).
+/// with these momenta has less energy. `position`: of particles at the end of the substep, m (n_particles).
 void keep_rigid_motion(const StepContext& context, double h, const LiveModel& model, std::span<const uint8_t> kept,
                        std::span<const uint8_t> smooth, std::span<const Vec3> position, Movables& io_movables);
 

@@ -20,11 +20,12 @@ struct Shell {
     Vec3 torque = Vec3::Zero();
     Mat3 moment = Mat3::Zero();
 
+    Vec3 turn = Vec3::Zero();  // that would take the torque off, 1/m
+
     bool is_closed() const { return area > 0 && is_whole && at_rest.norm() <= kClosed * area; }
-    Vec3 turn() const {
+    void find_turn() {
         const double size = moment.trace() / 3;
-        return moment.determinant() > kClosed * size * size * size ? Vec3(moment.inverse() * torque)
-                                                                   : Vec3(Vec3::Zero());
+        if (moment.determinant() > kClosed * size * size * size) turn = moment.inverse() * torque;
     }
 };
 
@@ -38,7 +39,7 @@ Gas gas_in(const Pressure& gas, const SimulationMesh& rest, const FrameState& st
     for (size_t e = 0; e < rest.n_edges(); ++e)
         if (state.edge_intact[e]) unite(pieces, rest.edges[e].a, rest.edges[e].b);
     // By the fragment of the lowest particle: sums are the same to the bit whichever sleepers are in this part of the
-    // scene. A fragment that leads nothing stands by, or has no area.
+    // scene. Shells of fragments that lead no piece stay empty.
     std::vector<Shell> shells(lining.size());
     const auto shell_of = [&](uint32_t i) -> Shell& { return shells[rest.fragment[lowest(pieces, i)]]; };
     const auto turned = [&](uint32_t i) -> Vec3 {
@@ -65,11 +66,12 @@ Gas gas_in(const Pressure& gas, const SimulationMesh& rest, const FrameState& st
         shell.torque += r.cross(turned(i) - area / shell.area * shell.opening);
         shell.moment += area * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
     });
+    for (Shell& shell : shells) shell.find_turn();
     for_all([&](uint32_t i, const Shell& shell, double area) {
         if (!shell.is_closed()) return;
         now.beyond.resize(lining.size(), Vec3::Zero());
         const Vec3 r = place(i) - shell.center / shell.area;
-        now.beyond[rest.fragment[i]] = area * (shell.opening / shell.area + shell.turn().cross(r));
+        now.beyond[rest.fragment[i]] = area * (shell.opening / shell.area + shell.turn.cross(r));
     });
     for (size_t f = 0; f < shells.size(); ++f)
         if (!shells[f].is_closed()) openings[f] += shells[f].opening;

@@ -11,7 +11,7 @@ TABLE = ROOT / "docs" / "thresholds.md"
 SOURCES = ("solver/scene/scales.*", "solver/matching/live_model.*", "solver/step/*", "solver/pieces/*", "solver/frame/local_hit.*",
            "solver/sleep/sleeping.*", "solver/contacts/*/*")
 # Numbers that a branch is taken by or a share is bounded by; sizes of arrays and of work (size_t, uint32_t) are none.
-DEFINITION = re.compile(r"^\s*(?:static )?const(?:expr)? (?:double|int) (k[A-Z][^;]*);", re.M)
+DEFINITION = re.compile(r"^\s*(?:static |inline )?const(?:expr)? (?:double|int) (k[A-Z][^;]*);", re.M)
 COLUMNS = ("where", "name", "value", "unit", "what it decides", "relative to", "guarded by")
 UNKNOWN = "?"
 
